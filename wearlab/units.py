@@ -135,6 +135,7 @@ KINDS = {
         Measure("depth", "m", "0.3 um", ("um", "mm", "nm", "m"), 1e-13, 1e-2),
         Measure("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
         Measure("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
+        Measure("frequency", "Hz", "25 Hz", ("Hz", "kHz"), 1e-6, 1e7),
         Measure("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
         Measure("power", "W", "1 kW", ("kW", "W", "MW", "N*m/s"), 1e-9, 1e12),
         Measure("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),

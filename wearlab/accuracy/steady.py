@@ -74,7 +74,7 @@ class Steady:
             self.vibration,
             method=chosen,
             sampling=sampling(grids, parts.meshes, parts.edges, grid, friction),
-            fluctuation=fluctuation(self.scene, grid.phase),
+            fluctuation=fluctuation(self.scene, grid, self.vibration.hunting, self.vibration.period),
             slow=None,
         )
 

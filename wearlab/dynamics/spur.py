@@ -272,12 +272,12 @@ def common_arguments(model: Any, motion: InMotion) -> PairArguments:
     if damping is None:
         mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
         damping = damping_by_ratio(mesh.damping_ratio, float(motion.stiffness[0]), mass)
-    wave = motion.operation.fluctuation
+    waves = motion.operation.fluctuation
     return {
         "gears": (first, second),
         "mesh": Meshing(damping, mesh.damps_always, mesh.normal_backlash),
         "torque": motion.operation.torque,
-        "fluctuation": None if wave is None else wave.amplitude,
+        "fluctuation": waves[0].amplitude if waves else None,
         "friction": None if model.friction is None else _friction(pair),
     }
 

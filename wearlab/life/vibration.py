@@ -30,8 +30,9 @@ class Vibration:
     excitation : how the mesh forces reach the system
     sampling : where the integrator asks for the meshes
     period : duration of one mesh period [s]
-    fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
-    hunting : mesh periods after which the same teeth meet, when the slow errors turn; else 1
+    fluctuation : (hunting · n_steps, 3) factor on the fluctuating load [1], or None
+    hunting : mesh periods after which the same teeth meet, when the slow errors turn, and the torque repeats
+    turning : whether the slow errors turn with their members
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
@@ -44,6 +45,7 @@ class Vibration:
     period: float
     fluctuation: Array | None
     hunting: int = 1
+    turning: bool = False
     slow: Array | None = None
     nominal: Array | None = None
 
@@ -63,7 +65,9 @@ class Vibration:
     def tables(self, kinds: Sequence[Touching]) -> StageTables:
         """Return the meshes at all stages."""
         tables = stage_tables(kinds, self.sampling, self.fluctuation)
-        return tables if self.hunting == 1 else over_hunting_period(tables, self.sampling, self.hunting)
+        if self.hunting == 1:
+            return tables
+        return over_hunting_period(tables, self.sampling, self.hunting, turning=self.turning)
 
     def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
         return replace(self.method.solve(self.system, tables, self.period, start), between=between)
@@ -116,18 +120,22 @@ def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
     )
 
 
-def over_hunting_period(tables: StageTables, sampling: Sampling, periods: int) -> StageTables:
-    """Repeat the tables of one mesh period and add the slow errors, which turn with their members."""
-    phase = hunting_grid(sampling.grid, periods).phase
-    slow, slow_rate = (
-        np.stack([turning(mesh.error)(phase) for mesh in sampling.meshes], axis=-1)
-        for turning in (lambda error: error.slow, lambda error: error.slow_rate)
-    )
+def over_hunting_period(
+    tables: StageTables, sampling: Sampling, periods: int, *, turning: bool
+) -> StageTables:
+    """Repeat the tables of one mesh period but the torque's, and add the slow errors where they turn."""
     repeated = {
         name: np.tile(values, (periods,) + (1,) * (values.ndim - 1))
         for name, values in tables._asdict().items()
-        if values is not None
+        if values is not None and name != "fluctuation"
     }
+    if not turning:
+        return tables._replace(**repeated)
+    phase = hunting_grid(sampling.grid, periods).phase
+    slow, slow_rate = (
+        np.stack([of_turning(mesh.error)(phase) for mesh in sampling.meshes], axis=-1)
+        for of_turning in (lambda error: error.slow, lambda error: error.slow_rate)
+    )
     repeated["error"] = repeated["error"] + slow
     repeated["error_rate"] = repeated["error_rate"] + slow_rate
     return tables._replace(**repeated)

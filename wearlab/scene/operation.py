@@ -21,7 +21,7 @@ from wearlab.options import (
     POSITIVE,
     Alternatives,
     Angle,
-    Count,
+    Frequency,
     Number,
     Part,
     Power,
@@ -140,11 +140,40 @@ Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
 class TorqueFluctuation(Part):
     """A harmonic of the input torque, ``amplitude cos(order ω_m t + phase)``."""
 
-    order: Annotated[Count, POSITIVE] = option(..., "multiple of the mesh frequency", source="L16 Eq. 9")
+    alternatives: ClassVar[Alternatives] = ((("order",), ("frequency",)),)
+
+    order: Annotated[Number, POSITIVE] | None = option(
+        None, "multiple of the mesh frequency", derived="from frequency", source="L16 Eq. 9"
+    )
+    frequency: Annotated[Frequency, POSITIVE] | None = option(
+        None, "frequency of its own", derived="from order", source="L16 Eq. 9"
+    )
     amplitude: Annotated[Torque, NOT_NEGATIVE] = option(
         ..., "amplitude of the input torque", source="L16 Eq. 5"
     )
     phase: Angle = option(0.0, "phase angle", source="L16 Eq. 9")
+
+    @model_validator(mode="after")
+    def _has_a_frequency(self) -> "TorqueFluctuation":
+        if self.order is None and self.frequency is None:
+            raise ValueError(
+                "give its 'order', a multiple of the mesh frequency, or its 'frequency', \"25 Hz\""
+            )
+        return self
+
+    def order_at(self, period: float) -> float:
+        """Return its multiple of the mesh frequency at the duration of a mesh period [s]."""
+        return self.order if self.order is not None else (self.frequency or 0.0) * period
+
+
+def _harmonics(given: Any) -> str:
+    return "list" if isinstance(given, list | tuple) else "one"
+
+
+Fluctuation = Annotated[
+    Annotated[TorqueFluctuation, Tag("one")] | Annotated[tuple[TorqueFluctuation, ...], Tag("list")],
+    Discriminator(_harmonics),
+]
 
 
 class Operation(Part):
@@ -180,8 +209,11 @@ class Operation(Part):
         derived="zero where a torsional support grounds the output, else balance",
         source="W23",
     )
-    torque_fluctuation: TorqueFluctuation | None = option(
-        None, "fluctuation of the input torque", derived="constant torque", source="L16 Eq. 9"
+    torque_fluctuation: Fluctuation | None = option(
+        None,
+        "fluctuation of the input torque, one harmonic or a list of them",
+        derived="constant torque",
+        source="L16 Eq. 9",
     )
     drive_flank: Literal["right", "left"] = option("right", "flank that carries the load")
 
@@ -206,10 +238,10 @@ class Operation(Part):
     _largest_torque: float | None = PrivateAttr(None)
 
     @property
-    def fluctuation(self) -> TorqueFluctuation | None:
-        """The fluctuation of the torque, None where its amplitude is nought."""
-        given = self.torque_fluctuation
-        return given if given is not None and given.amplitude != 0.0 else None
+    def fluctuation(self) -> tuple[TorqueFluctuation, ...]:
+        """The harmonics of the torque whose amplitude is not nought."""
+        given = self.torque_fluctuation or ()
+        return tuple(one for one in (given if isinstance(given, tuple) else (given,)) if one.amplitude != 0.0)
 
     @property
     def largest_torque(self) -> float:

@@ -60,6 +60,7 @@ def broken_rules(scene: Sections) -> list[str]:
         _carrier,
         _motion,
         _response,
+        _fluctuation,
         _requested,
         _extended,
         _start,
@@ -137,6 +138,18 @@ def _response(scene: Sections) -> Problems:
             "dynamics.response",
             f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give 'averaged' or 'frozen'",
         )
+
+
+def _fluctuation(scene: Sections) -> Problems:
+    """A torque that fluctuates acts on a pair, and over speeds as the mesh does."""
+    harmonics = scene.operation.fluctuation
+    if not harmonics or scene.dynamics is None:
+        return
+    key = "operation.torque_fluctuation"
+    if scene.gears.kind == "planetary":
+        yield key, "acts on the input of a pair; the models of planetary sets have no such load: leave it out"
+    if scene.dynamics.response is not None and not all((one.order or 0.5).is_integer() for one in harmonics):
+        yield key, "over speeds, as dynamics.response goes, give whole orders of the mesh frequency alone"
 
 
 def _requested(scene: Sections) -> Problems:

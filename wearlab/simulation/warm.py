@@ -90,7 +90,7 @@ def _kernels(scene: Scene) -> tuple[object, ...]:
         scene.dynamics.method,
         scene.dynamics.friction is None,
         meshes[0].excitation.by_pairs,
-        scene.operation.fluctuation is None,
+        not scene.operation.fluctuation,
     )
     law = scene.wear and (
         scene.wear.contact_patch.chosen,

@@ -92,7 +92,7 @@ class OverSpeed:
                 build_friction(scene, parts.gears),
             ),
             period=period,
-            fluctuation=fluctuation(scene, grid.phase),
+            fluctuation=fluctuation(scene, grid, 1, period),
         )
 
     def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from fractions import Fraction
+from math import lcm
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +25,7 @@ from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import GearError
-from wearlab.life.vibration import Vibration
+from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet
@@ -31,6 +33,7 @@ from wearlab.mesh.stages import StageGrid, stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_excitation
 from wearlab.scene.mesh import OneMesh
+from wearlab.scene.operation import TorqueFluctuation
 
 ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""
@@ -73,6 +76,9 @@ AFFORDED = 4_000
 AFFORDED_DENSE = 250
 """The same for systems too large for registers, whose steps take some twenty times as long."""
 TAKEN_UP = 1e-9
+LONGEST_PERIOD = 60
+"""Mesh periods after which a fluctuating torque has to repeat."""
+SAME_ORDER = 1e-9
 MOST_FOR_MESH = 2000
 """Steps beyond which a finer mesh table is no reason for more."""
 
@@ -114,6 +120,7 @@ def build_vibration(
     clock = OnClock(analyses, meshes, edges)
     grid = steps_grid(scene, clock, system, stiffest, gears.period)
     slow = slow_errors(scene, gears, meshes, system)
+    hunting = hunting_period(scene, gears, meshes)
     grids, friction = [contact.grid for contact in analyses], build_friction(scene, gears)
     return Vibration(
         system=system,
@@ -121,8 +128,9 @@ def build_vibration(
         excitation=build_excitation(scene, gears),
         sampling=sampling(grids, meshes, edges, grid, friction),
         period=gears.period,
-        fluctuation=fluctuation(scene, grid.phase),
-        hunting=hunting_period(scene, gears, meshes),
+        fluctuation=fluctuation(scene, grid, hunting, gears.period),
+        hunting=hunting,
+        turning=scene.errors is not None and scene.errors.slow.turns,
         slow=slow,
         nominal=nominal_motion(gears, system),
     )
@@ -246,11 +254,32 @@ def _missed(values: Array, width: Array, scale: Callable[[Array], Any]) -> float
 
 
 def hunting_period(scene: Scene, gears: GearSet, meshes: Sequence[Mesh]) -> int:
-    """Return the mesh periods until the same teeth meet again, 1 unless slow errors are to turn."""
+    """Return the mesh periods until everything repeats: teeth whose slow errors turn, and the input torque.
+
+    Raises
+    ------
+    GearError : the torque repeats after more than `LONGEST_PERIOD` mesh periods only
+    """
     slow = any(len(mesh.error.slow_amplitude) for mesh in meshes)
-    if scene.errors is None or not slow:
-        return 1
-    return scene.errors.slow.periods([gear.teeth for gear in gears.gears.values()])
+    turns = 1
+    if scene.errors is not None and slow:
+        turns = scene.errors.slow.periods([gear.teeth for gear in gears.gears.values()])
+    return lcm(turns, *(_repeats(one, gears.period) for one in scene.operation.fluctuation))
+
+
+def _repeats(one: TorqueFluctuation, period: float) -> int:
+    """Return the mesh periods after which a harmonic of the torque repeats."""
+    order = one.order_at(period)
+    near = Fraction(order).limit_denominator(LONGEST_PERIOD)
+    if abs(near - order) <= SAME_ORDER * order:
+        return near.denominator
+    key = "order" if one.frequency is None else "frequency"
+    told = f"{float(near):.6g}" if one.frequency is None else f"{float(near) / period:.8g} Hz"
+    raise GearError(
+        f"operation.torque_fluctuation.{key}: {order:.6g} times the mesh frequency of {1 / period:.6g} Hz "
+        f"repeats after more than {LONGEST_PERIOD} mesh periods; give {told}, which repeats after "
+        f"{near.denominator}"
+    )
 
 
 def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: System) -> Array | None:
@@ -276,10 +305,24 @@ def mean_stiffness(analysis: ContactAnalysis) -> float:
     return float(weight @ analysis.unworn[1].tangent)
 
 
-def fluctuation(scene: Scene, phase: Array) -> Array | None:
-    """Return the factor on the fluctuating torque at phases, ``cos(2π order φ + phase)``, or None."""
-    given = scene.operation.fluctuation
-    return None if given is None else np.cos(2 * np.pi * given.order * phase + given.phase)
+def fluctuation(scene: Scene, grid: StageGrid, periods: int, duration: float) -> Array | None:
+    """Return ``Σ aᵢ cos(2π orderᵢ φ + phaseᵢ)/a₁`` at the stages of some mesh periods, (n, 3), or None.
+
+    Parameters
+    ----------
+    scene : its harmonics; their first amplitude is the system's fluctuating load
+    grid : steps of a mesh period
+    periods : mesh periods after which all of them repeat
+    duration : of a mesh period [s]
+    """
+    harmonics = scene.operation.fluctuation
+    if not harmonics:
+        return None
+    phase = hunting_grid(grid, periods).phase
+    waves = [
+        one.amplitude * np.cos(2 * np.pi * one.order_at(duration) * phase + one.phase) for one in harmonics
+    ]
+    return np.asarray(sum(waves) / harmonics[0].amplitude)
 
 
 METHODS: dict[str, Callable[[Scene], Method]] = {
