@@ -28,6 +28,8 @@ from wearlab.campaign.update_options import (
     ErrorModel,
     Limit,
     LimitBlock,
+    RecordBlock,
+    RecordColumns,
     TrueModel,
     UpdateBlock,
     UpdateSpec,
@@ -58,7 +60,7 @@ def read_update(given: Any) -> UpdateSpec:
     if not isinstance(blocks, list):
         problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
         blocks = []
-    own = ("data", "limit", "calendar", "check", "population", "unit", "decision")
+    own = ("data", "limit", "calendar", "check", "population", "unit", "decision", "record")
     head = {key: value for key, value in given.items() if key not in own}
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
@@ -78,6 +80,7 @@ def read_update(given: Any) -> UpdateSpec:
             )
     check = _tried(problems, _check, given.get("check"), data)
     decision = _tried(problems, _decision, given.get("decision"))
+    record = _tried(problems, _record, given.get("record"), data)
     fleet = None
     if "population" in given or "unit" in given or any(each and each.columns.unit for each in data):
         fleet = _tried(problems, read_fleet, given.get("population"), given.get("unit", []), _days)
@@ -85,7 +88,10 @@ def read_update(given: Any) -> UpdateSpec:
     if problems:
         raise CampaignError(problems)
     numbers = spec.discrepancy, spec.draws, spec.seed
-    return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, fleet, decision)
+    more = (fleet, decision, record, spec.change)
+    if spec.change != "none" and [*unknown] != [FACTOR]:
+        raise CampaignError([f"{SECTION}.change: goes with the unknown {FACTOR} alone: what changes is k"])
+    return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, *more)
 
 
 def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
@@ -126,6 +132,8 @@ def _not_of_a_fleet(given: Any, unknown: dict[str, Distribution], data: Sequence
         for key in unknown
         if key != FACTOR
     ]
+    if given.get("change", "none") != "none":
+        problems.append(f"{SECTION}.change: of a fleet, {POPULATION}.power below 1 is running-in")
     if given.get("discrepancy", "none") != "none" or given.get("check") is not None:
         problems.append(f"{SECTION}: of a fleet, neither discrepancy nor check; wear strays by {POPULATION}")
     for one in (each for each in data if each is not None):
@@ -201,6 +209,23 @@ def _decision(given: Any) -> Decision | None:
             ]
         )
     return Decision(block.planned, block.failure, block.inspection, block.horizon_hours)
+
+
+def _record(given: Any, data: Sequence[Data | None]) -> RecordBlock | None:
+    if given is None:
+        return None
+    where = f"{SECTION}.record"
+    columns = given.get("columns", {}) if isinstance(given, dict) else {}
+    modelled(RecordColumns, columns, f"{where}.columns")
+    block = modelled(RecordBlock, given, where)
+    when = [name for name in ("hours", "date", "duration") if getattr(block.columns, name) is not None]
+    if len(when) != 1:
+        raise CampaignError([f"{where}.columns: name one of hours, date, duration, not {len(when)} of them"])
+    for one in data:
+        if one is not None and one.columns.hours is None and one.columns.date is None:
+            said = "with update.record, say when by hours or date: cycles depend on the speeds"
+            raise CampaignError([f"{one.place}.columns: {said}"])
+    return block
 
 
 def _days(given: Any, where: str = f"{SECTION}.calendar") -> Days | None:

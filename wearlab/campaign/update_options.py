@@ -13,6 +13,7 @@ from wearlab.options import POSITIVE, Depth, Mass, option
 from wearlab.schema import VARIABLES
 
 DISCREPANCIES = ("none", "accumulating")
+CHANGES = ("none", "once", "running-in")
 Strict = ConfigDict(frozen=True, extra="forbid")
 
 
@@ -164,6 +165,39 @@ class UnitBlock(BaseModel):
     )
 
 
+class RecordColumns(BaseModel):
+    """Which column of a load record says what."""
+
+    model_config = Strict
+
+    hours: str | None = option(None, "operating hours at which a condition begins", derived="date")
+    date: str | None = option(None, "when a condition begins; speed 0 is a standstill", derived="hours")
+    duration: str | None = option(None, "hours in a bin, whose order is not known", derived="hours or date")
+    torque: str = option("torque", "input torque")
+    speed: str = option("speed", "input speed")
+    unit: str | None = option(None, "which unit of a fleet the row is of", derived="all units ran alike")
+
+
+class RecordBlock(BaseModel):
+    """What really ran until now; from its end on the conditions of ``[operation]`` go on."""
+
+    model_config = Strict
+
+    file: Path = option(..., "CSV file: a row holds until the next one, or is a bin")
+    columns: RecordColumns = option(..., "names of the columns")
+    units: dict[str, str] = option({}, "unit of each column that has one", derived="those of its header")
+    date_format: str | None = option(
+        None,
+        'how dates are written, such as "%d/%m/%Y"',
+        derived="found out; refused where it has two meanings",
+    )
+
+    @property
+    def place(self) -> str:
+        """How messages call it."""
+        return f"{SECTION}.record"
+
+
 class DecisionBlock(BaseModel):
     """What changes and inspections cost, in any currency."""
 
@@ -201,6 +235,14 @@ class UpdateBlock(BaseModel):
         None, "what is true of the twins of --check", derived="what the study believes"
     )
     unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
+    record: RecordBlock | None = option(
+        None, "what really ran until now: loads and speeds", derived="the conditions of the scene all along"
+    )
+    change: Literal[CHANGES] = option(  # type: ignore[valid-type]
+        "none",
+        "whether k itself may have changed: once between two inspections, or after running-in; the evidence "
+        "decides",
+    )
     decision: DecisionBlock | None = option(
         None, "what changes cost: when to change, and whether to look first", derived="no advice"
     )
@@ -348,6 +390,8 @@ class UpdateSpec:
     check: TrueModel | None = None
     fleet: Fleet | None = None
     decision: Decision | None = None
+    record: RecordBlock | None = None
+    change: str = "none"
 
 
 def unit_of(quantity: str) -> str:

@@ -183,6 +183,7 @@ class Clock(NamedTuple):
 
     cycle: Array
     equal: Array
+    off: float = 0.0  # of a record: between the ends of the interval of k
 
     def __call__(self, cycle: Array) -> Array:
         """Return how many cycles at the run's own coefficient and load wear as much."""
@@ -218,6 +219,7 @@ class RunHistory:
     numerical : relative error of the depth anywhere along the flanks, as the run estimates it
     numerical_whole : of the largest depth and of masses, where the run tells the error of its life
     clock : where coefficient or load change in time: cycles of equal wear
+    change : at which cycle the coefficient changed, and the ratio of that after it to that before
     """
 
     id: str
@@ -234,6 +236,7 @@ class RunHistory:
     numerical: float
     numerical_whole: float
     clock: Clock | None = None
+    change: tuple[float, float] | None = None
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""

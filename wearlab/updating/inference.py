@@ -19,15 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.arrays import Array
-from wearlab.campaign import Campaign
+from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import written
 from wearlab.scene import SceneError
 from wearlab.sources import hash_of
+from wearlab.updating.change import changing
 from wearlab.updating.fleet_tree import fleet_groups, fleet_of
 from wearlab.updating.history import RunHistory
 from wearlab.updating.observations import UpdateError
 from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
-from wearlab.updating.study import MeasuredCase, histories, plain, studies
+from wearlab.updating.posterior import Posterior, posterior
+from wearlab.updating.study import DRAW, MeasuredCase, conditions_of, histories, plain, studies
 from wearlab.updating.tree import tree_of, tree_of_groups
 
 if TYPE_CHECKING:
@@ -124,7 +126,30 @@ class Runner(NamedTuple):
 
         campaign = study.campaign(self.title)
         run(campaign, self.store, progress=self.progress, workers=self.workers)
-        return histories(study, self.store)
+        runs, which = histories(study, self.store)
+        if study.record is None:
+            return runs, which
+        scenes = study.record.scenes(study.scenes()[0])
+        cases = tuple(Case("record", scene, {DRAW: i}) for i, scene in enumerate(scenes))
+        axes = (Axis(DRAW, tuple(range(len(cases)))),)
+        conditions = replace(campaign, cases=cases, axes=axes)
+        run(conditions, self.store, progress=self.progress, workers=self.workers)
+        return (_clocked(study, runs[0], conditions_of(study, self.store)),), which
+
+
+def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
+    """Return a run with the clock of its record, at the factor that the measurements tell with it."""
+    assert study.record is not None
+    factors = np.ones(3)
+    for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
+        clocks = [study.record.clock(own, conditions, float(factor)) for factor in factors]
+        ends = [clock.equal[-2] - own.start for clock in clocks]
+        off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
+        clocked = replace(own, clock=clocks[1]._replace(off=off))
+        factors = answered(study, (clocked,), blocks_of(study, (clocked,))).factor(
+            np.array([0.05, 0.5, 0.95])
+        )
+    return clocked
 
 
 def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
@@ -143,7 +168,15 @@ def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
             break
         study, (runs, which) = longer, after
     proposal = None
-    if len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
+    if study.spec.change != "none":
+        blocks, asked = blocks_of(study, runs), study
+
+        def judge(some: tuple[RunHistory, ...]) -> Posterior:
+            return posterior(some, blocks, asked.prior)
+
+        runs, proposal = changing(runs[0], study.spec.change, judge)
+        which = np.zeros(len(runs), np.intp)
+    elif len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
         study, runs, which, proposal = _again(study, answer.posterior.weight, which, runner)
     return outcome(study, runs, which, proposal)
 
@@ -211,6 +244,9 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
         parts += [study.label, [scene.id for scene in study.scenes(1)], repr(study.limit)]
         parts += [
             spec.discrepancy,
+            spec.change,
+            repr(study.record and study.record.fingerprint),
+            repr(spec.record),
             spec.draws,
             spec.seed,
             sorted((k, repr(v)) for k, v in spec.unknown.items()),

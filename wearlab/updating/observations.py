@@ -2,14 +2,15 @@
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
-from wearlab.campaign.update_options import WHEN, WHERE, Data, Days
+from wearlab.campaign.update_options import WHEN, WHERE, Data, Days, RecordBlock
 from wearlab.files import read_regular
 from wearlab.scene.problems import Refusal
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
@@ -63,7 +64,12 @@ class Observed:
         return np.isnan(self.value)
 
 
-def read_observations(data: Data, days: Days | None = None, unit: str | None = None) -> Observed:
+def read_observations(
+    data: Data,
+    days: Days | None = None,
+    unit: str | None = None,
+    hours_at: Callable[[np.ndarray[Any, Any], Days | None], Array] | None = None,
+) -> Observed:
     """Return the observations of a block's file, in its order.
 
     Parameters
@@ -71,6 +77,7 @@ def read_observations(data: Data, days: Days | None = None, unit: str | None = N
     data : the block
     days : which day it was after how many operating hours, for a column of dates
     unit : of a fleet, whose rows are meant; None: all
+    hours_at : operating seconds at dates, by a record of what ran
 
     Raises
     ------
@@ -85,9 +92,9 @@ def read_observations(data: Data, days: Days | None = None, unit: str | None = N
     units = {"time": CLOCKS[clock], "place": PLACE_UNITS.get(place_kind or "", "1")}
     try:
         columns = {
-            name: _dates(data, table, str(found), days)
+            name: _dates(data, table, str(found), days, hours_at)
             if name == "time" and clock == "date"
-            else _numbers(data, table, str(found), units.get(name, data.si), name)
+            else numbers_of(data, table, str(found), units.get(name, data.si), name)
             for name, found in names.items()
             if name != "unit"
         }
@@ -187,7 +194,7 @@ def calendar_of(data: Data, unit: str, days: Days | None) -> Days | None:
         dates = table.dates(str(table.find(data.columns.date)), data.date_format)[held]
     except TableError as error:
         raise UpdateError(f"{Path(data.file).parent / str(error)}") from None
-    hours = _numbers(data, table, str(names["time"]), "s", "time")[held] / HOUR
+    hours = numbers_of(data, table, str(names["time"]), "s", "time")[held] / HOUR
     first, last = int(np.argmin(hours)), int(np.argmax(hours))
     years = float((dates[last] - dates[first]) / np.timedelta64(1, "D")) / DAYS_A_YEAR
     rate = None if days is None else days.hours_per_year
@@ -204,7 +211,7 @@ def calendar_of(data: Data, unit: str, days: Days | None) -> Days | None:
     return Days(dates[last].astype("datetime64[D]").item(), float(hours[last]), rate)
 
 
-def _numbers(data: Data, table: ReadTable, column: str, unit: str, name: str) -> Array:
+def numbers_of(data: Data | RecordBlock, table: ReadTable, column: str, unit: str, name: str) -> Array:
     """Return the numbers of a column in SI."""
     given = {table.find(written): own for written, own in data.units.items()}
     own = given.get(column) or table.units[column] or ("h" if unit == "s" else None)
@@ -216,8 +223,18 @@ def _numbers(data: Data, table: ReadTable, column: str, unit: str, name: str) ->
     return numbers if own is None else in_unit(numbers, own, unit, column)
 
 
-def _dates(data: Data, table: ReadTable, column: str, days: Days | None) -> Array:
-    """Return the operating seconds at dates, by the hours of a year in operation."""
+def _dates(data: Data, table: ReadTable, column: str, days: Days | None, hours_at: Any = None) -> Array:
+    """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
+    if hours_at is not None:
+        seconds: Array = hours_at(table.dates(column, data.date_format), days)
+        wrong = ~(seconds >= 0.0)
+        if wrong.any():
+            row = table.lines[int(np.argmax(wrong))]
+            raise UpdateError(
+                f"{data.file}: line {row}, column {column!r}: lies outside update.record: let it begin "
+                "earlier, or give update.calendar for what comes after it"
+            )
+        return seconds
     if days is None or days.hours is None:
         raise UpdateError(
             f"{data.place}.columns.date: dates need update.calendar = {{ date, hours, hours_per_year }}: "

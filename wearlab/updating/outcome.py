@@ -10,6 +10,7 @@ from scipy.stats import norm
 
 from wearlab.arrays import Array
 from wearlab.updating.answer import Answer, drifting_block
+from wearlab.updating.change import facts_of
 from wearlab.updating.checks import Check, checks
 from wearlab.updating.draws import Draws, drawn, replicated
 from wearlab.updating.history import RunHistory
@@ -23,6 +24,7 @@ ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
 FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
+RECORD_OFF = 0.03  # of the wear of a record between the ends of k, that goes without a word
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 
@@ -145,13 +147,14 @@ def _stats(
     stats = {
         "log_evidence": post.evidence,
         "effective_runs": post.effective_runs,
-        "runs": float(len(post.histories)),
+        "runs": float(len({run.id for run in post.histories})),
         "beyond_the_runs": answer.beyond,
         "end_passed": answer.passed,
         "numerical_error": max((run.numerical_of(b.data.quantity) for b in seen), default=0.0),
         "numerical_share": max((numerical_share(b, run) for b in seen), default=0.0),
         "contradiction": answer.contradiction,
     }
+    stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
         other = [block_of(b.seen, accumulating=b.drift is None) for b in blocks]
         gain = post.evidence - posterior(post.histories, other, study.prior, log_proposal).evidence
@@ -249,7 +252,13 @@ def _notes(
             f"no drift is given for {study.limit.quantity}, which ends the life: what the wear strays from "
             "now on is not in the remaining life"
         )
-    if len(runs) > 1 and stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0)):
+    if run_off := 0.0 if runs[0].clock is None else runs[0].clock.off:
+        if run_off > RECORD_OFF:
+            notes.append(
+                "update.record is mixed at the median of k; at the ends of its 90 % interval the wear of the "
+                f"past differs by {100 * run_off:.0f} %: more measurements narrow it"
+            )
+    if study.costly and stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0)):
         notes.append(
             f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
         )

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
-from wearlab.campaign.update_options import THICKNESS, Fleet, Limit, UpdateSpec
+from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UpdateSpec
 from wearlab.scene import Scene
 from wearlab.store.outcome import place
 from wearlab.units import is_quantity, split
 from wearlab.updating.history import RunHistory, history_of, read_runs, refuse_stages
 from wearlab.updating.observations import Observed, UpdateError, calendar_of, read_observations, units_of
+from wearlab.updating.record import OperatingRecord, read_record
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -37,6 +38,7 @@ class MeasuredCase:
     seen : the observations that belong to this case
     drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
     longer : times its own limits at which the runs end
+    record : what really ran until now
     """
 
     label: str
@@ -46,6 +48,7 @@ class MeasuredCase:
     seen: tuple[Observed, ...]
     drawn: Mapping[str, tuple[Any, ...]]
     longer: float = 1.0
+    record: OperatingRecord | None = None
 
     @property
     def prior(self) -> Distribution | None:
@@ -90,7 +93,10 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    seen = tuple(read_observations(block, spec.days) for block in spec.data)
+    record = None if spec.record is None else read_record(spec.record)
+    days, hours_at = _calendar(record, spec.days)
+    seen = tuple(read_observations(block, spec.days, None, hours_at) for block in spec.data)
+    spec = replace(spec, days=days)
     made = []
     for case in campaign.cases:
         own = tuple(
@@ -101,7 +107,11 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         _refuse_impossible(case.scene, spec, about)
-        study = MeasuredCase(label, case.scene, spec, _limit(case.scene, spec, about), own, {})
+        limit = _limit(case.scene, spec, about)
+        study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record)
+        if study.costly and record is not None:
+            key = next(iter(study.costly))
+            raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
         if study.costly:
             drawn = draw(Sample("sobol", spec.draws, spec.seed), study.costly, "update.unknown")
             study = replace(study, drawn=drawn)
@@ -138,12 +148,21 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
             changed = changed.replace(key, value)
         _refuse_impossible(changed, spec, about)
         days = spec.days if unit is None or unit.days is None else unit.days
-        seen = tuple(read_observations(data, days, name) for data in spec.data)
+        record = None if spec.record is None else read_record(spec.record, name)
         known = [calendar_of(data, name, days) for data in spec.data]
-        days = next((found for found in known if found is not None), days)
+        own_days, hours_at = _calendar(record, days)
+        seen = tuple(read_observations(data, days, name, hours_at) for data in spec.data)
+        days = own_days if hours_at else next((found for found in known if found is not None), days)
         limit = _limit(changed, spec, about)
-        made.append(MeasuredCase(name, changed, replace(spec, days=days), limit, seen, {}))
+        made.append(MeasuredCase(name, changed, replace(spec, days=days), limit, seen, {}, record=record))
     return tuple(made)
+
+
+def _calendar(record: OperatingRecord | None, days: Days | None) -> tuple[Days | None, Any]:
+    """Return the calendar after a record with dates, and what tells the hours at dates."""
+    if record is None or record.dates is None:
+        return days, None
+    return record.days(days), record.hours_at
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
@@ -236,6 +255,30 @@ def _read(
     if not read:
         raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
     return tuple(read), np.array(which, np.intp)
+
+
+def conditions_of(study: MeasuredCase, store: "Store") -> list[RunHistory]:
+    """Return the stored runs of the conditions of what really ran.
+
+    Raises
+    ------
+    UpdateError : one of them is not there
+    """
+    assert study.record is not None
+    scenes = study.record.scenes(_lengthened(study.scene, study.longer))
+    found = read_runs(
+        store,
+        dict.fromkeys(scene.id for scene in scenes),
+        {*needed((), study.limit), "cycle", "operating_hours"},
+    )
+    runs = []
+    for scene in scenes:
+        if scene.id not in found:
+            torque = scene.operation.torque if scene.operation is not None else 0.0
+            reason = (store.find(scene.id).reason or "").strip().rpartition("\n")[2]
+            raise UpdateError(f"{study.label}: update.record: its run at {torque:g} N m: {reason}")
+        runs.append(history_of(found[scene.id], scene.id, scene.model_dump(), (), study.limit))
+    return runs
 
 
 def plain(value: float | str) -> float:

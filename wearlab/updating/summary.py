@@ -14,7 +14,7 @@ from wearlab.updating.fleet_words import fleet_answers, told_fleet
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
-EVIDENCE = ((1.0, "cannot tell"), (3.0, "leans towards"), (5.0, "clearly prefers"))
+EVIDENCE = ((1.0, "cannot tell, if anything they prefer"), (3.0, "lean towards"), (5.0, "clearly prefer"))
 BELIEVED = (
     "Believe it while",
     "  load and speed stay as they are in the campaign: measurements tell k times the load;",
@@ -125,6 +125,15 @@ def _case(tree: xr.DataTree, label: str | None) -> Iterator[str]:
     yield from _decision(group(tree, "decision", label), hours)
     if "log_evidence_of_drift" in stats:
         yield _evidence(float(stats["log_evidence_of_drift"]))
+    if "log_evidence_of_change" in stats:
+        gain, *parts = (float(stats[f"change_{n}_{p}"]) for n in ("ratio", "cycle") for p in (50, 5, 95))
+        weight = float(stats["log_evidence_of_change"])
+        said = f"{_weight(weight)} {'a change' if weight > 0.0 else 'none'}"
+        yield f"did k change? ln of the evidence of a change over none {weight:.3g}; the data {said}"
+        yield (
+            f"  if it did, it became {gain:.3g} times what it was (90 %: {parts[0]:.3g} to {parts[1]:.3g}), "
+            f"between {_when(parts[3], hours).strip()} and {_when(parts[4], hours).strip()}"
+        )
     runs, effective = (f"{float(stats[name]):.0f}" for name in ("runs", "effective_runs"))
     many = f"effective {effective} (k and errors are integrated out within each)"
     one = "k and errors integrated out on a grid: no sampling error"
@@ -263,10 +272,13 @@ def _flagged(stats: xr.Dataset, hours: float) -> Iterator[str]:
             )
 
 
+def _weight(gain: float) -> str:
+    return next((words for most, words in EVIDENCE if abs(gain) < most), "strongly prefer")
+
+
 def _evidence(gain: float) -> str:
-    weight = next((words for most, words in EVIDENCE if abs(gain) < most), "strongly prefers")
     side = "accumulating noise" if gain > 0.0 else "independent errors alone"
-    said = f"{weight} between them" if weight == "cannot tell" else f"{weight} {side}"
+    said = f"{_weight(gain)} {side}"
     about = "evidence of accumulating noise against independent errors alone: ln of the ratio"
     return f"{about} {gain:.3g}; the data {said}"
 

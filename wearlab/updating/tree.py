@@ -39,6 +39,15 @@ STATISTICS = {
     "numerical_share": "numerical error of the runs over the measuring error",
     "prior_predictive_p": "probability before of last values as far out as those measured",
     "contradiction": "standard deviations between the coefficients of the two files most at odds",
+    "log_evidence_of_change": "log of the evidence of a change of k over that of none",
+    **{
+        f"change_{name}_{p}": f"{words}, given that it changed: {p} % lie below"
+        for name, words in (
+            ("cycle", "cycle at which k changed"),
+            ("ratio", "k after its change over that before"),
+        )
+        for p in (5, 50, 95)
+    },
     "log_evidence_of_drift": "log of the evidence of accumulating noise over that of independent errors",
 }
 
@@ -304,7 +313,7 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
         name = f"remaining_without_{block_name(outcome, number)}"
         variables[name] = variable(without.remaining(P[[0, 2, 4]]), about, "ends")
     post = outcome.posterior
-    if len(post.weight) > 1:
+    if outcome.study.costly:
         variables["run_weight"] = variable(post.weight, "posterior probability of each run", "run")
         variables["run_id"] = variable([run.id for run in post.histories], "identity of each run", "run")
     variables["notes"] = variable(" | ".join(outcome.notes), "what a reader must know, most important first")

@@ -215,7 +215,7 @@ def calibrated(
                 for believed, real in zip(told, made, strict=True)
             )
         kept = np.ones(len(post.histories), bool)
-        kept[truths.run[t]] = len(kept) == 1  # its own run knows too much
+        kept[truths.run[t]] = not study.costly  # its own run knows too much
         runs = tuple(run for run, held in zip(post.histories, kept, strict=True) if held)
         answer = answered(study, runs, made, post.log_proposal[kept])
         if study.prior is not None:
@@ -246,8 +246,8 @@ def _bent(run: RunHistory, power: float) -> RunHistory:
     ends = [float(asked.cycle.max()) for asked in run.asked if len(asked.cycle)]
     last = max(ends, default=run.end) - run.start
     share = np.concatenate([np.linspace(0.0, 2.0, 401), np.geomspace(2.1, 1e4, 400)])
-    clock = Clock(run.start + last * share, run.start + last * share**power)
-    return run if power == 1.0 else replace(run, clock=clock)
+    bent = run.start + run.equal(run.start + last * share**power)
+    return run if power == 1.0 else replace(run, clock=Clock(run.start + last * share, bent))
 
 
 def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:

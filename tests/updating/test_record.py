@@ -1,0 +1,133 @@
+"""What really ran: a load record against real runs with stages, and what a record cannot be."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import STATIC
+
+import wearlab as wl
+from wearlab.campaign import CampaignError
+from wearlab.campaign.update_options import RecordBlock, RecordColumns
+from wearlab.updating import UpdateError, update
+from wearlab.updating.record import read_record
+from wearlab.updating.study import studies
+from wearlab.updating.summary import told
+
+RPM = 1200.0
+ROWS = ((0, 500, RPM), (100, 250, 0.5 * RPM), (400, 0, 0), (450, 420, RPM), (600, "", ""))
+RECORD = "hours,torque,speed\n" + "".join(f"{h},{t},{n}\n" for h, t, n in ROWS)
+RECORDED = STATIC.replace('cycle = "cycles"', 'hours = "hours"').replace(
+    "[[update.data]]",
+    """[update.record]
+file    = "record.csv"
+columns = { hours = "hours" }
+units   = { hours = "h", torque = "N*m", speed = "rpm" }
+[[update.data]]""",
+)
+
+
+def campaign(folder, weighings, record=RECORD, text=RECORDED):
+    (folder / "record.csv").write_text(record)
+    (folder / "weighings.csv").write_text("hours,loss\n" + "".join(f"{h},{v!r}\n" for h, v in weighings))
+    (folder / "recorded.toml").write_text(text)
+    return wl.load(folder / "recorded.toml")
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    """The scene with the record as stages and 1.3 times the coefficient: what brute force has worn."""
+    scene = campaign(tmp_path_factory.mktemp("staged"), [(100, 1.0)]).cases[0].scene
+    stages = [
+        {"torque": f"{t} N*m", "speed": f"{n} rpm", "cycles": 60.0 * n * (after[0] - h)}
+        for (h, t, n), after in pairwise(ROWS)
+        if t
+    ]
+    own = scene.operation
+    stages.append({"torque": f"{own.torque} N*m", "speed": f"{own.speed!r} rad/s"})
+    scene = scene.replace("operation", {"stage": stages}).replace("wear.coefficient.factor", 1.3)
+    return wl.simulate(scene)
+
+
+def test_a_record_gives_the_life_that_stages_have(staged, tmp_path):
+    hours = staged.operating_hours.values / 3600.0
+    mass = 1e6 * staged.worn_mass.isel(member=0).values
+    running = {200: 200, 500: 450, 600: 550}  # 50 hours stood still
+    weighings = [(h, float(np.interp(ran, hours, mass))) for h, ran in running.items()]
+    made = campaign(tmp_path, weighings, text=RECORDED.replace("5 mg", "0.5 mg"))
+    tree = update(made, wl.Store(tmp_path / "store"), progress=False)
+    predictions = tree["predictions"].to_dataset()
+    assert float(predictions["factor_quantile"][2]) == pytest.approx(1.3, rel=0.02)
+    rest = (
+        predictions["remaining_useful_life_quantile"].values * float(predictions["seconds_per_cycle"]) / 3600
+    )
+    life = float(staged.life) if "life" in staged else float(staged.cycle[-1])
+    truth = float(np.interp(life, staged.cycle.values, hours)) - 550.0
+    assert rest[2] == pytest.approx(truth, rel=0.02)
+    without = RECORDED.replace("5 mg", "0.5 mg").partition("[update.record]")
+    plain = without[0] + "[[update.data]]" + without[2].partition("[[update.data]]")[2]
+    other = update(campaign(tmp_path, weighings, text=plain), wl.Store(tmp_path / "store"), progress=False)
+    assert abs(float(other["predictions"]["factor_quantile"][2]) / 1.3 - 1.0) > 0.1
+    assert any("wear" in line for line in told(tree))
+
+
+def block(folder, text, **columns):
+    (folder / "record.csv").write_text(text)
+    units = {"torque": "N*m", "speed": "rpm"} | ({"hours": "h"} if "hours" in columns else {})
+    units |= {"duration": "h"} if "duration" in columns else {}
+    return RecordBlock(file=Path(folder / "record.csv"), columns=RecordColumns(**columns), units=units)
+
+
+def test_dates_tell_the_hours_in_operation(tmp_path):
+    rows = "date,torque,speed\n2026-01-01,100,1000\n2026-01-11,0,0\n2026-01-21,200,1000\n2026-01-31,,\n"
+    record = read_record(block(tmp_path, rows, date="date"))
+    assert record.time / 3600.0 == pytest.approx([0.0, 240.0, 240.0, 480.0])
+    at = np.array(["2026-01-06", "2026-01-16", "2026-01-26"], "datetime64[D]")
+    assert record.hours_at(at, None) / 3600.0 == pytest.approx([120.0, 240.0, 360.0])
+    days = record.days(None)
+    assert str(days.day) == "2026-01-31" and days.hours == 480.0
+    assert days.hours_per_year == pytest.approx(480.0 * 365.2425 / 30.0)
+    assert np.isnan(record.hours_at(np.array(["2026-03-01"], "datetime64[D]"), None)).all()
+
+
+def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
+    bins = "duration,torque,speed\n" + "".join(f"10,{t},{n}\n" for t in range(0, 100, 5) for n in (500, 900))
+    record = read_record(block(tmp_path, bins, duration="duration"))
+    conditions, which = record.conditions()
+    assert record.mixed and record.time[-1] == 400 * 3600.0 and len(conditions) <= 12
+    cycles = np.diff(record.time) * record.speed * (which >= 0)
+    assert conditions[which, 0] @ cycles == pytest.approx(record.torque @ cycles)
+    assert (which[:2] == -1).all()
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("hours,torque\n0,1\n5,1\n", "no column 'speed' for speed; there are hours, torque: name it in"),
+        ("hours,torque,speed\n0,1,1\n", "a row holds until the next"),
+        ("hours,torque,speed\n0,1,1\n5,2,2\n5,,\n", "line 4, column 'hours': is not after the row before it"),
+        ("hours,torque,speed\n0,-1,1\n5,,\n", "line 2, column 'torque': is negative: give the size"),
+        ("hours,torque,speed\n0,,1\n5,,\n", "line 2, column 'torque': is empty; 0 stands for"),
+        ("hours,torque,speed\n7,1,1\n9,,\n", "the record begins after 7 h: begin at 0"),
+        ("hours,torque,speed\n0,1,0\n9,,\n", "nothing ran: speed is 0 in every row"),
+    ],
+)
+def test_a_wrong_record_is_one_line(tmp_path, rows, said):
+    with pytest.raises(UpdateError, match=said):
+        read_record(block(tmp_path, rows, hours="hours"))
+
+
+def test_what_a_record_cannot_go_with_is_refused(tmp_path):
+    with pytest.raises(CampaignError, match="say when by hours or date"):
+        campaign(
+            tmp_path, [(1, 1)], text=RECORDED.replace('hours = "hours", value', 'cycle = "hours", value')
+        )
+    with pytest.raises(CampaignError, match="name one of hours, date, duration, not 2"):
+        campaign(
+            tmp_path, [(1, 1)], text=RECORDED.replace('{ hours = "hours" }', '{ hours = "a", date = "b" }')
+        )
+    torque = '[update.unknown]\n"operation.torque" = { normal = { mean = "340 N*m", sd = "10 N*m" } }'
+    made = campaign(tmp_path, [(1, 1)], text=RECORDED.replace("[update.unknown]", torque))
+    with pytest.raises(UpdateError, match=r"update.record: goes with the unknown wear\.coefficient\.factor"):
+        studies(made)

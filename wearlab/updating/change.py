@@ -1,0 +1,105 @@
+"""A wear coefficient that changes once: by running-in, or between two inspections.
+
+None has half of the probability before. Else k was a ratio r of what it is now until a cycle, ln r ~ N(0, 1):
+in each gap between two inspections alike, evenly within it; of running-in r is above 1, and the logarithm of
+the cycle is even. Cycles and ratios stand on a grid, each point a clock on the one stored run.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from wearlab.arrays import Array
+from wearlab.updating.history import Clock, RunHistory
+from wearlab.updating.observations import UpdateError
+from wearlab.updating.posterior import Posterior
+
+RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
+GOLDEN = 0.6180339887
+WIDE = 4.0  # standard deviations of ln r that are looked at first
+EARLIEST = 1e-3  # of the cycles inspected at which running-in may be over
+ROUNDS, DEPTH = 6, 12.0  # of narrowing ln r; of ln of the weight below its top that counts
+
+Judge = Callable[[tuple[RunHistory, ...]], Posterior]
+
+
+def stepped(run: RunHistory, at: float, ratio: float) -> RunHistory:
+    """Return a run with k ``ratio`` times what it is until a cycle, and as it is from then on."""
+    ends = np.array([run.start, run.end])
+    own = Clock(ends, ends) if run.clock is None else run.clock
+    knots = np.unique(np.append(own.cycle, [at, max(at, float(own.cycle[-1])) + run.end]))
+    equal, until = run.equal(knots), float(run.equal(np.array(at)))
+    passed = ratio * np.minimum(equal, until) + np.maximum(equal - until, 0.0)
+    return replace(run, clock=Clock(knots, run.start + passed, own.off), change=(at, 1.0 / ratio))
+
+
+def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory, ...], Array]:
+    """Return a run of constant k and those with a change that counts, and ln of how often each stands.
+
+    Parameters
+    ----------
+    run : whose k is constant
+    kind : once | running-in
+    judge : what is known after the measurements, given runs
+
+    Raises
+    ------
+    UpdateError : there are fewer than two inspections
+    """
+    cycles = np.unique(np.concatenate([[run.start], *(asked.cycle for asked in run.asked)]))
+    if len(cycles) < 3:
+        raise UpdateError("update.change: at least two inspections are needed to see k change")
+    early = kind == "running-in"
+    if early:
+        at = run.start + (cycles[-1] - run.start) * np.geomspace(EARLIEST, 1.0, TIMES + 2)[1:-1]
+    else:
+        at = (cycles[:-1, None] + np.diff(cycles)[:, None] * (np.arange(IN_GAP) + 0.5) / IN_GAP).ravel()
+    n, least = len(at), 0.0 if early else -WIDE
+    low, high, moved = np.full(n, least), np.full(n, WIDE), np.arange(n)
+    grid, evidence = np.empty((2, n, RATIOS))
+    inside = (
+        np.full(n, 0.5) if early else (0.5 + GOLDEN * np.arange(n)) % 1.0
+    )  # so that no ratio is preferred
+    for _ in range(ROUNDS):  # each cycle has the ratios that go with it
+        step = (high - low) / RATIOS
+        grid[moved] = (low[:, None] + step[:, None] * (np.arange(RATIOS) + inside[:, None]))[moved]
+        some = tuple(stepped(run, float(at[t]), float(np.exp(r))) for t in moved for r in grid[t])
+        evidence[moved] = judge(some).log_evidence.reshape(-1, RATIOS)
+        logs = evidence - 0.5 * grid**2
+        held = logs > logs.max(axis=1, keepdims=True) - DEPTH
+        first, last = held.argmax(axis=1), RATIOS - 1 - held[:, ::-1].argmax(axis=1)
+        left = np.maximum(grid[np.arange(n), first] - step, least)
+        right = np.minimum(grid[np.arange(n), last] + step, WIDE)
+        moved = np.flatnonzero(right - left < 0.6 * (high - low))
+        if not len(moved):
+            break
+        low[moved], high[moved] = left[moved], right[moved]
+    scale = (2.0 if early else 1.0) / np.sqrt(2.0 * np.pi) / n
+    before = np.log(0.5 * scale * step[:, None]) - 0.5 * grid**2
+    kept = np.argwhere(before + evidence > (before + evidence).max() - DEPTH)
+    runs = (run, *(stepped(run, float(at[t]), float(np.exp(grid[t, r]))) for t, r in kept))
+    return runs, -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
+
+
+def facts_of(post: Posterior) -> dict[str, float]:
+    """Return how much the data prefer a change, and its ratio and cycle, with 90 %, given one."""
+    changed = np.array([run.change is not None for run in post.histories])
+    if not changed.any():
+        return {}
+    relative = post.log_evidence - post.log_proposal
+    gain = float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))
+    at, ratio = np.array([run.change for run in post.histories if run.change is not None]).T
+    found = {"log_evidence_of_change": gain}
+    for name, values in (("change_cycle", at), ("change_ratio", ratio)):
+        found |= dict(
+            zip((f"{name}_{p}" for p in (5, 50, 95)), _quantiles(values, post.weight[changed]), strict=True)
+        )
+    return found
+
+
+def _quantiles(values: Array, weight: Array) -> Sequence[float]:
+    order = np.argsort(values)
+    below = np.cumsum(weight[order]) - 0.5 * weight[order]
+    return [float(q) for q in np.interp([0.05, 0.5, 0.95], below / weight.sum(), values[order])]
