@@ -1,11 +1,15 @@
 """A life that has ended is stored, whatever fails of what is found of it afterwards."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from wearlab.campaign import load
 from wearlab.scene import Scene
 from wearlab.simulation import exact, run, simulate
 
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LIGHT = {
     "gears": {
         "kind": "internal-pair",
@@ -81,3 +85,17 @@ def test_a_scene_without_a_life_still_fails_by_its_own_error(monkeypatch):
     monkeypatch.setattr(run.named, "path_values", failing)
     with pytest.raises(ZeroDivisionError):
         simulate(Scene.from_mapping(alone))
+
+
+def test_a_run_whose_flanks_part_says_for_how_long_and_one_in_contact_does_not() -> None:
+    cases = {case.label: case.scene for case in load(CAMPAIGNS / "extremes" / "backlash.toml").cases}
+    parting = simulate(cases["none"])
+    said = [line for line in parting["validity"].item().split("\n") if line.startswith("contact lost")]
+    share = float(parting["separation_fraction"].max())
+    assert share > 0.05
+    assert said == [
+        f"contact lost for {100 * share:.2g} % of the time: outside what the damping is known for"
+    ]
+    held = simulate(cases["none"].replace("mesh.damping_ratio", 0.9))
+    assert float(held["separation_fraction"].max()) == 0.0
+    assert "contact lost" not in held["validity"].item()

@@ -28,9 +28,9 @@ def diagnosed(name: str, find: Callable[[], Found], instead: Found, failures: li
         return instead
 
 
-def with_failures(run: xr.Dataset, failures: list[str]) -> xr.Dataset:
-    """Return the dataset of a run whose ``validity`` tells what is missing, a line each."""
-    if not failures:
+def with_told(run: xr.Dataset, lines: list[str]) -> xr.Dataset:
+    """Return the dataset of a run whose ``validity`` tells more, a line each."""
+    if not lines:
         return run
-    told = [run["validity"].item(), *dict.fromkeys(failures)]
+    told = [run["validity"].item(), *dict.fromkeys(lines)]
     return run.assign(validity=run["validity"].copy(data="\n".join(filter(None, told))))

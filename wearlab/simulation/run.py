@@ -21,7 +21,7 @@ from wearlab.simulation.calibration import Calibration, calibrated, calibrated_v
 from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
 from wearlab.simulation.continued import inherited_error
 from wearlab.simulation.departures import departures
-from wearlab.simulation.diagnostics import diagnosed, with_failures
+from wearlab.simulation.diagnostics import diagnosed, with_told
 from wearlab.simulation.discovery import discovery
 from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated, not_estimated
@@ -129,9 +129,17 @@ def _dataset(
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
     dataset = with_results(joined(conditions, labelled(values, coordinates)), failures, scene.store.results)
-    dataset = with_failures(dataset, failures)
+    dataset = with_told(dataset, [*contact_lost(dataset), *failures])
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
     return dataset.drop_vars(left_out) if left_out else dataset
+
+
+def contact_lost(run: xr.Dataset) -> list[str]:
+    """Return the line that says for how long flanks part at worst, none where they never do."""
+    share = float(run["separation_fraction"].max()) if "separation_fraction" in run else 0.0
+    if not share > 0.0:
+        return []
+    return [f"contact lost for {100.0 * share:.2g} % of the time: outside what the damping is known for"]
 
 
 def _of_condition(

@@ -1,0 +1,89 @@
+"""Whether the force that wears carries the load: drawn scenes in motion, unworn and worn.
+
+    python tests/validation/momentum.py --seed 1 --scenes 100
+
+At every coordinate the mean of normal forces, springs, dashpots and friction is held against the load, over
+the largest load; of an aperiodic motion less the change of momentum. Steps in which contact changes are cut.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from drawn_scenes import draw_any
+
+from wearlab.dynamics.forces.extremes import extremes
+from wearlab.gears.specification import GearError
+from wearlab.life.state import Wear
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build
+
+sys.path[:0] = [str(Path(__file__).parents[1] / "support")]
+from momentum_balance import unbalanced  # noqa: E402
+
+FINER, MOST = 4, 6000
+"""Steps over those of a run, and the most of them."""
+WORN = 5e-6
+"""Depth of the drawn wear [m]."""
+
+
+def built(scene: Scene) -> Parts:
+    """Return the physics of a scene with more steps a period."""
+    vibration = build(scene).vibration
+    assert vibration is not None
+    steps = min(MOST, FINER * len(vibration.sampling.grid.width))
+    return build(scene.replace("numerics.steps_per_period", steps))
+
+
+def worn(unworn: Wear, rng: np.random.Generator) -> Wear:
+    """Return flanks worn by a smooth drawn profile each."""
+    return tuple(np.array([_profile(len(depth), rng) for depth in kind]) for kind in unworn)
+
+
+def _profile(points: int, rng: np.random.Generator) -> np.ndarray:
+    x = np.linspace(-1.0, 1.0, points)
+    return WORN * rng.uniform() * (1.0 + np.cos(np.pi * rng.uniform(0.5, 2.0) * x + rng.uniform(0.0, 6.0)))
+
+
+def main() -> int:
+    """Print a line for each state, then the shares."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--scenes", type=int, default=100)
+    parser.add_argument("--bar", type=float, default=1e-6)
+    asked = parser.parse_args()
+    left, number = [], -1
+    while len(left) < 2 * asked.scenes:
+        number += 1
+        scene, began = draw_any(asked.seed, number), time.perf_counter()
+        if scene.dynamics is None:
+            continue
+        try:
+            coupling = built(scene).coupling
+            unworn = coupling.unworn()
+            states = [coupling.evaluate(x) for x in (unworn, worn(unworn, np.random.default_rng(number)))]
+        except GearError as error:
+            print(f"{number}: refused: {error}")
+            continue
+        kind = f"{scene.gears.kind}, {scene.dynamics.model}"
+        for state, name in zip(states, ("unworn", "worn"), strict=True):
+            response = state.response
+            assert response is not None
+            off, apart = float(np.abs(unbalanced(response)).max()), float(extremes(response).separated.max())
+            left.append((off, apart, response.period))
+            mark = "" if off < asked.bar else "  MISSED"
+            print(f"{number}: {off:.2g}  {kind}, {name}, period {response.period}, apart {apart:.1%}{mark}")
+        print(f"    {time.perf_counter() - began:.1f} s", flush=True)
+    off, apart, period = np.array(left).T
+    print(
+        f"{len(off)} states, {np.mean(apart > 0.0):.0%} with parting flanks, {np.mean(period == 0):.0%} "
+        f"aperiodic: {np.mean(off < asked.bar):.1%} within {asked.bar:g}, median {np.median(off):.1g}, "
+        f"worst {off.max():.2g}"
+    )
+    return int((off >= asked.bar).any())
+
+
+if __name__ == "__main__":
+    sys.exit(main())
