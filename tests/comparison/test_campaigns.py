@@ -57,6 +57,23 @@ def test_a_grid_is_compared_like_its_campaign(store):
     assert found["run_id"].values.tolist() == named["run_id"].values.tolist()
 
 
+def test_at_most_five_missing_runs_are_named(store):
+    many = campaign(0)
+    speeds = (*SPEEDS, *range(4000, 4009))
+    lacking = tuple(Case("base", f"f{i}" * 10, {"speed": i}) for i in range(3, len(speeds)))
+    axes = (Axis("speed", speeds, "rpm", "operation.speed"),)
+    many = replace(many, cases=(*many.cases, *lacking), axes=axes)
+    said = ["speed = 4000 rpm: missing", "speed = 4004 rpm: missing", "and 4 more"]
+    for found in (
+        compare(campaign(0), many, store=store),
+        compare(store.open(campaign(0)), store.open(many)),
+    ):
+        named = json.loads(found.attrs["only_b"])
+        assert [named[0], *named[4:]] == said and len(named) == 6
+    some = store.open(many).isel(speed=[0, 1, 3])
+    assert json.loads(compare(store.open(campaign(0)), some).attrs["only_b"]) == said[:1]
+
+
 def test_the_unit_of_the_file_does_not_matter(store):
     other = campaign(4, [v / 60 for v in SPEEDS], "rev/s")
     found = compare(campaign(0), replace(other, axes=(replace(other.axes[0], units="rev/s"),)), store=store)

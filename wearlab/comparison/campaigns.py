@@ -11,7 +11,7 @@ import xarray as xr
 from wearlab.comparison.errors import CompareError
 from wearlab.comparison.quantities import QUANTITIES, described
 from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
-from wearlab.store.grid import own_values
+from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
 from wearlab.store.outcome import place, value_text
 from wearlab.units import KINDS, UnitError, convert
 
@@ -93,7 +93,13 @@ def _of_campaign(campaign: Any, store: "Store") -> Side:
             absent.append(f"{name}: {entry.state if entry else 'missing'}")
             continue
         members.append(SideRun(_key(case.label, places), name, case.id, _reader(store, case.id)))
-    return Side(campaign.title, tuple(members), tuple(absent))
+    return Side(campaign.title, tuple(members), _first(absent))
+
+
+def _first(absent: list[str]) -> tuple[str, ...]:
+    """Return the first runs that are missing, and how many more there are."""
+    more = len(absent) - MOST_MISSING
+    return (*absent[:MOST_MISSING], f"and {more} more") if more > 0 else tuple(absent)
 
 
 def _reader(store: "Store", run_id: str) -> Callable[[], xr.Dataset]:
@@ -103,15 +109,19 @@ def _reader(store: "Store", run_id: str) -> Callable[[], xr.Dataset]:
 def _of_grid(grid: xr.Dataset, name: str) -> Side:
     dims = [str(dim) for dim in grid["run_id"].dims]
     members: dict[object, SideRun] = {}
-    absent = [str(missing) for missing in np.atleast_1d(grid.attrs.get("missing", []))]
+    absent: list[str] = []  # of these points: the grid's own list tells of all that were opened with them
     repeated = own_values(grid) if "computed" in grid.coords else None
     for point in np.ndindex(*grid["run_id"].shape):
-        run_id = str(grid["run_id"].values[point])
-        if not run_id or str(grid["status"].values[point]) != "done":
+        run_id, state = str(grid["run_id"].values[point]), str(grid["status"].values[point])
+        if state == EXCLUDED:
             continue
         index = dict(zip(dims, point, strict=True))
         values = {d: (_plain(grid[d].values[i]), grid[d].attrs.get("units")) for d, i in index.items()}
         label = str(values.pop("case", (BASE, None))[0])
+        if not run_id or state != DONE:
+            words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
+            absent.append(f"{words if label == BASE and words else label}: {state}")
+            continue
         own = point if repeated is not None and label not in repeated else (label, run_id)
         if own in members or label in (repeated or ()):  # repeated along the axes: known by its label alone
             members[own] = SideRun(_key(label, {}), label, run_id, _point(grid, index))
@@ -119,7 +129,7 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
         words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
         members[own] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
     ordered = sorted(members.values(), key=lambda member: dict(member.key)["case"] != BASE)
-    return Side(str(grid.attrs.get("title") or name), tuple(ordered), tuple(absent))
+    return Side(str(grid.attrs.get("title") or name), tuple(ordered), _first(list(dict.fromkeys(absent))))
 
 
 def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:

@@ -57,6 +57,16 @@ VARIABLES: dict[str, Variable] = {
     **{name: result.variable for name, result in RESULTS.items()},
 }
 
+CONTENTS = (
+    *(
+        (begin, "qualityInformation")
+        for begin in ("error_estimate", "estimate_quality", "residual", "verdict")
+    ),
+    *((begin, "qualityInformation") for begin in ("validity", "model_error")),
+    *((begin, "auxiliaryInformation") for begin in ("run_time", "count", "steps_cycle")),
+)
+"""Beginnings of names of what is no result of the model."""
+
 ON_REQUEST = tuple(dynamics.ON_REQUEST)
 """Variables that are computed only when ``[store] variables`` names them."""
 
@@ -85,8 +95,16 @@ def attributes(name: str) -> dict[str, str]:
         "display_units": variable.display_units,
         "long_name": variable.long_name,
         "comment": variable.comment,
+        "coverage_content_type": _content(name),
     }
     return {key: value for key, value in named.items() if value}
+
+
+def _content(name: str) -> str:
+    """Return what a variable is for catalogues, as ACDD 1.3 names it after ISO 19115-1."""
+    if any(name in group.variables for group in coordinates.GROUPS):
+        return "coordinate"
+    return next((content for begin, content in CONTENTS if name.startswith(begin)), "modelResult")
 
 
 class _Results(Sort):
