@@ -1,5 +1,6 @@
 """Results and kinds of figures of a user's own: a plug-in may hold one alone."""
 
+import json
 import textwrap
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import wearlab as wl
 from wearlab.campaign import load
 from wearlab.cli.app import status_of
 from wearlab.figures.kinds import KINDS
-from wearlab.plugins import PluginError, Trust, forget, trusting, use
+from wearlab.plugins import PluginError, Trust, forget, stand_in, trusting, use
 from wearlab.schema import VARIABLES, attributes
 from wearlab.simulation.run import simulate
 
@@ -117,6 +118,24 @@ def test_a_name_belongs_to_the_plugin_that_took_it(plugin, tmp_path):
     with pytest.raises(PluginError, match="its long_name is empty"):
         use([plugin(words="")])
     assert VARIABLES["mean_wear"].long_name == "the same, edited"
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"name": "wear_depth"}, "wear_depth: wearlab has a variable of this name"),
+        ({"variable": {"dims": ["nowhere"], "units": "m"}}, "missing 2 required"),
+        ({"variable": 3}, "not iterable"),
+    ],
+)
+def test_a_strangers_declaration_moves_no_variable(changed, said):
+    variable = {"dims": ["update"], "units": "ft", "display_units": "ft", "long_name": "mine"}
+    result = {"name": "mean_wear", "needs": ["wear_depth"], "variable": variable, **changed}
+    record = {"name": "mine.py", "sha256": "0" * 64, "variants": [], "results": [result]}
+    before = dict(VARIABLES)
+    with pytest.raises(PluginError, match=said):
+        stand_in(json.dumps(record))
+    assert before == VARIABLES
 
 
 def test_a_result_that_fails_costs_no_life(plugin):

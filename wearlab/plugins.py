@@ -350,6 +350,8 @@ def stand_in(text: str) -> None:
                 if made is None:
                     UNRUN[str(value["name"])] = str(record["name"])
                 elif made.name not in sort.known:
+                    if wrong := sort.wrong(made):
+                        raise ValueError(f"{made.name}: {wrong}")
                     sort.hold({made.name: made}, origin)
                     sort.add(made)
     except (KeyError, TypeError, ValueError) as error:
