@@ -89,10 +89,13 @@ def read_observations(
     unknown = next((column for column in sorted(data.units) if table.find(column) is None), None)
     if unknown is not None:
         raise UpdateError(f"{data.place}.units.{unknown}: the file has no such column")
+    held = np.ones(len(table), bool)
+    if unit is not None:
+        held = np.array([text == unit for text in table.cells[str(names["unit"])]])
     units = {"time": CLOCKS[clock], "place": PLACE_UNITS.get(place_kind or "", "1")}
     try:
         columns = {
-            name: _dates(data, table, str(found), days, hours_at)
+            name: _dates(data, table, str(found), days, held, hours_at)
             if name == "time" and clock == "date"
             else numbers_of(data, table, str(found), units.get(name, data.si), name)
             for name, found in names.items()
@@ -116,7 +119,6 @@ def read_observations(
         hashlib.sha256(content).hexdigest(),
     )
     if unit is not None:
-        held = np.array([text == unit for text in table.cells[str(names["unit"])]])
         parts = ("time", "value", "sd", "below", "place", "row")
         seen = replace(seen, **{part: getattr(seen, part)[held] for part in parts})
     _refuse_impossible(seen, names)
@@ -223,11 +225,13 @@ def numbers_of(data: Data | RecordBlock, table: ReadTable, column: str, unit: st
     return numbers if own is None else in_unit(numbers, own, unit, column)
 
 
-def _dates(data: Data, table: ReadTable, column: str, days: Days | None, hours_at: Any = None) -> Array:
+def _dates(
+    data: Data, table: ReadTable, column: str, days: Days | None, held: Flags, hours_at: Any = None
+) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
     if hours_at is not None:
         seconds: Array = hours_at(table.dates(column, data.date_format), days)
-        wrong = ~(seconds >= 0.0)
+        wrong = held & ~(seconds >= 0.0)
         if wrong.any():
             row = table.lines[int(np.argmax(wrong))]
             raise UpdateError(

@@ -10,6 +10,7 @@ from wearlab.schema import VARIABLES
 from wearlab.store.outcome import hours_text
 from wearlab.units import HOUR, convert
 from wearlab.updating.checks import ALARM
+from wearlab.updating.comparison import in_words
 from wearlab.updating.fleet_words import fleet_answers, told_fleet
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
@@ -34,11 +35,8 @@ def told(tree: xr.DataTree) -> list[str]:
     for label in labels:
         lines += [] if label is None else ["", f"case {label}"]
         lines += [f"  {line}" for line in _case(tree, label)]
-    if len(labels) > 1 and tree.attrs.get("same_measurements"):
-        evidence = {str(label): float(group(tree, "sample_stats", label)["log_evidence"]) for label in labels}
-        best = max(evidence.values())
-        lines += ["", "how probable the data are under each case (ln of the ratio to the best):"]
-        lines += [f"  {label}: {value - best:.3g}" for label, value in evidence.items()]
+    if "comparison" in tree.children:
+        lines += ["", *in_words(tree["comparison"].to_dataset())]
     return lines
 
 

@@ -13,6 +13,7 @@ from wearlab.campaign.update_options import THICKNESS
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert
+from wearlab.updating.comparison import compared
 from wearlab.updating.decision import decided, virtual_inspection
 from wearlab.updating.draws import Draws, innovations, over_cycles, replicated
 from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, variable
@@ -75,6 +76,9 @@ def tree_of(
             ).assign_coords(case=labels)
             for name in dict.fromkeys(name for groups in each for name in groups)
         }
+    same = len({tuple(seen.fingerprint for seen in outcome.study.seen) for outcome in outcomes}) == 1
+    beside = compared(outcomes if same else outcomes[:1])
+    joined |= {} if beside is None else {"comparison": beside}
     tree = tree_of_groups(campaign, [outcome.study for outcome in outcomes], joined)
     notes = {f"notes_{n}": " | ".join(outcome.notes) for n, outcome in enumerate(outcomes) if outcome.notes}
     tree.attrs |= notes

@@ -1,0 +1,58 @@
+"""A maintenance engineer asks: twelve gearboxes, dates, weighings, a load record; which to open first?"""
+
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wearlab as wl
+from wearlab.updating import update
+from wearlab.updating.summary import answers, told
+
+END = date(2026, 6, 30)
+CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_department.toml"
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    return update(wl.load(CAMPAIGN), wl.Store(tmp_path_factory.mktemp("store")), progress=False)
+
+
+def true_days():
+    text = (CAMPAIGN.parent / "measured" / "department_weighings.csv").read_text().splitlines()[1]
+    return {pair.split()[0]: date.fromisoformat(pair.split()[1]) for pair in text.strip("# ").split(", ")}
+
+
+def test_every_gearbox_gets_a_day_that_is_true_of_its_own_loads(tree):
+    """Truths are real runs with the loads as stages, coefficients drawn outside of the code."""
+    truth, predictions = true_days(), tree["predictions_without"].to_dataset()
+    days = predictions["end_of_life_quantile"].values.astype("datetime64[D]")
+    names = predictions["unit"].values.tolist()
+    assert names == list(truth) and len(names) == 12
+    worn_out = predictions["end_passed"].values > 0.3  # then its day is the last one known, or a later one
+    inside = [
+        days[k, 0] <= np.datetime64(truth[n]) <= days[k, 4] or (worn_out[k] and truth[n] < END)
+        for k, n in enumerate(names)
+    ]
+    assert sum(inside) >= 9, dict(zip(names, inside, strict=True))
+    weighed = [k for k, name in enumerate(names) if name not in ("G06", "G12")]
+    off = [
+        abs(int((days[k, 2] - np.datetime64(truth[names[k]])).astype(int)))
+        for k in weighed
+        if truth[names[k]] > END
+    ]
+    assert np.median(off) < 60, off
+
+
+def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what(tree):
+    text = "\n".join(told(tree))
+    assert sum(line.strip().startswith("G") for line in told(tree)) >= 12
+    assert "! G06 at " in text and "look at the reading, its unit and its hours" in text
+    assert "leaving out the inspections above that are marked !" in text
+    first, second = (line for line in answers(tree) if line.startswith("open "))
+    assert "first: " in first and "next: " in second and first.count(";") >= 1
+    soonest = sorted(true_days().items(), key=lambda pair: pair[1])[:5]
+    without = text.partition("leaving out")[2]
+    opened = [line.split()[1] for line in without.splitlines() if line.strip().startswith("open ")]
+    assert set(opened[:2]) & {name for name, _ in soonest}
