@@ -94,3 +94,22 @@ def test_the_base_is_called_what_it_is(store, campaign):
     assert [entry.text for entry in plotted(grid, asked)[0].legend] == ["instant load", "light load"]
     built = replace(campaign, cases=campaign.cases[:6])  # a case that changes nothing but the sweep
     assert store.open(built)["case"].attrs["base"] == "relief swept"
+
+
+def test_the_base_is_told_from_the_cases_that_change_little(tmp_path, campaign):
+    """A static case changes three choices, too many to be told."""
+    store = Store(tmp_path / "store")
+    store.create()
+    given = (
+        {"load": "equivalent", "error": "loaded", "model": "modulated"},
+        {"load": "equivalent", "error": "unloaded", "model": "modulated"},
+        {"load": "static", "error": "none", "model": "pairs"},
+    )
+    for index, one in enumerate(given):
+        put(store, f"{index}" * 32, run(1000.0), json.dumps({"wear": one}))
+    cases = (
+        Case("base", "0" * 32, {"relief": 0}),
+        Case("unloaded", "1" * 32, {"relief": 0}),
+        Case("static", "2" * 32),
+    )
+    assert store.open(replace(campaign, cases=cases))["case"].attrs["base"] == "loaded error"

@@ -1,7 +1,14 @@
 """What each kind shows, as data."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from made_up import Campaign, Case, put, run
+
+from wearlab.figures.drawing import plotted
+from wearlab.figures.kind import read
+from wearlab.store import Store
 
 
 def named(plot):
@@ -169,3 +176,14 @@ def test_an_abscissa_with_a_dimension_of_its_own_gives_a_panel_for_each_place(pl
         (curve,) = panel.curves
         assert panel.x_label.startswith("Contact angle") or "(rad)" in panel.x_label
         np.testing.assert_allclose(curve.x, angle.sel(member=member))
+
+
+def test_of_a_motion_that_never_repeats_the_first_periods_are_shown(tmp_path):
+    store = Store(tmp_path / "store")
+    store.create()
+    put(store, "0" * 32, run(800.0, mesh_period=200))
+    grid = store.open(Campaign((Case("base", "0" * 32, {}),)))
+    plot = plotted(grid, read(SimpleNamespace(kind="mesh-force"), 1, None))[0]
+    curve = next(c for c in plot.panels[0].curves if c.look == "line")
+    assert curve.x[-1] < 20.0 and len(curve.x) == 20 * 16
+    assert any("first 20 of 200 mesh periods" in note for note in plot.notes)

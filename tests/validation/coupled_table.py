@@ -15,6 +15,7 @@ import xarray as xr
 
 import wearlab as wl
 from wearlab.campaign import load
+from wearlab.scene.identity import MODEL_VERSION
 
 TOP = Path(__file__).parents[2]
 PAGE = TOP / "docs" / "coupled_lives.md"
@@ -117,7 +118,11 @@ def forces(store: Any) -> Iterator[str]:
 
 def page(store: Any) -> list[str]:
     """Return the section that is written."""
-    lines = ["W23 Fig. 9: smallest and largest force of a sun–planet mesh [N], 90 N·m, 1000 rpm, over the"]
+    lines = [
+        f"Runs of model version {MODEL_VERSION}.",
+        "",
+        "W23 Fig. 9: smallest and largest force of a sun–planet mesh [N], 90 N·m, 1000 rpm, over the",
+    ]
     lines += ["wear of the sun; its profiles are those of the static load.", "", *forces(store)]
     for figure in LIVES:
         axis = figure.axis.replace("_", " ")

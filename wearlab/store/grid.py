@@ -8,7 +8,7 @@ never splits it.
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -143,19 +143,30 @@ def named_runs(campaign: "Campaign") -> list[str]:
 
 
 def _base_words(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
-    """Return what the base is beside the other cases: what it has for what they change, or what is swept."""
+    """Return what the base is beside the other cases: what it has for what they change, or what is swept.
+
+    Cases that change little come first; those that change too much to be told are left out.
+    """
     first = {case.label: scenes.get(case.id, "") for case in reversed(campaign.cases)}
     swept = {along.key for axis in campaign.axes for along in _along(axis).values()}
     base = first.pop(BASE, "")
-    changed = [d for text in first.values() if text and base for d in differences(base, text)]
-    texts = {d.key: d.a for d in changed if isinstance(d.a, str) and isinstance(d.b, str)}
-    words = [f"{a} {key.rpartition('.')[2]}" for key, a in texts.items() if key not in swept]
-    if 0 < len(words) <= MOST_WORDS:
-        return ", ".join(words).replace("_", " ")
+    told: dict[str, str] = {}
+    for words in sorted((_changed(base, text, swept) for text in first.values() if text and base), key=len):
+        if len(told | words) <= MOST_WORDS:
+            told |= words
+    if told:
+        kinds = (key.removesuffix(".model").rpartition(".")[2] for key in told)
+        return ", ".join(map(" ".join, zip(told.values(), kinds, strict=True))).replace("_", " ")
     unswept = (
         campaign.axes and first and not any(case.position for case in campaign.cases if case.label != BASE)
     )
     return f"{', '.join(axis.name for axis in campaign.axes)} swept".replace("_", " ") if unswept else ""
+
+
+def _changed(base: str, other: str, swept: Container[str]) -> dict[str, str]:
+    """Return the words that the base has for those that another scene changes, by key."""
+    pairs = [d for d in differences(base, other) if isinstance(d.a, str) and isinstance(d.b, str)]
+    return {d.key: str(d.a) for d in pairs if d.key not in swept}
 
 
 def _computed(

@@ -12,6 +12,9 @@ from wearlab.figures.slices import companion, shown, slices, thinned
 
 PERIODS = Scale("mesh periods", "1")
 LEAST_PERIODS = 2
+MOST_PERIODS = 60
+"""Mesh periods whose force can be seen beside each other; of more the first are shown."""
+SHOWN_OF_MANY = 20
 
 
 def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
@@ -31,7 +34,9 @@ def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
 def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
     run = thinned(run)
     name = ask.y[0]
-    periods = max(LEAST_PERIODS, run.data[name].sizes.get("mesh_period", 1))
+    count = run.data[name].sizes.get("mesh_period", 1)
+    periods = max(LEAST_PERIODS, count if count <= MOST_PERIODS else SHOWN_OF_MANY)
+    said = f"The first {periods} of {count} mesh periods are shown." if periods < count else ""
     for piece in slices(run, name, ask, "mesh_period", "phase"):
         phase, _ = companion(run, "phase", piece.place, ask)
         if np.isnan(piece.values).all():
@@ -40,7 +45,7 @@ def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
         if piece.error is not None and not np.isnan(piece.error).all():
             error = repeated(piece.error, phase, periods)[1]
         x, y = repeated(piece.values, phase, periods)
-        yield Series(piece.key, x, y, PERIODS, piece.scale, y_error=error)
+        yield Series(piece.key, x, y, PERIODS, piece.scale, y_error=error, said=said)
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
         yield from _static(run, ask, float(periods), piece.scale)
 
