@@ -14,8 +14,6 @@ from fake_campaign import alter, sweep
 
 import wearlab
 from wearlab.cli import app, campaigns, output
-from wearlab.cli.commands import plan as modes
-from wearlab.cli.commands import run as run_command
 from wearlab.runner import Interrupted, running
 from wearlab.store import Store
 
@@ -44,9 +42,8 @@ def command(capsys, tmp_path, monkeypatch):
 def campaign(monkeypatch):
     """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
     current = {"campaign": sweep(3)}
-    for home in (run_command, modes, campaigns):
-        monkeypatch.setattr(home, "read_campaign", lambda file: current["campaign"])
-    monkeypatch.setattr(run_command, "refuse_the_impossible", lambda campaign: None)
+    monkeypatch.setattr(output, "read_campaign", lambda file: current["campaign"])
+    monkeypatch.setattr(campaigns, "refuse_the_impossible", lambda campaign: None)
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     original = wearlab.runner.run
 
@@ -342,7 +339,7 @@ def test_a_scheduler_that_does_not_answer(command, monkeypatch):
 
 
 def test_a_fault_of_ours_keeps_its_traceback(command, monkeypatch):
-    monkeypatch.setattr(campaigns, "read_campaign", lambda file: 1 / 0)
+    monkeypatch.setattr(output, "read_campaign", lambda file: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         command("check", "any.toml")
 

@@ -1,4 +1,4 @@
-"""Which code this is: hashes of wearlab's Python sources, found without importing any of them.
+"""Which code this is: hashes of wearlab's sources and of its table of variables, without importing any.
 
 A run bears the hash of the code that it used. What comes after a run (the store, figures, commands) is no
 part of it, nor is `dynamics` of a run without ``[dynamics]``: a run is of other code only when code that it
@@ -26,7 +26,11 @@ SHORT_ID = 10
 @cache
 def source_hash() -> str:
     """Return the hash of all of wearlab's Python sources, 16 hexadecimal digits."""
-    return hash_of(sorted(PACKAGE.rglob("*.py")))
+    return hash_of(_sources())
+
+
+def _sources() -> list[Path]:
+    return sorted([*PACKAGE.rglob("*.py"), *PACKAGE.glob("schema/*.toml")])
 
 
 def code_and_place() -> tuple[str, str]:
@@ -43,8 +47,7 @@ def used_hash(dynamics: bool) -> str:
     dynamics : whether its scene moves
     """
     left_out = AFTER if dynamics else AFTER | {DYNAMICS}
-    files = sorted(PACKAGE.rglob("*.py"))
-    return hash_of(file for file in files if file.relative_to(PACKAGE).parts[0] not in left_out)
+    return hash_of(file for file in _sources() if file.relative_to(PACKAGE).parts[0] not in left_out)
 
 
 def present_hashes() -> tuple[str, ...]:

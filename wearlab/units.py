@@ -13,7 +13,7 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
-from wearlab.shop.hardness import SCALES, HardnessError, pressure_of
+from wearlab.shop.materials import SCALES, HardnessError, pressure_of
 
 USUAL: dict[str, tuple[float, str]] = {
     "1/min": (0.016666666666666666, "1 / second"),

@@ -8,7 +8,7 @@ from scipy.stats import uniform
 
 import wearlab as wl
 from wearlab.campaign.axes import read_axes
-from wearlab.comparison.errors import CompareError
+from wearlab.comparison import CompareError
 from wearlab.comparison.sobol import SobolWarning, indices
 
 KEYS = ("wear.coefficient.factor", "operation.torque_fluctuation.amplitude", "numerics.tolerance")

@@ -203,7 +203,7 @@ def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
 TWICE = """
 import os, signal, sys, time
 from wearlab.cli.app import main
-from wearlab.cli.commands import run as running
+from wearlab.cli import output
 
 def stubborn(*words):
     try:
@@ -213,7 +213,7 @@ def stubborn(*words):
         print("farewell", flush=True)
         time.sleep(60)
 
-running.read_campaign = stubborn
+output.read_campaign = stubborn
 sys.argv = ["wearlab", "run", "any.toml"]
 main()
 """

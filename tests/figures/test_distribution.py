@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.figures.errors import FigureError
+from wearlab.figures import FigureError
 from wearlab.figures.kinds.distribution import (
     CONFIDENCE,
     HISTOGRAM,

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from wearlab.figures.kinds.sensitivity import RANK, SENSITIVITY, ranked
+from wearlab.figures.kinds.results import RANK, SENSITIVITY, ranked
 from wearlab.figures.plot import Plot, Scale, Series
 from wearlab.figures.render import _limits
 from wearlab.figures.wording import Label

@@ -8,7 +8,7 @@ import pytest
 
 from wearlab.query import Key, Vocabulary, holds, read_condition
 from wearlab.query.evaluate import COMPARED, edges, index_of_quantity, met
-from wearlab.shop.hardness import SCALES
+from wearlab.shop.materials import SCALES
 from wearlab.units import KINDS, UnitError, convert, quantity, rounded
 
 TOUR = (Path(__file__).parents[2] / "docs" / "tour.md").read_text().replace("\\*", "*")

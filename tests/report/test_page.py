@@ -11,8 +11,7 @@ from made_up import put, run
 
 import wearlab as wl
 from wearlab.cli.app import status_of
-from wearlab.report.content import drawn, remarks
-from wearlab.report.page import report
+from wearlab.report.page import drawn, remarks, report
 from wearlab.store import Store
 from wearlab.store.outcome import Comparison, Outcome, place
 

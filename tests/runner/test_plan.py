@@ -8,8 +8,7 @@ import pytest
 from fake_campaign import Campaign, alter, sweep
 
 from wearlab.campaign import load
-from wearlab.cli import app
-from wearlab.cli.commands import plan as planning
+from wearlab.cli import app, output
 from wearlab.runner import plan as planner
 from wearlab.runner.plan import Amount, differing, least_bytes, parts_of, plan
 from wearlab.runner.worker import Task, execute
@@ -106,7 +105,7 @@ def command(store, monkeypatch, capsys):
         Excluded("base", {"speed": 2}, "speed_ratio > 1"),
     )
     campaign = WithExcluded(campaign.cases[:1] + campaign.cases[3:], campaign.axes, excluded=left_out)
-    monkeypatch.setattr(planning, "read_campaign", lambda file: campaign)
+    monkeypatch.setattr(output, "read_campaign", lambda file: campaign)
 
     def run(*words):
         capsys.readouterr()

@@ -4,9 +4,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.figures.kind import Ask
-from wearlab.figures.kinds.unknowns import RANK_HISTOGRAM
-from wearlab.figures.kinds.wear_to_come import POSTERIOR_FAN
-from wearlab.figures.updates import Updated
+from wearlab.figures.kinds.update import Updated, posterior_fan, rank_histogram
 
 ASK = Ask("figure", "posterior-fan")
 
@@ -34,11 +32,11 @@ def test_a_weighing_below_the_limit_of_detection_is_drawn():
         {"cycle_worn_mass_sun": ("observation", [1e5, 5e5])},
     )
     update = Updated({}, {"predictions": predictions, "observed_data": observed})
-    (bar,) = [s for s in POSTERIOR_FAN.series(update, ASK) if s.text == "below the limit of detection"]
+    (bar,) = [s for s in posterior_fan.series(update, ASK) if s.text == "below the limit of detection"]
     assert bar.x.tolist() == [1e5, 1e5] and bar.y[0] == 0.0 and bar.y[1] > 0.0
 
 
 def test_ranks_say_of_how_many_twins():
     ranks = xr.Dataset({"life_rank": ("twin", np.linspace(0.0, 1.0, 37))})
-    series = list(RANK_HISTOGRAM.series(Updated({}, {"calibration": ranks}), ASK))
+    series = list(rank_histogram.series(Updated({}, {"calibration": ranks}), ASK))
     assert series[0].up.words == "twins, of 37"

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.cyrk import CyRKMarcher, compiled_march
-from wearlab.accuracy.equation import Motion, motion_of
+from wearlab.accuracy.equation import CyRKMarcher, Motion, compiled_march, motion_of
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from wearlab.accuracy.cyrk import motion_callback
-from wearlab.accuracy.equation import motion_of, motion_within
+from wearlab.accuracy.equation import motion_callback, motion_of, motion_within
 from wearlab.accuracy.steady import steady
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)

@@ -12,18 +12,15 @@ from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision, timing
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
-from wearlab.life.adaptive import Adaptive
+from wearlab.life import adaptive, history, record
 from wearlab.life.euler import Euler
-from wearlab.life.history import SetRate
 from wearlab.life.integrate import Method, integrate
 from wearlab.life.limits import Limits
 from wearlab.life.rate import CountedRate
-from wearlab.life.record import Life
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
-from wearlab.simulation.run import initial_wear
-from wearlab.simulation.twins import flank_of_nodes
+from wearlab.simulation import run, twins
 
 TIGHT = 3e-8
 SECOND_METHOD = 1e-8
@@ -69,7 +66,7 @@ class TimedLife(NamedTuple):
 def wearing(scene: Scene) -> Wearing:
     """Build the life of a scene."""
     parts = build(scene)
-    wear = parts.coupling.flat(initial_wear(scene, parts))
+    wear = parts.coupling.flat(run.initial_wear(scene, parts))
     return Wearing(parts, wear, build_limits(scene, parts.gears, parts.coupling))
 
 
@@ -88,15 +85,15 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
     return TimedLife(
         float(life.cycle[-1]),
         life.depth[-1],
-        flank_of_nodes(problem.parts),
+        twins.flank_of_nodes(problem.parts),
         life.count_rate_evaluations,
         seconds,
     )
 
 
-def _evolved(problem: Wearing, method: Method, tolerance: float) -> Life:
+def _evolved(problem: Wearing, method: Method, tolerance: float) -> record.Life:
     return integrate(
-        SetRate(problem.parts.coupling),
+        history.SetRate(problem.parts.coupling),
         problem.wear,
         limits=problem.limits,
         method=method,
@@ -107,7 +104,7 @@ def _evolved(problem: Wearing, method: Method, tolerance: float) -> Life:
 
 def tight_life(problem: Wearing) -> TimedLife:
     """Return the life to about ``TIGHT``, by the default method."""
-    return lived(problem, Adaptive(), TIGHT)
+    return lived(problem, adaptive.Adaptive(), TIGHT)
 
 
 def second_life(problem: Wearing, end: float) -> TimedLife:
@@ -119,7 +116,7 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
     end : a guess of its end [1]
     """
     begun = time.perf_counter()
-    rate = CountedRate(SetRate(problem.parts.coupling), MOST_ANALYSES)
+    rate = CountedRate(history.SetRate(problem.parts.coupling), MOST_ANALYSES)
     scale = float(problem.limits.depth or 1e-6)
     longest = problem.limits.cycles or 3.0 * end
 
@@ -135,7 +132,7 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
     return TimedLife(
         float(solution.t[-1]),
         solution.y[:, -1],
-        flank_of_nodes(problem.parts),
+        twins.flank_of_nodes(problem.parts),
         rate.count,
         time.perf_counter() - begun,
     )
@@ -187,7 +184,7 @@ def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...],
 def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Report) -> Iterator[WorkPrecision]:
     """Yield the curves, each for the life and for the wear depth at its end."""
     report("life, cycle_tolerance")
-    ours = [(tolerance, lived(problem, Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
+    ours = [(tolerance, lived(problem, adaptive.Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
     yield from _both("adaptive", "cycle_tolerance", "wearlab", ours, answer)
     report("life, Euler thresholds")
     deepest = float(answer.depth.max())
@@ -198,7 +195,7 @@ def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Repor
             break
     yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')
     finest = finest_settings(problem)
-    truth = lived(wearing(_with(scene, finest)), Adaptive(), STEADY)
+    truth = lived(wearing(_with(scene, finest)), adaptive.Adaptive(), STEADY)
     knobs = [("numerics.profile_points", PROFILE_POINTS), ("numerics.tolerance", TOLERANCES)]
     if scene.dynamics is not None:
         knobs.insert(1, ("numerics.steps_per_period", STEPS))
@@ -229,7 +226,7 @@ def _knob(
         turned = (scene if alone else _with(scene, finest)).replace(key, value)
         with suppress(GearError):  # so few steps are refused
             cells.append(
-                (float(value), lived(wearing(turned), Adaptive(), float(value) if alone else STEADY))
+                (float(value), lived(wearing(turned), adaptive.Adaptive(), float(value) if alone else STEADY))
             )
     counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
     yield from (c for c in _both(name, name, "wearlab", cells, truth) if c.quantity == counts)

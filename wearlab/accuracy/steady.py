@@ -15,14 +15,11 @@ from wearlab.dynamics.forces.mesh_forces import mesh_forces
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.dynamics.steps.count import exact_steps_per_period, steps_per_period
-from wearlab.dynamics.steps.kernel import is_small
+from wearlab.dynamics.steps import count, kernel
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import look, sampling
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh import clock, excitation, stages
 from wearlab.mesh.force import Deflections
-from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import build_friction, fluctuation
@@ -46,8 +43,8 @@ class Steady:
 
     scene: Scene
     parts: Parts
-    kinds: tuple[Touching, ...]
-    near: tuple[Touching, ...]
+    kinds: tuple[excitation.Touching, ...]
+    near: tuple[excitation.Touching, ...]
 
     @property
     def vibration(self) -> Vibration:
@@ -68,12 +65,12 @@ class Steady:
     def with_steps(self, steps: int, method: Any = None) -> Vibration:
         """Return the dynamics with about ``steps`` steps a mesh period, by ``method`` if one is given."""
         parts, chosen = self.parts, method or self.vibration.method
-        grid = stage_grid(parts.edges[:-1], steps)
+        grid = stages.stage_grid(parts.edges[:-1], steps)
         grids, friction = [kind.analysis.grid for kind in self.kinds], build_friction(self.scene, parts.gears)
         return replace(
             self.vibration,
             method=chosen,
-            sampling=sampling(grids, parts.meshes, parts.edges, grid, friction),
+            sampling=clock.sampling(grids, parts.meshes, parts.edges, grid, friction),
             fluctuation=fluctuation(self.scene, grid, self.vibration.hunting, self.vibration.period),
             slow=None,
         )
@@ -106,7 +103,7 @@ class Steady:
         forces, vibration = [], self.vibration
         for m, mesh in enumerate(self.parts.meshes):
             kind = self.kinds[mesh.kind]
-            where = look(kind.analysis.grid, [mesh.lag], phase)
+            where = clock.look(kind.analysis.grid, [mesh.lag], phase)
             own = Deflections(motions.deflection[:, m], motions.rate[:, m])
             forces.append(mesh_forces(vibration.system, m, kind, where, own, vibration.period).elastic)
         return np.concatenate(forces, axis=1)
@@ -209,14 +206,14 @@ def reference(problem: Steady, *, checked: bool = True) -> Reference:
 
 def tight_steps(problem: Steady, tolerance: float = TIGHT) -> int:
     """Return the steps a mesh period that make the error of the default method about ``tolerance``."""
-    if is_small(problem.vibration.system):
+    if kernel.is_small(problem.vibration.system):
         return marching_steps(problem, tolerance)
-    return _steps(problem, exact_steps_per_period, tolerance)
+    return _steps(problem, count.exact_steps_per_period, tolerance)
 
 
 def marching_steps(problem: Steady, tolerance: float) -> int:
     """Return the steps a mesh period that make the error of marching by RK4 about ``tolerance``."""
-    return _steps(problem, steps_per_period, tolerance)
+    return _steps(problem, count.steps_per_period, tolerance)
 
 
 def _steps(problem: Steady, rule: Callable[..., int], tolerance: float) -> int:

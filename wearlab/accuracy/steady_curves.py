@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.accuracy.cyrk import CyRKMarcher
-from wearlab.accuracy.equation import starting_state
+from wearlab.accuracy.equation import CyRKMarcher, starting_state
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
 from wearlab.accuracy.steady import (
     Reference,
@@ -28,8 +27,7 @@ from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.steps.count import fastest_rate
 from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
-from wearlab.scene import Scene
-from wearlab.scene.mesh import OWN_MESHES
+from wearlab.scene import Scene, mesh
 
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
 PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
@@ -246,7 +244,7 @@ def harmonics_curve(scene: Scene) -> WorkPrecision:
 def with_harmonics(scene: Scene, count: int) -> Scene:
     """Return the scene with so many harmonics of all meshes, wherever they are written."""
     wanted = {"excitation": {"stiffness_harmonics": count, "error_harmonics": count}}
-    own = [name for name in OWN_MESHES if getattr(scene.mesh, name) is not None]
+    own = [name for name in mesh.OWN_MESHES if getattr(scene.mesh, name) is not None]
     return scene.replace("mesh", dict.fromkeys(own, wanted) if own else wanted)
 
 

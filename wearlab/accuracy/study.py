@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab.accuracy import lives, steady
 from wearlab.accuracy.ladder import Rung, WorkPrecision
-from wearlab.accuracy.lives import has_life, life_study
-from wearlab.accuracy.steady import Unsuited
 from wearlab.accuracy.steady_curves import missing_peers, peers, steady_study
 from wearlab.scene import Scene
 from wearlab.simulation.label import CONVENTIONS
@@ -62,20 +61,20 @@ def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
     curves: tuple[WorkPrecision, ...] = ()
     disagreement: dict[str, float] = {}
     multiplier, notes = float("nan"), []
-    if has_life(scene):
-        curves, apart = life_study(scene, report)
+    if lives.has_life(scene):
+        curves, apart = lives.life_study(scene, report)
         disagreement = {"life": apart, "wear_depth": apart}
     elif scene.dynamics is not None:
         try:
             curves, disagreement["mesh_force"], multiplier = steady_study(scene, report)
-        except Unsuited as unsuited:
+        except steady.Unsuited as unsuited:
             notes.append(f"steady state not studied: {unsuited}")
     return Study(label, scene, curves, disagreement, multiplier, tuple(notes))
 
 
 def expected_reports(scene: Scene) -> int:
     """Return about how often a study reports, for a progress bar."""
-    if has_life(scene):
+    if lives.has_life(scene):
         return 6
     return 9 + len(peers()) if scene.dynamics is not None else 0
 

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.output import Stop, read_campaign
+from wearlab.cli import output
 from wearlab.store.outcome import place
 
 if TYPE_CHECKING:
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def sound_campaign(file: str) -> "Campaign":
     """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
-    campaign = read_campaign(file)
+    campaign = output.read_campaign(file)
     refuse_wrong_figures(campaign, file)
     return campaign
 
@@ -23,14 +23,14 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
 
         problems = figure_problems(campaign)
         if problems:
-            raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
+            raise output.Stop("\n".join(f"{file}: {problem}" for problem in problems))
 
 
 def refuse_the_impossible(campaign: "Campaign") -> None:
     """Stop before anything is written when not one case can be, and none is expected to be refused."""
     refused = impossible(campaign)
     if len(refused) == len({case.id for case in campaign.cases}) and not any(r["expected"] for r in refused):
-        raise Stop("\n".join(f"{case['case']}: {case['reason']}" for case in refused))
+        raise output.Stop("\n".join(f"{case['case']}: {case['reason']}" for case in refused))
 
 
 def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
@@ -44,16 +44,14 @@ def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
 def impossible(campaign: "Campaign") -> list[dict[str, Any]]:
     """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it."""
     from wearlab.gears.specification import GearError
-    from wearlab.scene.build.contact import check_initial_wear
-    from wearlab.scene.build.sets import build_set
-    from wearlab.scene.build.vibration import check_held
+    from wearlab.scene.build import contact, sets, vibration
 
     refused = []
     for case in {case.id: case for case in campaign.cases}.values():
         try:
-            gears = build_set(case.scene)
-            check_initial_wear(case.scene, gears)
-            check_held(case.scene, gears)
+            gears = sets.build_set(case.scene)
+            contact.check_initial_wear(case.scene, gears)
+            vibration.check_held(case.scene, gears)
         except GearError as error:
             expected = case.expect is not None and case.expect.verdict == "refused"
             impossible = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}

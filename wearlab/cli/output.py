@@ -239,15 +239,6 @@ def _show_plain(heads: Sequence[str], rows: Sequence[Sequence[str]], title: str 
         say("  ".join(f"{text:<{width}}" for text, width in zip(line, widths, strict=False)).rstrip())
 
 
-def seconds_text(seconds: float | None) -> str:
-    """Return a duration for people."""
-    if seconds is None:
-        return ""
-    if seconds < 1:
-        return f"{1000 * seconds:.0f} ms"
-    return f"{seconds:.1f} s" if seconds < 100 else f"{seconds / 60:.1f} min"
-
-
 @contextmanager
 def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], None]]:
     """Show on standard error how far a long work is; silent where nobody watches.

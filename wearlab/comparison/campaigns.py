@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import xarray as xr
 
+from wearlab.comparison import quantities
 from wearlab.comparison.errors import CompareError
-from wearlab.comparison.quantities import QUANTITIES, described
 from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
 from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
 from wearlab.store.outcome import place, value_text
@@ -250,10 +250,10 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
         )
     made = [_reduced(left, other, on, tolerance) for left, other in matched]
     whole = xr.concat(made, "pair", join="outer", combine_attrs="drop", data_vars="all", coords="minimal")
-    whole = whole.sel(quantity=[q.name for q in QUANTITIES if q.name in whole["quantity"]])
+    whole = whole.sel(quantity=[q.name for q in quantities.QUANTITIES if q.name in whole["quantity"]])
     whole = whole.assign_coords(
         {
-            **described([str(name) for name in whole["quantity"].values]),
+            **quantities.described([str(name) for name in whole["quantity"].values]),
             "pair": [left.name for left, _ in matched],
             "run_id": (("pair", "run"), [[left.id, other.id] for left, other in matched]),
         }

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "FigureError", "draw", "figure", "redraw"]
 
+
 HOMES = {
     "draw": "wearlab.figures.drawing",
     "figure": "wearlab.figures.drawing",

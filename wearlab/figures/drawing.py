@@ -12,30 +12,19 @@ import numpy as np
 import xarray as xr
 from pydantic import ValidationError
 
+from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
-from wearlab.campaign.claims import filled
-from wearlab.figures.curves import (
-    drawn_once,
-    ended_of,
-    of_samples,
-    sampled_axes,
-    states_in_common,
-    states_of_most,
-)
-from wearlab.figures.doubt import note
-from wearlab.figures.errors import FigureError, choices
+from wearlab.figures import curves, doubt, kinds, layout, wording
+from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Ask, Kind, no_kind, read
-from wearlab.figures.kinds import KINDS
-from wearlab.figures.kinds.line import joined
-from wearlab.figures.layout import ROLES, compose, hue_of
+from wearlab.figures.kinds import line, update
 from wearlab.figures.plot import BESIDE, Plot, Series, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require
-from wearlab.figures.updates import updated_cases
-from wearlab.figures.wording import Label
+from wearlab.nearest import choices
 from wearlab.sources import SHORT_ID, is_other_code
-from wearlab.store.errors import StoreError
+from wearlab.store import errors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,7 +69,7 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
             asked = question(campaign, spec, number)
             image, _ = answer(asked, grid, store, ending)
             drawn.append(write(out / f"{asked.name}.{ending}", image))
-        except (FigureError, StoreError) as error:
+        except (FigureError, errors.StoreError) as error:
             problems.append(str(error))
         except Exception as error:  # a fault of ours in one figure stops no other
             problems.append(fault(f"figure {number} ({spec.kind})", error))
@@ -155,7 +144,7 @@ def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[
     FigureError : it cannot be drawn
     """
     ask = asked.ask
-    if ask.kind in KINDS and KINDS[ask.kind].of == "update":
+    if ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update":
         return of_update(asked.subject, store, ask), [], ()
     return plotted(grid, ask)
 
@@ -167,12 +156,12 @@ def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
     ------
     FigureError : no update that shows it is kept
     """
-    kind = KINDS[ask.kind]
-    cases = updated_cases(subject, store, ask, kind)
+    kind = kinds.KINDS[ask.kind]
+    cases = update.updated_cases(subject, store, ask, kind.needs)
     series = [curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)]
     if not series:
         raise FigureError(f"{ask.name}: the update has nothing to show of it")
-    return compose(series, ask, kind, ["case"], [ask.note] if ask.note else [])
+    return layout.compose(series, ask, kind, ["case"], [ask.note] if ask.note else [])
 
 
 def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:
@@ -182,10 +171,10 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     ------
     FigureError : it cannot be drawn
     """
-    if ask.kind not in KINDS:
+    if ask.kind not in kinds.KINDS:
         raise FigureError(f"{ask.name}: {no_kind(ask.kind)}")
-    kind = KINDS[ask.kind]
-    ask = replace(ask, note=filled(ask.note, grid)) if ask.note else ask
+    kind = kinds.KINDS[ask.kind]
+    ask = replace(ask, note=claims.filled(ask.note, grid)) if ask.note else ask
     ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)
@@ -195,21 +184,21 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = [str(dim) for dim in grid.run_id.dims]
     notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
-    series, alike = drawn_once(series, ask)
+    series, alike = curves.drawn_once(series, ask)
     notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]
     if kind.over_sweeps and kind.joined is None and ask.x in along_axes(grid):
-        series = joined(states_in_common(series, dims), str(grid[ask.x].dims[0]))
+        series = line.joined(curves.states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
         series = _joined(series, ask, kind.joined)
     else:
         series, drawn, rare = _sampled(grid, ask, series)
-        series, said = of_samples(series, drawn, ended_of(_variable(ask, kind)))
+        series, said = curves.of_samples(series, drawn, curves.ended_of(_variable(ask, kind)))
         notes += rare + said
-    uncertain = note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
+    uncertain = doubt.note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
     notes = [*_notes(ask, picked.missing), *notes, *([uncertain] if uncertain else [])]
     if ask.published is not None:
-        series += published(ask.published, series, hue_of(series, ask, kind, dims), ask)
-    return compose(series, ask, kind, dims, notes), runs, picked.missing
+        series += published(ask.published, series, layout.hue_of(series, ask, kind, dims), ask)
+    return layout.compose(series, ask, kind, dims, notes), runs, picked.missing
 
 
 def _told(curve: Series, run: Run) -> Series:
@@ -228,12 +217,12 @@ def _joined(series: list[Series], ask: Ask, join: Callable[[list[Series]], list[
 def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str], list[str]]:
     """Return series, the sampled axes along which they become bands (those no role names), and notes."""
     told = {ask.hue, ask.rows, ask.cols, ask.x}
-    axes = [axis for axis in sampled_axes(grid) if axis not in told]
+    axes = [axis for axis in curves.sampled_axes(grid) if axis not in told]
     varied = [axis for axis in axes if any(axis in curve.key for curve in series)]
     if not varied:
         return series, [], []
     dims = list(map(str, grid.run_id.dims))
-    kept, said = states_of_most(states_in_common(series, dims), dims)
+    kept, said = curves.states_of_most(curves.states_in_common(series, dims), dims)
     return kept, varied, said
 
 
@@ -257,7 +246,7 @@ def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
 
 def _most_places(series: Sequence[Series], dim: str) -> int:
     """Return how many places along a dimension are drawn of the run with most of them, 0: it is no key."""
-    shown: dict[tuple[object, ...], set[Label]] = {}
+    shown: dict[tuple[object, ...], set[wording.Label]] = {}
     for curve in series:
         if dim in curve.key:
             rest = tuple((name, label) for name, label in curve.key.items() if name != dim)
@@ -281,7 +270,7 @@ def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
 
 def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
     """Return the ask with what it leaves to its kind: the first flank where one is enough, an axis for x."""
-    meant = {role: axis_named(grid, name) for role in (*ROLES, "x") if (name := getattr(ask, role))}
+    meant = {role: axis_named(grid, name) for role in (*layout.ROLES, "x") if (name := getattr(ask, role))}
     ask = replace(ask, **meant)  # type: ignore[arg-type]
     roles = (ask.hue, ask.rows, ask.cols)
     if kind.one_flank and "flank" in grid.coords and "flank" not in ask.select and "flank" not in roles:
@@ -295,7 +284,7 @@ def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
 
 def _of_one_case(ask: Ask, grid: xr.Dataset) -> tuple[Ask, list[str]]:
     """Return the ask without a role for cases where there is but one, as in a file that drops the others."""
-    roles = [role for role in ROLES if getattr(ask, role) == "case" and "case" not in grid.dims]
+    roles = [role for role in layout.ROLES if getattr(ask, role) == "case" and "case" not in grid.dims]
     said = [f"{role} = 'case' tells nothing apart here: there is one case." for role in roles]
     return replace(ask, **dict.fromkeys(roles)), said  # type: ignore[arg-type]
 
@@ -404,7 +393,7 @@ def _specified(given: dict[str, Any]) -> FigureSpec:
     for key in given:
         if key not in known:
             raise FigureError(f"{WHERE}: {key!r} is no option; {choices(key, sorted(known))}")
-    if given["kind"] not in KINDS:
+    if given["kind"] not in kinds.KINDS:
         raise FigureError(f"{WHERE}: {no_kind(str(given['kind']))}")
     try:
         return FigureSpec.model_validate(

@@ -1,5 +1,6 @@
 """What a figure is asked for, and what a kind of figure is: a function from a run to its curves."""
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
@@ -7,9 +8,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from wearlab.figures.errors import FigureError, choices
+from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Series
-from wearlab.nearest import meant
+from wearlab.nearest import choices, meant
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
 from wearlab.schema import VARIABLES
 
@@ -171,3 +172,27 @@ def no_kind(name: str) -> str:
     if name in UNRUN:
         return f"its kind is drawn by {UNRUN[name]}, Python code that was not run: look at it, add {CONSENT}"
     return f"no such kind; {choices(name, KINDS)}"
+
+
+Curves = Callable[[Any, Ask], Iterable[Series]]
+EACH: tuple[tuple[Role, str], ...] = (("hue", "*"), ("cols", "*"), ("rows", "*"))
+
+
+def kind(
+    name: str, title: str, needs: tuple[str, ...], dims: tuple[str, ...] = (), shows: str = "", **more: Any
+) -> Callable[[Curves], Kind]:
+    """Return what makes a kind of figure of the function that yields its curves.
+
+    Parameters
+    ----------
+    name, title, needs, dims : as of `Kind`
+    shows : one sentence, "" where it is what the function's docstring begins with
+    more : further fields of `Kind`; without roles, sweeps become hue, columns, rows
+    """
+
+    def made(series: Curves) -> Kind:
+        said = shows or str(inspect.getdoc(series)).partition("\n")[0].removesuffix(".")
+        said = said if said[1:2].isupper() else said[:1].lower() + said[1:]
+        return Kind(name, title, said, needs, dims, series, **{"roles": EACH, **more})
+
+    return made

@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
+from wearlab.figures import runs
 from wearlab.figures.curves import from_first, require_positive, states_in_common
-from wearlab.figures.errors import FigureError, choices
+from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.plot import (
     BESIDE,
@@ -20,8 +21,8 @@ from wearlab.figures.plot import (
     beside_bar,
     pens,
 )
-from wearlab.figures.runs import STATE_COORDINATES
 from wearlab.figures.wording import Label, axis_label, power_of_ten
+from wearlab.nearest import choices
 
 ROLES: tuple[str, ...] = ("cols", "rows", "hue")
 MOST_A_ROLE = 12
@@ -265,7 +266,7 @@ def compose(
 def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask, kind: Kind) -> str:
     """Return the kind's title, and the places that were selected."""
     key = next((s.key for s in series if s.look not in (*BESIDE, "published")), {})
-    asked = {"update" if name in STATE_COORDINATES else name for name in ask.select}
+    asked = {"update" if name in runs.STATE_COORDINATES else name for name in ask.select}
     fixed = [key[name].text for name in key if name in asked and name not in varied]
     other = bool(ask.y and kind.titled and ask.y[0] != kind.y)
     words = kind.titled.format(_subject(series, kind)) if other else kind.title

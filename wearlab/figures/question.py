@@ -9,13 +9,12 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
+from wearlab.campaign import claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
-from wearlab.campaign.claims import spelled_note, unknown_names
-from wearlab.campaign.inheritance import fingerprint, source_text
-from wearlab.figures.errors import FigureError, choices
+from wearlab.figures import kinds, published
+from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import Ask, Points, no_kind, read
-from wearlab.figures.kinds import KINDS
-from wearlab.figures.published import points_of
+from wearlab.nearest import choices
 from wearlab.schema import DIMENSIONS, VARIABLES
 
 if TYPE_CHECKING:
@@ -39,12 +38,12 @@ def figure_problems(campaign: "Campaign") -> list[str]:
             problems.append(str(error))
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
     known = [*VARIABLES, *(dimension.name for dimension in DIMENSIONS), *axes]
-    return [*problems, *unknown_names(campaign, known)]
+    return [*problems, *claims.unknown_names(campaign, known)]
 
 
 def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iterator[str]:
     ask = read(spec, number, folder)
-    if ask.kind not in KINDS:
+    if ask.kind not in kinds.KINDS:
         yield f"{ask.name}: {no_kind(ask.kind)}"
     axes = {axis.name: axis for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
@@ -58,7 +57,7 @@ def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iter
         if name is not None and name not in names | keys:
             yield f"{ask.name}: {role} = {name!r} is unknown; {choices(name, sorted(names))}"
     for name in ask.y:
-        of_update = ask.kind in KINDS and KINDS[ask.kind].of == "update"
+        of_update = ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update"
         if name not in VARIABLES and not of_update:
             yield f"{ask.name}: y = {name!r} is no variable; {choices(name, VARIABLES)}"
     if isinstance(ask.published, Path) and not ask.published.is_file():
@@ -117,22 +116,23 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
     ask = read(spec, number, folder)
     given = {key: getattr(spec, key, None) for key in KEYS}
     if given["note"]:
-        given["note"] = spelled_note(given["note"], getattr(campaign, "claims", ()))
+        given["note"] = claims.spelled_note(given["note"], getattr(campaign, "claims", ()))
     table = {k: v for k, v in given.items() if v not in (None, {}, (), "") or (k, v) == ("title", "")}
-    points = None if ask.published is None else points_of(ask.published, ask)
-    text = source_text(campaign.path)
-    about = _subject(campaign, ask) if ask.kind in KINDS and KINDS[ask.kind].of == "update" else ""
+    points = None if ask.published is None else published.points_of(ask.published, ask)
+    text = inheritance.source_text(campaign.path)
+    about = (
+        _subject(campaign, ask) if ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update" else ""
+    )
     table = json.loads(json.dumps(table))
-    return Question(number, table, points, campaign, text, fingerprint(text), subject=about)
+    return Question(number, table, points, campaign, text, inheritance.fingerprint(text), subject=about)
 
 
 def _subject(campaign: "Campaign", ask: Ask) -> str:
-    from wearlab.updating.inference import subject_of
-    from wearlab.updating.observations import UpdateError
+    from wearlab.updating import inference, observations
 
     try:
-        return subject_of(campaign)
-    except UpdateError as error:
+        return inference.subject_of(campaign)
+    except observations.UpdateError as error:
         raise FigureError(f"{ask.name}: {error}") from None
 
 
@@ -150,7 +150,7 @@ def texts(
     """
     code = {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
     told = {
-        "Title": ask.title or KINDS[ask.kind].title,
+        "Title": ask.title or kinds.KINDS[ask.kind].title,
         "campaign": asked.campaign.title,
         "campaign_hash": asked.hash,
         "campaign_text": asked.text,
@@ -193,7 +193,7 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
         if written["format"] != FORMAT:
             raise ValueError(f"question of format {written['format']!r}, this wearlab reads {FORMAT}")
         table, points = dict(written["table"]), written["points"]
-        if table["kind"] not in KINDS:
+        if table["kind"] not in kinds.KINDS:
             raise ValueError(f"no kind of figure: {table['kind']!r}")
         return Question(
             int(written["number"]),

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wearlab.figures import kind
 from wearlab.figures.doubt import doubts, read_for
-from wearlab.figures.errors import FigureError, choices
-from wearlab.figures.kind import Ask
+from wearlab.figures.errors import FigureError
 from wearlab.figures.wording import Label, converted, cycles, place
+from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.schema import VARIABLES, origin_of
 from wearlab.store.grid import own_values, words_of_key
@@ -53,7 +54,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
-def narrow(data: "xr.Dataset", ask: Ask, grid_dims: set[str]) -> "xr.Dataset":
+def narrow(data: "xr.Dataset", ask: kind.Ask, grid_dims: set[str]) -> "xr.Dataset":
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
@@ -84,7 +85,7 @@ def narrow(data: "xr.Dataset", ask: Ask, grid_dims: set[str]) -> "xr.Dataset":
     return data
 
 
-def _states(asked: Any, data: "xr.Dataset", ask: Ask) -> list[int]:
+def _states(asked: Any, data: "xr.Dataset", ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     count = data.sizes["update"]
     for index in some:
@@ -95,7 +96,7 @@ def _states(asked: Any, data: "xr.Dataset", ask: Ask) -> list[int]:
     return [index % count for index in some]
 
 
-def _nearest(asked: Any, values: Any, key: str, ask: Ask) -> list[int]:
+def _nearest(asked: Any, values: Any, key: str, ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     if not all(_is_number(count) for count in some):
         raise FigureError(f"{ask.name}: select.{key} = {asked!r} is not a number of cycles, such as 2e7")
@@ -165,7 +166,7 @@ class Picked:
     missing: tuple[str, ...]
 
 
-def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
+def pick(grid: "xr.Dataset", ask: kind.Ask, *, all_cases: bool) -> Picked:
     """Return the selected points of a grid, a broadcast case once.
 
     Parameters
@@ -200,7 +201,7 @@ def pick(grid: "xr.Dataset", ask: Ask, *, all_cases: bool) -> Picked:
     return Picked(tuple(picked.values()), tuple(missing))
 
 
-def _wanted(grid: "xr.Dataset", dim: str, ask: Ask, all_cases: bool) -> list[int]:
+def _wanted(grid: "xr.Dataset", dim: str, ask: kind.Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
         units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
@@ -241,7 +242,7 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
+def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: kind.Ask) -> list[Run]:
     """Load the variables that a figure needs, run by run, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset.
@@ -399,7 +400,7 @@ def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
     return tuple(labels)
 
 
-def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]) -> list[Run]:
+def require(runs: list[Run], names: Sequence[str], ask: kind.Ask, ended: Mapping[str, int]) -> list[Run]:
     """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
 
     Raises

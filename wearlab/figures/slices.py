@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.doubt import error_of
+from wearlab.figures import doubt, kind
 from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask
 from wearlab.figures.plot import Scale
 from wearlab.figures.runs import Run, plain
 from wearlab.figures.wording import Label, converted, place
@@ -69,7 +68,7 @@ class Slice(NamedTuple):
     error: Array | None = None
 
 
-def units_of(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
+def units_of(variable: "xr.DataArray", name: str, ask: kind.Ask, axis: str = "y") -> tuple[str, str]:
     """Return the stored unit of a variable and the one to show."""
     stored = str(variable.attrs.get("units", "1"))
     shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
@@ -81,7 +80,7 @@ def words_of(variable: "xr.DataArray", name: str) -> str:
     return WORDS.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
 
-def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
+def lone(values: Array, scale: Scale, name: str, ask: kind.Ask) -> tuple[Array, Scale]:
     """Return the one value (1,) of a run, or refuse several."""
     if values.size != 1:
         raise FigureError(
@@ -91,7 +90,7 @@ def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale
     return values.reshape(1), scale
 
 
-def shown(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+def shown(variable: "xr.DataArray", name: str, ask: kind.Ask, axis: str = "y") -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
     Raises
@@ -108,12 +107,12 @@ def shown(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tup
     return values, Scale(words_of(variable, name), wanted)
 
 
-def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
+def slices(run: Run, name: str, ask: kind.Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
     """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
     variable = run.data[name]
     others = [str(dim) for dim in variable.dims if dim not in along]
     values, scale = shown(variable, name, ask, axis)
-    array, error = variable.copy(data=values), error_of(run.data, name)
+    array, error = variable.copy(data=values), doubt.error_of(run.data, name)
     if error is not None:
         error = error.copy(data=converted(error.values, *units_of(variable, name, ask, axis)))
     kept = [dim for dim in along if dim in variable.dims]
@@ -138,7 +137,7 @@ def label(run: Run, dim: str, index: int) -> Label:
 
 
 def companion(
-    run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
+    run: Run, name: str, index: Mapping[str, int], ask: kind.Ask, axis: str = "x"
 ) -> tuple[Array, Scale]:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name]

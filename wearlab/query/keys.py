@@ -235,7 +235,7 @@ def scene_key(name: str, text: bool) -> Key:
 
 def _shown(kind: Measure) -> str:
     """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
-    from wearlab.shop.hardness import SCALES
+    from wearlab.shop.materials import SCALES
 
     usual = split(kind.example)[1], *kind.units
     return next((unit for unit in usual if unit not in SCALES), kind.unit)

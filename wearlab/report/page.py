@@ -1,13 +1,344 @@
-"""A campaign as one HTML page that needs nothing else: no server, no address, no script."""
+"""A campaign as one HTML page that needs nothing else: what it tells, with nothing computed, and its HTML."""
 
+import base64
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.report.content import Content, content
+from wearlab.campaign import claims, inheritance
+from wearlab.campaign.campaign import ReportSpec
+from wearlab.figures import drawing
+from wearlab.figures.errors import FigureError
+from wearlab.figures.question import question
+from wearlab.report.answer import answer, conditions
+from wearlab.scene import parts_left_out, parts_present
+from wearlab.scene.build.sheet import Sheet, sheet
+from wearlab.store import errors, outcome
+from wearlab.store.lineage import lineage
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
+    from wearlab.campaign import Campaign, Case
     from wearlab.store import Store
+    from wearlab.store.catalogue import Entry
+
+
+MOST_LINES = 100
+NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
+
+
+def model_errors(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return the known errors of the models of runs, each with its count."""
+    counted = Counter(
+        line
+        for entry in entries.values()
+        for line in {*str(entry.summary.get("model_error") or "").split("\n")} - {""}
+    )
+    return tuple(counted.most_common(MOST_LINES))
+
+
+def remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+    """Return assumed values and limits of validity that runs touch, warnings too, each with its count.
+
+    Lines that differ in one number are one, with its range.
+    """
+    lines: dict[str, set[str]] = {}
+    for entry in entries.values():
+        said = {*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings} - {""}
+        for line in said:
+            lines.setdefault(line, set()).add(entry.id)
+    alike: dict[str, list[str]] = {}
+    for line in lines:
+        alike.setdefault(NUMBER.sub("#", line), []).append(line)
+    counted: Counter[str] = Counter()
+    for some in alike.values():
+        for words, those in _ranged(some).items():
+            counted[words] = len(set().union(*(lines[line] for line in those)))
+    return tuple(counted.most_common(MOST_LINES))
+
+
+def _ranged(lines: list[str]) -> dict[str, list[str]]:
+    """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
+    numbers = list(zip(*(list(NUMBER.finditer(line)) for line in lines), strict=True))
+    varying = [matches for matches in numbers if len({match[0] for match in matches}) > 1]
+    if len(varying) != 1:
+        return {line: [line] for line in lines}
+    ordered = sorted(varying[0], key=lambda match: float(match[0]))
+    first, last = ordered[0], ordered[-1]
+    return {f"{first.string[: first.end()]} to {last[0]}{first.string[first.end() :]}": lines}
+
+
+BROAD = 1000  # pixels: several columns of panels take a whole row
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as a data URI, with one for small screens if that is another; or why there is none."""
+
+    title: str
+    uri: str
+    note: str
+    problem: str
+    broad: bool = False
+    small: str = ""
+
+
+def _uri(image: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
+
+
+def drawn(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
+    """Yield each figure of a campaign, or why it cannot be drawn."""
+    if not campaign.figures:
+        return
+    grid = store.open(campaign)
+    for number, spec in enumerate(campaign.figures, 1):
+        title = str(getattr(spec, "title", None) or spec.kind)
+        note = ""
+        try:
+            asked = question(campaign, spec, number)
+            note = claims.filled(str(asked.table.get("note", "")), grid)
+            image, small = drawing.both_widths(asked, grid, store)
+            broad = int.from_bytes(image[16:20], "big") > BROAD
+            yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
+        except (FigureError, errors.StoreError) as error:
+            yield Drawn(title, "", note, str(error))
+        except Exception as error:  # a fault of ours in one figure stops no page
+            yield Drawn(title, "", note, drawing.fault(f"figure {number} ({spec.kind})", error))
+
+
+MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
+MOST_FAILURES = 100
+MOST_SETS = 4  # gear sets told on one page
+PROVENANCE = {
+    "commit": "commit",
+    "dirty": "uncommitted edits",
+    "packages": "packages",
+    "machine": "machine",
+    "model_version": "model version",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case in the table of results; everything in words."""
+
+    case: str
+    places: tuple[str, ...]
+    state: str
+    verdict: str
+    result: str
+    error: str
+    seconds: str
+    run: str
+    note: str
+    comparison: outcome.Comparison | None
+
+
+class Geared(NamedTuple):
+    """A gear set on a sheet, and the cases that have it, "" for all."""
+
+    cases: str
+    sheet: Sheet
+
+
+def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
+    """Return what there is to tell of a campaign, by the names in `page.html`.
+
+    Raises
+    ------
+    StoreError : there is no store
+    """
+    entries = store.entries(case.id for case in campaign.cases)
+    compared = _comparisons(campaign, store)
+    rows = [_row(campaign, case, entries.get(case.id), store, compared) for case in campaign.cases]
+    states = Counter({case.id: row.state for case, row in zip(campaign.cases, rows, strict=True)}.values())
+    text = inheritance.source_text(campaign.path)
+    measured, updated = _measured(campaign, store)
+    report = getattr(campaign, "report", None) or ReportSpec()
+    return dict(
+        title=campaign.title,
+        reference=campaign.reference or "",
+        metadata=getattr(campaign, "metadata", {}) or {},
+        file=campaign.path.name if campaign.path else "",
+        axes=tuple((a.name, _values(a.values, a.units)) for a in campaign.axes),
+        counts={"runs": len({case.id for case in campaign.cases}), **states},
+        seconds=outcome.seconds_text(sum(e.seconds or 0.0 for e in entries.values())),
+        dates=_dates(entries),
+        parts=tuple(_parts(campaign)),
+        rows=tuple(rows[:MOST_ROWS]),
+        extremes=[row for row in rows[:MOST_ROWS] if row.comparison],
+        left_out=max(0, len(rows) - MOST_ROWS),
+        figures=tuple(drawn(campaign, store)),
+        report=report,
+        answer=answer(campaign, entries, report.wear_coefficient_factor, store),
+        conditions=conditions(campaign),
+        gears=_gears(campaign) if "gears" in report.sections else (),
+        failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
+        remarks=remarks(entries),
+        model_errors=model_errors(entries),
+        code=tuple(_code(store, entries)),
+        lineage=tuple(_lineage(campaign, store, entries)),
+        measured=measured,
+        updated=updated,
+        text=text,
+        hash=inheritance.fingerprint(text),
+    )
+
+
+def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what the update of the campaign's measurements says, in lines, and its answers in sentences."""
+    from wearlab.store import updates
+    from wearlab.updating import inference, observations
+    from wearlab.updating.summary import BELIEVED, answers, told
+
+    if campaign.update is None:
+        return (), ()
+    try:
+        own = updates.updates_of(store, inference.subject_of(campaign))
+    except observations.UpdateError as error:
+        return (f"! {error}",), ()
+    tree = updates.read_update(store, own[0].id) if own else None
+    if tree is None:
+        return ("! no update of these measurements as they stand is kept: wearlab update FILE makes it",), ()
+    return (*told(tree)[1:], "", *BELIEVED), tuple(answers(tree))
+
+
+def _values(values: Sequence[Any], units: str | None) -> str:
+    shown = [outcome.value_text(value, None) for value in values]
+    if len(shown) > 12:
+        shown = [*shown[:5], "…", *shown[-2:], f"({len(values)} values)"]
+    return f"{', '.join(shown)} {units or ''}".rstrip()
+
+
+def _comparisons(campaign: "Campaign", store: "Store") -> dict[tuple[str, str, str], outcome.Comparison]:
+    """Return how cases compare with what is expected of them, by run, label and place."""
+    comparisons: dict[tuple[str, str, str], outcome.Comparison] = {}
+    for member in store.catalogue.members():
+        if member.comparison is not None and member.campaign == campaign.title:
+            key = (member.run, member.label, json.dumps(member.position, sort_keys=True))
+            comparisons.setdefault(key, member.comparison)
+    return comparisons
+
+
+def _row(
+    campaign: "Campaign",
+    case: "Case",
+    entry: "Entry | None",
+    store: "Store",
+    compared: Mapping[tuple[str, str, str], outcome.Comparison],
+) -> Row:
+    where = outcome.place(campaign, case)
+    summary = entry.summary if entry else {}
+    told = outcome.headlines(summary)
+    return Row(
+        case=case.label,
+        places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
+        state="missing" if entry is None else store.state_of(entry),
+        verdict=str(summary.get("verdict") or ""),
+        result=", ".join(text.text for text in told),
+        error=", ".join(
+            f"{100 * text.error:.2g} % of the {text.of}" for text in told if text.error is not None
+        ),
+        seconds=outcome.seconds_text(entry.seconds if entry else None),
+        run=case.id,
+        note=f"{len(entry.warnings)} warnings" if entry and entry.warnings else "",
+        comparison=compared.get((case.id, case.label, json.dumps(where, sort_keys=True))),
+    )
+
+
+def _dates(entries: "Mapping[str, Entry]") -> str:
+    days = sorted(e.started[:10] for e in entries.values() if e.started)
+    return "" if not days else days[0] if days[0] == days[-1] else f"{days[0]} to {days[-1]}"
+
+
+def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    """Yield the parts present and left out, of the first case of each label; equal ones together."""
+    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
+    labels: set[str] = set()
+    for case in campaign.cases:
+        if case.label not in labels:
+            labels.add(case.label)
+            parts = tuple(parts_present(case.scene)), tuple(parts_left_out(case.scene))
+            groups.setdefault(parts, []).append(case.label)
+    for (present, absent), names in groups.items():
+        yield ", ".join(names), present, absent
+
+
+def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
+    """Return table and drawings of each gear set that the cases have; none that cannot be built."""
+    sheets: dict[str, Sheet] = {}
+    names: dict[str, list[str]] = {}
+    for case in campaign.cases:
+        key = case.scene.gears.model_dump_json()
+        if key in sheets:
+            names[key].append(case.label)
+            continue
+        if len(sheets) == MOST_SETS:
+            continue
+        try:
+            sheets[key] = sheet(case.scene)
+        except ValueError:
+            continue
+        names[key] = [case.label]
+    several = len(sheets) > 1
+    return tuple(
+        Geared(", ".join(dict.fromkeys(names[key])) if several else "", sheet)
+        for key, sheet in sheets.items()
+    )
+
+
+def _failures(
+    campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, Entry]"
+) -> Iterator[dict[str, str]]:
+    told: set[str] = set()
+    for case, row in zip(campaign.cases, rows, strict=True):
+        if row.state == "done" or case.id in told:
+            continue
+        told.add(case.id)
+        entry = entries.get(case.id)
+        reason = (entry.reason if entry else None) or ""
+        name = ", ".join([case.label, *outcome.place(campaign, case).values()])
+        told_of = {"case": name, "run": case.id, "state": row.state}
+        yield told_of | {"headline": outcome.last_line(reason), "reason": reason.strip()}
+
+
+def _lineage(
+    campaign: "Campaign", store: "Store", entries: "Mapping[str, Entry]"
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield the cases that rest on other runs, and which runs those are; equal ones together."""
+    listed: dict[tuple[str, ...], list[str]] = {}
+    for case in campaign.cases:
+        if (entry := entries.get(case.id)) is None:
+            continue
+        by = outcome.calibration_of(entry)
+        steps = (*map(str, lineage(store, entry)), *([f"run {by}, which calibrated it"] if by else []))
+        if steps:
+            name = ", ".join([case.label, *outcome.place(campaign, case).values()])
+            listed.setdefault(steps, []).append(name)
+    for told, names in listed.items():
+        yield "; ".join(names), told
+
+
+def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, str]]:
+    """Yield each code that made runs: its version and hash, and what one of its files tells of the rest."""
+    made: dict[tuple[str, str], list[str]] = {}
+    for entry in entries.values():
+        if entry.state == "done":
+            made.setdefault((entry.wearlab_version or "", entry.source_hash or ""), []).append(entry.id)
+    for (version, source), ids in made.items():
+        told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
+        try:
+            attributes = store.run(ids[0]).attrs
+        except errors.StoreError:
+            attributes = {}
+        yield told | {
+            words: str(attributes[name]) for name, words in PROVENANCE.items() if name in attributes
+        }
+
 
 FOLDER = Path(__file__).parent
 SUFFIXES = (".html", ".htm", ".pdf")
@@ -76,7 +407,7 @@ def report(campaign: "Campaign", store: "Store") -> str:
     return page(content(campaign, store))
 
 
-def page(told: Content) -> str:
+def page(told: Mapping[str, Any]) -> str:
     """Return the HTML of a report; every text in it is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 

@@ -1,18 +1,19 @@
 """One table: every variable of a dataset, its dimensions, unit, display unit and meaning, and what makes it.
 
 Nothing else in wearlab spells a unit or a long name; labelling, figures, tables and exports read them here.
-Each file of this folder declares a few groups of variables; a group is what one part of a scene makes.
+The table is `variables.toml`; a group of it is what one part of a scene makes.
 """
 
+import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from wearlab.nearest import meant
 from wearlab.plugins import Sort
 from wearlab.results import OF_PLUGINS, RESULTS
-from wearlab.schema import coordinates, dynamics, life, mesh
 from wearlab.units import UnitError, convert
-from wearlab.variable import Result
+from wearlab.variable import Result, VariableGroup
 from wearlab.variable import Variable as Variable
 
 
@@ -23,51 +24,29 @@ class Dimension(NamedTuple):
     meaning: str
 
 
-DIMENSIONS = (
-    Dimension("update", "wear states: the initial one, snapshots, the end"),
-    Dimension("flank", "flanks that wear"),
-    Dimension("profile", "nodes on the path of contact; two at one position where wear may jump"),
-    Dimension("mesh", "gear meshes"),
-    Dimension("phase", "fraction of one mesh period, 0 when a pair enters contact at A"),
-    Dimension("mesh_period", "successive mesh periods of the response"),
-    Dimension("pair", "tooth pairs in contact, leading first"),
-    Dimension("member", "gears"),
-    Dimension("harmonic", "order of the mesh frequency"),
-    Dimension("mode", "natural modes, by ascending frequency"),
-    Dimension("axis", "x, y"),
-    Dimension("multiplier", "Floquet multipliers, by descending modulus"),
-    Dimension("part", "real and imaginary part"),
-    Dimension("error_angle", "quadrature over the angles of the members"),
-    Dimension("step", "accepted steps over cycles"),
-    Dimension("response_speed", "speeds of the input member at which the response is followed"),
-    Dimension("direction", "up, down: the order in which the speeds are passed"),
-    Dimension("strobe", "states once per mesh period"),
-    Dimension("order", "frequency over the mesh frequency"),
-    Dimension("rival", "other attractors found, by falling largest force"),
-    Dimension("jump", "jumps of the response, in the order in which they are met"),
-    Dimension("end", "where a pair engages, where it leaves"),
-    Dimension("duty", "conditions of operation that take turns"),
-    Dimension("stage", "conditions of operation in order"),
-    Dimension("edge", "the last speed before a jump, the first after it"),
+TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
+DIMENSIONS = tuple(Dimension(*item) for item in TABLE["dimensions"].items())
+GROUPS = tuple(
+    VariableGroup(
+        group["name"],
+        group["needs"],
+        {name: Variable(tuple(dims.split()), *words) for name, (dims, *words) in group["variables"].items()},
+    )
+    for group in TABLE["group"]
 )
-
-GROUPS = tuple(group for part in (coordinates, mesh, dynamics, life) for group in part.GROUPS)
 VARIABLES: dict[str, Variable] = {
     **{name: variable for group in GROUPS for name, variable in group.variables.items()},
     **{name: result.variable for name, result in RESULTS.items()},
 }
-
-CONTENTS = (
-    *(
-        (begin, "qualityInformation")
-        for begin in ("error_estimate", "estimate_quality", "residual", "verdict")
+CONTENTS = {
+    **dict.fromkeys(
+        ("error_estimate", "estimate_quality", "residual", "verdict", "validity", "model_error"),
+        "qualityInformation",
     ),
-    *((begin, "qualityInformation") for begin in ("validity", "model_error")),
-    *((begin, "auxiliaryInformation") for begin in ("run_time", "count", "steps_cycle")),
-)
+    **dict.fromkeys(("run_time", "count", "steps_cycle"), "auxiliaryInformation"),
+}
 """Beginnings of names of what is no result of the model."""
-
-ON_REQUEST = tuple(dynamics.ON_REQUEST)
+ON_REQUEST = tuple(name for group in TABLE["group"] if "on_request" in group for name in group["variables"])
 """Variables that are computed only when ``[store] variables`` names them."""
 
 
@@ -102,9 +81,9 @@ def attributes(name: str) -> dict[str, str]:
 
 def _content(name: str) -> str:
     """Return what a variable is for catalogues, as ACDD 1.3 names it after ISO 19115-1."""
-    if any(name in group.variables for group in coordinates.GROUPS):
+    if any(group.name == "coordinates" and name in group.variables for group in GROUPS):
         return "coordinate"
-    return next((content for begin, content in CONTENTS if name.startswith(begin)), "modelResult")
+    return next((content for begin, content in CONTENTS.items() if name.startswith(begin)), "modelResult")
 
 
 class _Results(Sort):

@@ -189,6 +189,17 @@ def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:
     return Headline(f"{number} {kind.text}{tail}", f"{number} {kind.short}{tail}", kind.of, relative)
 
 
+def seconds_text(seconds: float | None) -> str:
+    """Return a duration for people, "" for none."""
+    if seconds is None:
+        return ""
+    if seconds < 1.0:
+        return f"{1000 * seconds:.0f} ms"
+    if seconds < 100.0:
+        return f"{seconds:.1f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 6000.0 else f"{seconds / 3600:.1f} h"
+
+
 def hours_text(seconds: float | None) -> str:
     """Return an operating time in hours, three digits of it; nothing where there is none."""
     if not seconds:

@@ -6,19 +6,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.campaigns import case_name
-from wearlab.cli.output import (
-    Status,
-    bar,
-    complain,
-    read_campaign,
-    refusing,
-    say,
-    show_json,
-    show_table,
-    write_all,
-)
-from wearlab.cli.registry import File, Json, command
+from wearlab.cli import campaigns, output, registry
 
 if TYPE_CHECKING:
     from wearlab.accuracy.study import Study
@@ -28,10 +16,10 @@ if TYPE_CHECKING:
 FILE = "accuracy.nc"
 
 
-@command()
+@registry.command()
 def accuracy(
-    file: File, out: Path = Path("accuracy"), error: float | None = None, json: Json = False
-) -> Status:
+    file: registry.File, out: Path = Path("accuracy"), error: float | None = None, json: registry.Json = False
+) -> output.Status:
     """Measure error against run time of FILE's scenes, beside other integrators.
 
     Parameters
@@ -39,27 +27,27 @@ def accuracy(
     out : DIR: Where dataset and figures go.
     error : E [numerics.tolerance]: Relative error asked for.
     """
-    campaign = read_campaign(file)
+    campaign = output.read_campaign(file)
     from wearlab.accuracy.study import dataset
 
-    with refusing(OSError):
+    with output.refusing(OSError):
         out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
     studies = _studies(campaign, silent=json)
     made = dataset(campaign.title, studies, begun)
-    with refusing(OSError):
+    with output.refusing(OSError):
         files = _write(made, out)
     for study in studies:
         for note in study.notes:
-            complain(f"{study.label}: {note}")
+            output.complain(f"{study.label}: {note}")
     if json:
-        show_json(_content(studies, error, files))
+        output.show_json(_content(studies, error, files))
     else:
         _tell(studies, error)
-        say()
+        output.say()
         for path in files:
-            say(str(path))
-    return Status.WELL if any(study.curves for study in studies) else Status.TROUBLE
+            output.say(str(path))
+    return output.Status.WELL if any(study.curves for study in studies) else output.Status.TROUBLE
 
 
 def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
@@ -67,7 +55,7 @@ def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
 
     total = sum(expected_reports(case.scene) for case in campaign.cases)
     names = _labels(campaign)
-    with bar(total, silent) as tell:
+    with output.bar(total, silent) as tell:
         return [
             study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
             for name, case in zip(names, campaign.cases, strict=True)
@@ -76,7 +64,7 @@ def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
 
 def _labels(campaign: "Campaign") -> list[str]:
     """Return short names: the place on the axes where there is one, else the label."""
-    full = [case_name(campaign, case) for case in campaign.cases]
+    full = [campaigns.case_name(campaign, case) for case in campaign.cases]
     short = [name.partition("(")[2].rstrip(")") or name for name in full]
     if len(campaign.axes) == 1:
         short = [name.rpartition("=")[2] for name in short]
@@ -91,7 +79,7 @@ def _write(made: Any, out: Path) -> list[Path]:
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
     images = {f"{file}.png": rendered(plot, texts) for file, plot in pages(made).items()}
-    return write_all({FILE: netcdf(made), **images}, out)
+    return output.write_all({FILE: netcdf(made), **images}, out)
 
 
 def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
@@ -107,14 +95,14 @@ def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tupl
 
 
 def _tell(studies: list["Study"], error: float | None) -> None:
-    from wearlab.accuracy.steady_curves import missing_peers
+    from wearlab.accuracy import steady_curves
 
     for title, (heads, rows) in _tables(studies, error).items():
         if rows:
-            say()
-            show_table(heads, rows, title=title)
-    if missing_peers():
-        say(f'\nnot installed: {", ".join(missing_peers())} (the extra "peers")')
+            output.say()
+            output.show_table(heads, rows, title=title)
+    if steady_curves.missing_peers():
+        output.say(f'\nnot installed: {", ".join(steady_curves.missing_peers())} (the extra "peers")')
 
 
 def _content(studies: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:

@@ -64,16 +64,15 @@ def _meant(word: str, store: "Store") -> Any:
 
 def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> list[str]:
     from wearlab.report.plots import comparison_figure
-    from wearlab.store.files import write_whole
-    from wearlab.store.netcdf import to_image
+    from wearlab.store import files, netcdf
 
     written = []
     with refusing(OSError):
         if data is not None:
-            write_whole(data, to_image(comparison)[0])
+            files.write_whole(data, netcdf.to_image(comparison)[0])
             written.append(str(data))
         if figure is not None:
-            write_whole(figure, comparison_figure(comparison, _ending(figure)))
+            files.write_whole(figure, comparison_figure(comparison, _ending(figure)))
             written.append(str(figure))
     return written
 
@@ -131,7 +130,7 @@ def _tell_first(comparison: "xr.Dataset") -> None:
 def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
     import json
 
-    from wearlab.store.description import plain
+    from wearlab.store import description
 
     attributes = {
         key: value for key, value in comparison.attrs.items() if not key.startswith(("only_", "scene_"))
@@ -140,12 +139,12 @@ def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
         **attributes,
         "scene_differences": json.loads(comparison.attrs["scene_differences"]),
         "quantities": comparison["quantity"].values.tolist(),
-        "largest_relative_difference": plain(comparison["largest_relative_difference"].values),
-        "first_difference": plain(comparison["first_difference"].values),
+        "largest_relative_difference": description.plain(comparison["largest_relative_difference"].values),
+        "first_difference": description.plain(comparison["first_difference"].values),
     }
     for name in ("life", "service_life", "relative_difference", "largest_value"):
         if name in comparison:
-            content[name] = plain(comparison[name].values)
+            content[name] = description.plain(comparison[name].values)
     if "pair" in comparison.dims:
         content["pairs"] = [
             {"name": str(name), "runs": comparison["run_id"].values[i].tolist()}

@@ -6,26 +6,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from wearlab.cli.campaigns import sound_campaign
-from wearlab.cli.output import Status, Stop, complain, read_campaign, refusing, say, show_json
-from wearlab.cli.registry import STORE, File, Json, StoreFolder, command
+from wearlab.cli import campaigns, output, registry
 from wearlab.store import Store
 
 if TYPE_CHECKING:
     from wearlab.figures.drawing import Redrawn
 
 
-@command()
+@registry.command()
 def figures(
     file: Annotated[
         str | None, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)
     ] = None,
-    folder: StoreFolder = STORE,
+    folder: registry.StoreFolder = registry.STORE,
     out: Path = Path("figures"),
     format: str = "png",
     from_: list[Path] | None = None,
-    json: Json = False,
-) -> Status:
+    json: registry.Json = False,
+) -> output.Status:
     """Draw the figures of FILE from the stored runs, or a figure again from what its file says.
 
     Parameters
@@ -37,59 +35,66 @@ def figures(
     if from_ and file is None:
         return redraw_figures(from_, Store(folder), out, json)
     if file is None or from_:
-        raise Stop("figures: give a campaign FILE, or --from FIGURE")
+        raise output.Stop("figures: give a campaign FILE, or --from FIGURE")
     return draw_figures(file, Store(folder), out, format, json)
 
 
-def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: bool) -> Status:
+def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: bool) -> output.Status:
     """Draw the figures of a campaign from its stored runs."""
     from wearlab.figures import FigureError, draw
     from wearlab.figures.drawing import check_format
 
     check_format(ending)
-    campaign = sound_campaign(file)
-    status = Status.WELL
-    with refusing(OSError):
+    campaign = campaigns.sound_campaign(file)
+    status = output.Status.WELL
+    with output.refusing(OSError):
         try:
             drawn = tuple(draw(campaign, store, out, ending))
         except FigureError as error:
-            complain(str(error))
-            drawn, status = error.drawn, Status.TROUBLE
+            output.complain(str(error))
+            drawn, status = error.drawn, output.Status.TROUBLE
     if as_json:
-        show_json([str(path) for path in drawn])
+        output.show_json([str(path) for path in drawn])
     else:
         for path in drawn:
-            say(str(path))
+            output.say(str(path))
     return status
 
 
-def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: bool) -> Status:
+def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: bool) -> output.Status:
     """Draw figures again from the store, and say which of their runs are missing or stale."""
     from wearlab.figures import redraw
 
-    with refusing(OSError):
+    with output.refusing(OSError):
         drawn = [redraw(figure, store, out) for figure in figures]
     if as_json:
-        show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
+        output.show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
     else:
         for redrawn in drawn:
             _tell(redrawn)
-    return Status.TROUBLE if any(redrawn.missing for redrawn in drawn) else Status.WELL
+    return output.Status.TROUBLE if any(redrawn.missing for redrawn in drawn) else output.Status.WELL
 
 
 def _tell(drawn: "Redrawn") -> None:
-    say(f"{drawn.path}: {'the same bytes' if drawn.same else 'differs from the figure it was drawn from'}")
+    output.say(
+        f"{drawn.path}: {'the same bytes' if drawn.same else 'differs from the figure it was drawn from'}"
+    )
     for words, runs in (
         ("missing", drawn.missing),
         ("stale, made by other code", drawn.stale),
         ("computed again since the figure was drawn", drawn.changed),
     ):
         if runs:
-            complain(f"{words}: {', '.join(runs)}")
+            output.complain(f"{words}: {', '.join(runs)}")
 
 
-@command()
-def report(file: File, folder: StoreFolder = STORE, out: Path | None = None, json: Json = False) -> Status:
+@registry.command()
+def report(
+    file: registry.File,
+    folder: registry.StoreFolder = registry.STORE,
+    out: Path | None = None,
+    json: registry.Json = False,
+) -> output.Status:
     """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
 
     Parameters
@@ -98,28 +103,28 @@ def report(file: File, folder: StoreFolder = STORE, out: Path | None = None, jso
     """
     from wearlab.report.page import as_file, check_suffix
     from wearlab.report.page import report as page_of
-    from wearlab.store.files import write_whole
+    from wearlab.store import files
 
     path = out or Path(f"{Path(file).stem}.html")
     check_suffix(path)
-    store, campaign = Store(folder), read_campaign(file)
-    with refusing(OSError):
-        write_whole(path, as_file(page_of(campaign, store), path.suffix))
+    store, campaign = Store(folder), output.read_campaign(file)
+    with output.refusing(OSError):
+        files.write_whole(path, as_file(page_of(campaign, store), path.suffix))
     if json:
-        show_json({"file": str(path)})
+        output.show_json({"file": str(path)})
     else:
-        say(str(path))
-    return Status.WELL
+        output.say(str(path))
+    return output.Status.WELL
 
 
-@command()
+@registry.command()
 def profile(
     file: Path,
     columns: list[str] | None = None,
     units: list[str] | None = None,
     out: Path | None = None,
-    json: Json = False,
-) -> Status:
+    json: registry.Json = False,
+) -> output.Status:
     """Draw a measured flank as it was understood, and say how the file was read.
 
     Parameters
@@ -153,12 +158,12 @@ def profile(
         "figure": str(figure),
     }
     if json:
-        show_json(told)
+        output.show_json(told)
     else:
         for name, text in told.items():
             if text:
-                say(f"{name:<20}{text}")
-    return Status.WELL
+                output.say(f"{name:<20}{text}")
+    return output.Status.WELL
 
 
 def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
@@ -167,5 +172,5 @@ def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
         (path for path, (_, sign, text) in zip(given, pairs, strict=True) if not sign or not text), None
     )
     if wrong is not None:
-        raise Stop(f"{option} {wrong}: write NAME=TEXT, such as deviation=Abweichung")
+        raise output.Stop(f"{option} {wrong}: write NAME=TEXT, such as deviation=Abweichung")
     return {name.strip(): text.strip() for name, _, text in pairs}

@@ -13,7 +13,6 @@ from wearlab.cli.output import (
     Stop,
     complain,
     say,
-    seconds_text,
     show_json,
     show_table,
     split_columns,
@@ -21,9 +20,8 @@ from wearlab.cli.output import (
 )
 from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, command
 from wearlab.sources import SHORT_ID, is_other_code
-from wearlab.store import Store
+from wearlab.store import Store, outcome
 from wearlab.store.catalogue import Entry, Member
-from wearlab.store.outcome import headlines, last_line
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
@@ -159,7 +157,7 @@ def _once(members: Iterable[Member]) -> list[Member]:
 
 
 def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
-    told = next(iter(headlines(entry.summary)), None)
+    told = next(iter(outcome.headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
         "id": entry.id,
@@ -193,7 +191,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         row["state"],
         row["result"],
         "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %",
-        seconds_text(row["seconds"]),
+        outcome.seconds_text(row["seconds"]),
         _note(row),
         *_expected(row),
     )
@@ -209,7 +207,7 @@ def _expected(row: Mapping[str, Any]) -> tuple[str, str]:
 
 def _note(row: Mapping[str, Any]) -> str:
     notes = [] if row["verdict"] in (None, "completed") else [row["verdict"]]
-    notes += [last_line(row["reason"])] if row["reason"] else []
+    notes += [outcome.last_line(row["reason"])] if row["reason"] else []
     notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
     notes += ["made by other code"] if row["other_code"] else []
     return "; ".join(notes)

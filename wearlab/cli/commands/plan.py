@@ -5,11 +5,9 @@ from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from wearlab.cli import output, registry
 from wearlab.cli.campaigns import first_of_each_label, impossible, refuse_the_impossible, sound_campaign
-from wearlab.cli.output import Status, Stop, complain, read_campaign, refusing, say, show_json, show_table
-from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, command
-from wearlab.store import Store
-from wearlab.store.outcome import value_text
+from wearlab.store import Store, outcome
 from wearlab.units import HOUR, MINUTE
 
 if TYPE_CHECKING:
@@ -23,8 +21,13 @@ MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
 
 
-@command()
-def check(file: File, claims: bool = False, folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def check(
+    file: registry.File,
+    claims: bool = False,
+    folder: registry.StoreFolder = registry.STORE,
+    json: registry.Json = False,
+) -> output.Status:
     """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
 
     Parameters
@@ -42,10 +45,10 @@ def check(file: File, claims: bool = False, folder: StoreFolder = STORE, json: J
         for label, case in first_of_each_label(campaign).items()
     }
     refused, built = impossible(campaign), _built(campaign)
-    status = Status.WELL if all(case["expected"] for case in refused) else Status.TROUBLE
+    status = output.Status.WELL if all(case["expected"] for case in refused) else output.Status.TROUBLE
     runs = len({case.id for case in campaign.cases})
     if json:
-        show_json(
+        output.show_json(
             {
                 "title": campaign.title,
                 "cases": len(campaign.cases),
@@ -58,33 +61,33 @@ def check(file: File, claims: bool = False, folder: StoreFolder = STORE, json: J
             }
         )
         return status
-    say(campaign.title)
+    output.say(campaign.title)
     for axis in campaign.axes:
         ends = axis.values if len(axis.values) <= MOST_VALUES else (*axis.values[:3], "…", axis.values[-1])
-        values = ", ".join(value_text(value, None) for value in ends)
+        values = ", ".join(outcome.value_text(value, None) for value in ends)
         count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
-        say(f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count)
-    say(f"  {len(campaign.cases)} cases, {runs} runs")
+        output.say(f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count)
+    output.say(f"  {len(campaign.cases)} cases, {runs} runs")
     for label, (present, left_out) in parts.items():
-        say(f"\n{label}")
+        output.say(f"\n{label}")
         for part in present:
-            say(f"  + {part}")
-        say(f"  left out: {', '.join(left_out) or 'nothing'}")
+            output.say(f"  + {part}")
+        output.say(f"  left out: {', '.join(left_out) or 'nothing'}")
     for label, table in built.items():
-        say(f"\ngears of {label}")
-        show_table(*table)
+        output.say(f"\ngears of {label}")
+        output.show_table(*table)
     from wearlab.cli.commands.run import tell_update
 
     tell_update(campaign)
     for warning in campaign.warnings:
-        complain(f"\nwarning: {warning}")
+        output.complain(f"\nwarning: {warning}")
     for case in refused:
         foreseen = ", as expected" if case["expected"] else ""
-        complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
+        output.complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
     return status
 
 
-def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> Status:
+def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> output.Status:
     """Tell of every claim what the stored runs say, and which numbers of notes they do not have."""
     from wearlab.campaign.claims import check_claims, unfilled
 
@@ -95,17 +98,17 @@ def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> Status:
             {**one.claim.model_dump(exclude_none=True), "measured": one.measured, "holds": one.holds}
             for one in checked
         ]
-        show_json({"title": campaign.title, "claims": rows, "unfilled": lacking})
+        output.show_json({"title": campaign.title, "claims": rows, "unfilled": lacking})
     else:
         for one in checked:
             claim = one.claim
             said = one.reason if one.measured is None else f"{one.measured:.4g} {claim.unit}".rstrip()
             told = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
-            (say if one.holds else complain)(f"{'holds' if one.holds else 'fails'}  {told}")
+            (output.say if one.holds else output.complain)(f"{'holds' if one.holds else 'fails'}  {told}")
         for line in lacking:
-            complain(f"fails  {line}")
-        say(f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {campaign.title}")
-    return Status.WELL if all(one.holds for one in checked) and not lacking else Status.TROUBLE
+            output.complain(f"fails  {line}")
+        output.say(f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {campaign.title}")
+    return output.Status.WELL if all(one.holds for one in checked) and not lacking else output.Status.TROUBLE
 
 
 def _built(campaign: "Campaign") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:
@@ -131,10 +134,14 @@ SHOWN = 6
 UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
-@command()
+@registry.command()
 def plan(
-    file: File, folder: StoreFolder = STORE, workers: Workers = None, retry: bool = False, json: Json = False
-) -> Status:
+    file: registry.File,
+    folder: registry.StoreFolder = registry.STORE,
+    workers: registry.Workers = None,
+    retry: bool = False,
+    json: registry.Json = False,
+) -> output.Status:
     """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
 
     Parameters
@@ -144,18 +151,18 @@ def plan(
     from wearlab.runner.plan import plan as planned_of
 
     store = Store(folder)
-    campaign = read_campaign(file)
+    campaign = output.read_campaign(file)
     planned = planned_of(campaign, store, workers=workers, retry=retry)
     if json:
         content = asdict(planned) | {"runs": [run._asdict() for run in planned.runs]}
-        show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
+        output.show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
     else:
         _tell(planned)
         if campaign.update is not None:
             _tell_update(campaign, store, workers)
     for warning in planned.warnings:
-        complain(f"warning: {warning}")
-    return Status.TROUBLE if planned.warnings else Status.WELL
+        output.complain(f"warning: {warning}")
+    return output.Status.TROUBLE if planned.warnings else output.Status.WELL
 
 
 def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
@@ -171,34 +178,36 @@ def _amounts(planned: "Plan") -> "list[tuple[str, Amount | None]]":
 def _tell(planned: "Plan") -> None:
     from wearlab.runner.plan import WORDS
 
-    say(planned.title)
-    say(f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded")
+    output.say(planned.title)
+    output.say(
+        f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
+    )
     for state, words in WORDS.items():
         if count := planned.count(state):
-            say(f"  {count:>7} {words}")
+            output.say(f"  {count:>7} {words}")
     if other := sum(run.other_code for run in planned.runs):
-        say(f"  {other:>7} of the cached made by other code")
+        output.say(f"  {other:>7} of the cached made by other code")
     for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
-        say(f"  {count:>7} of the new were run before with another {_some(keys)}")
+        output.say(f"  {count:>7} of the new were run before with another {_some(keys)}")
     for condition, count in Counter(condition for condition, _ in planned.excluded).items():
-        say(f"  {count:>7} excluded by {condition}")
+        output.say(f"  {count:>7} excluded by {condition}")
     for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
             where = ", ".join(f"{name}={value}" for name, value in run.position.items())
-            say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
+            output.say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
     if planned.seconds is None and planned.basis:
-        say(f"  {planned.basis}")
+        output.say(f"  {planned.basis}")
         return
     if planned.seconds is None or planned.bytes is None:
         to_do = any(run.state in ("new", "lost") for run in planned.runs)
-        say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")
+        output.say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")
         return
     about, least, most = (_time(value / planned.workers) for value in planned.seconds)
     workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
-    say(f"  time: about {about} with {workers} ({least} to {most})")
+    output.say(f"  time: about {about} with {workers} ({least} to {most})")
     low, high = _size(planned.bytes.low), _size(planned.bytes.high)
-    say(f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free")
-    say(f"  from {planned.basis}")
+    output.say(f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free")
+    output.say(f"  from {planned.basis}")
 
 
 def _some(keys: "Sequence[str]") -> str:
@@ -217,49 +226,49 @@ def _size(count: float) -> str:
     return f"{count / scale:.3g} {unit}"
 
 
-@command("compile")
-def compile_command(files: list[str], workers: Workers = None) -> Status:
+@registry.command("compile")
+def compile_command(files: list[str], workers: registry.Workers = None) -> output.Status:
     """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin.
 
     Parameters
     ----------
     files : FILE...: Campaign files (TOML).
     """
-    from wearlab.cli.output import bar
+    from wearlab.cli import output
     from wearlab.runner.local import compile_ahead
 
-    campaigns = [read_campaign(file) for file in files]
+    campaigns = [output.read_campaign(file) for file in files]
     with ExitStack() as open_bar:
         kinds, seconds = compile_ahead(
-            campaigns, workers, lambda total: open_bar.enter_context(bar(total, silent=False))
+            campaigns, workers, lambda total: open_bar.enter_context(output.bar(total, silent=False))
         )
-    say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
-    return Status.WELL
+    output.say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
+    return output.Status.WELL
 
 
-@command()
-def modes(file: File, case: str | None = None, json: Json = False) -> Status:
+@registry.command()
+def modes(file: registry.File, case: str | None = None, json: registry.Json = False) -> output.Status:
     """Show natural frequencies and critical speeds of FILE's gears.
 
     Parameters
     ----------
     case : LABEL [the first]: Which case.
     """
-    campaign = read_campaign(file)
+    campaign = output.read_campaign(file)
     cases = first_of_each_label(campaign)
     if case is None:
         case = campaign.cases[0].label
     if case not in cases:
-        raise Stop(f"--case {case}: there are {', '.join(cases)}")
+        raise output.Stop(f"--case {case}: there are {', '.join(cases)}")
     from wearlab.simulation import modes_table
 
-    with refusing(ValueError):
+    with output.refusing(ValueError):
         rows: list[dict[str, Any]] = modes_table(cases[case].scene)
     if json:
-        show_json(rows)
+        output.show_json(rows)
     elif rows:
-        show_table(list(rows[0]), [[_cell(value) for value in row.values()] for row in rows])
-    return Status.WELL
+        output.show_table(list(rows[0]), [[_cell(value) for value in row.values()] for row in rows])
+    return output.Status.WELL
 
 
 def _cell(value: object) -> str:

@@ -4,9 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from wearlab.cli.campaigns import case_name, refuse_the_impossible, refuse_wrong_figures
-from wearlab.cli.output import Status, Stop, complain, read_campaign, say, show_json, show_table
-from wearlab.cli.registry import STORE, File, Json, StoreFolder, Workers, command
+from wearlab.cli import campaigns, output, registry
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 from wearlab.units import convert
@@ -20,17 +18,17 @@ if TYPE_CHECKING:
     from wearlab.store.updates import KeptUpdate
 
 
-@command()
+@registry.command()
 def run(
-    file: File,
-    folder: StoreFolder = STORE,
-    workers: Workers = None,
+    file: registry.File,
+    folder: registry.StoreFolder = registry.STORE,
+    workers: registry.Workers = None,
     scheduler: str | None = None,
     retry: bool = False,
     recompute: str | None = None,
     dashboard: bool = False,
-    json: Json = False,
-) -> Status:
+    json: registry.Json = False,
+) -> output.Status:
     """Compute what is missing of FILE.
 
     Parameters
@@ -40,15 +38,15 @@ def run(
     recompute : WHAT: Compute again: failed, stale (made by other code) or all.
     dashboard : Let the workers show dask's page about themselves.
     """
-    from wearlab.cli.output import at_once_when_twice
+    from wearlab.cli import output
     from wearlab.runner import Interrupted, foresee
     from wearlab.runner import run as computed
 
-    at_once_when_twice()
-    store, campaign = Store(folder), read_campaign(file)
+    output.at_once_when_twice()
+    store, campaign = Store(folder), output.read_campaign(file)
     foresee(campaign, store, scheduler)
-    refuse_wrong_figures(campaign, file)
-    refuse_the_impossible(campaign)
+    campaigns.refuse_wrong_figures(campaign, file)
+    campaigns.refuse_the_impossible(campaign)
     try:
         report = computed(
             campaign,
@@ -61,27 +59,29 @@ def run(
             dashboard=dashboard,
         )
     except Interrupted as interrupted:
-        raise Stop(str(interrupted), Status.INTERRUPTED) from None
+        raise output.Stop(str(interrupted), output.Status.INTERRUPTED) from None
     if json:
-        show_json(report.to_dict())
+        output.show_json(report.to_dict())
     else:
         _tell(campaign, report)
-    return Status.WELL if report.ok else Status.TROUBLE
+    return output.Status.WELL if report.ok else output.Status.TROUBLE
 
 
 def _tell(campaign: "Campaign", report: "Report") -> None:
     for note in report.notes:
-        complain(note)
+        output.complain(note)
     for warning in campaign.warnings:
-        complain(f"warning: {warning}")
-    say(report.headline)
-    names: dict[str, str] = {case.id: case_name(campaign, case) for case in reversed(campaign.cases)}
+        output.complain(f"warning: {warning}")
+    output.say(report.headline)
+    names: dict[str, str] = {
+        case.id: campaigns.case_name(campaign, case) for case in reversed(campaign.cases)
+    }
     foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
         if case.state != "done" and case.id not in foreseen:
-            complain(f"{case.state}: {names[case.id]}, run {case.id[:SHORT_ID]}: {case.headline}")
+            output.complain(f"{case.state}: {names[case.id]}, run {case.id[:SHORT_ID]}: {case.headline}")
         for warning in case.warnings:
-            complain(f"warning: {names[case.id]}, run {case.id[:SHORT_ID]}: {warning}")
+            output.complain(f"warning: {names[case.id]}, run {case.id[:SHORT_ID]}: {warning}")
     _tell_expected(report)
 
 
@@ -94,22 +94,22 @@ def _tell_expected(report: "Report") -> None:
         place_words = ", ".join(f"{name}={value}" for name, value in case.position.items())
         verdict, expected, measured, met = case.comparison
         rows.append((case.label, place_words, verdict, expected, measured, "yes" if met else "NO"))
-    say()
-    show_table(("case", "differs by", "verdict", "expected", "measured", "met"), rows)
+    output.say()
+    output.show_table(("case", "differs by", "verdict", "expected", "measured", "met"), rows)
     missed = sum(not case.comparison.met for case in report.expected)
-    say(f"{len(rows) - missed} of {len(rows)} as expected")
+    output.say(f"{len(rows) - missed} of {len(rows)} as expected")
 
 
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
 
 
-def list_updates(store: "Store", as_json: bool) -> Status:
+def list_updates(store: "Store", as_json: bool) -> output.Status:
     """List the updates of a store, a line a case, the latest last."""
     from wearlab.store.updates import kept_updates
 
     kept = kept_updates(store).values()
     if as_json:
-        show_json([each_update._asdict() for each_update in kept])
+        output.show_json([each_update._asdict() for each_update in kept])
     elif kept:
         rows = [
             (
@@ -124,10 +124,10 @@ def list_updates(store: "Store", as_json: bool) -> Status:
             for case, summary in each_update.summary.items()
         ]
         heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
-        show_table(heads, rows)
+        output.show_table(heads, rows)
     else:
-        complain("no updates: wearlab update FILE makes one")
-    return Status.WELL
+        output.complain("no updates: wearlab update FILE makes one")
+    return output.Status.WELL
 
 
 def _told(summary: dict[str, float]) -> tuple[str, str, str]:
@@ -136,30 +136,32 @@ def _told(summary: dict[str, float]) -> tuple[str, str, str]:
     return f"{now:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}"
 
 
-def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> Status:
+def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.Status:
     """Show a kept update: what it says, and what it was made from."""
     from wearlab.store.updates import read_update, update_files
     from wearlab.updating.summary import told
 
     tree = read_update(store, update.id)
     if tree is None:
-        complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
-        return Status.TROUBLE
+        output.complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
+        return output.Status.TROUBLE
     if as_json:
-        show_json(content(tree) | {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded})
-        return Status.WELL
+        output.show_json(
+            content(tree) | {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
+        )
+        return output.Status.WELL
     for line in told(tree):
-        say(line)
+        output.say(line)
     facts = {"id": update.id, "file": str(update_files(store).path(update.id)), "sha256": update.sha256}
     facts |= {"recorded": update.recorded, "runs": ", ".join(run[:10] for run in update.runs[:6])}
     if len(update.runs) > 6:
         facts["runs"] += f" and {len(update.runs) - 6} more"
-    say()
+    output.say()
     for name, value in facts.items():
-        say(f"{name:<16}{value}")
+        output.say(f"{name:<16}{value}")
     for name, node in tree.children.items():
-        say(f"{name:<22}{', '.join(map(str, node.to_dataset().data_vars))}")
-    return Status.WELL
+        output.say(f"{name:<22}{', '.join(map(str, node.to_dataset().data_vars))}")
+    return output.Status.WELL
 
 
 def tell_update(campaign: "Campaign") -> None:
@@ -175,18 +177,18 @@ def tell_update(campaign: "Campaign") -> None:
     if campaign.update is None:
         return
     for study in studies(campaign):
-        say(f"\nupdate of {study.label}")
+        output.say(f"\nupdate of {study.label}")
         for key, prior in study.spec.unknown.items():
             cost = "" if key not in study.costly else f", {study.spec.draws} runs"
             before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
-            say(f"  unknown: {key}, before {before}{cost}")
+            output.say(f"  unknown: {key}, before {before}{cost}")
         for seen in study.seen:
             words = seen.data.label.replace("_", " ")
-            say(f"  measured: {len(seen)} values of {words} in {seen.data.file.name}")
+            output.say(f"  measured: {len(seen)} values of {words} in {seen.data.file.name}")
         where = "" if study.limit.where is None else f" of the {study.limit.where}"
         unit = VARIABLES[study.limit.quantity]
         level = convert(study.limit.value, unit.units, unit.display_units)
-        say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
+        output.say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
 
 
 def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
@@ -199,41 +201,43 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
         return
     wanted = studies(campaign)
     if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
-        say("\nwearlab update: made before, it would be read")
+        output.say("\nwearlab update: made before, it would be read")
         return
-    say("\nwearlab update needs")
+    output.say("\nwearlab update needs")
     for study in wanted:
         planned = plan(study.campaign(campaign.title), store, workers=workers)
         states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
         time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
-        say(f"  {study.label}: {len(planned.runs)} runs, {states}{time}")
-    say("  and as many longer ones where the measurements lie beyond them")
+        output.say(f"  {study.label}: {len(planned.runs)} runs, {states}{time}")
+    output.say("  and as many longer ones where the measurements lie beyond them")
 
 
 def content(tree: "xr.DataTree") -> dict[str, Any]:
     """Return what `--json` tells of an update."""
-    from wearlab.store.description import plain
+    from wearlab.store import description
 
     names = ("predictions", "sample_stats", "calibration")
     content: dict[str, Any] = {"id": tree.attrs["id"], "title": tree.attrs["title"]}
     for name in names:
         if name in tree.children:
             data = tree[name].to_dataset()
-            content[name] = {str(key): plain(value.values) for key, value in data.variables.items()}
+            content[name] = {
+                str(key): description.plain(value.values) for key, value in data.variables.items()
+            }
     return content
 
 
-@command()
+@registry.command()
 def update(
-    file: File,
-    folder: StoreFolder = STORE,
+    file: registry.File,
+    folder: registry.StoreFolder = registry.STORE,
     replay: bool = False,
     check: Annotated[
         int, typer.Option("--check", metavar="N", min=0, help="Put N synthetic twins through the same code.")
     ] = 0,
-    workers: Workers = None,
-    json: Json = False,
-) -> Status:
+    workers: registry.Workers = None,
+    json: registry.Json = False,
+) -> output.Status:
     """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
 
     Parameters
@@ -243,12 +247,12 @@ def update(
     from wearlab.updating import update as updated
     from wearlab.updating.summary import told
 
-    store, campaign = Store(folder), read_campaign(file)
+    store, campaign = Store(folder), output.read_campaign(file)
     tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
     if json:
-        show_json(content(tree))
+        output.show_json(content(tree))
     else:
         for line in told(tree):
-            say(line)
-        say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
-    return Status.WELL
+            output.say(line)
+        output.say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
+    return output.Status.WELL

@@ -6,12 +6,11 @@ from typing import Annotated, Any
 
 import typer
 
-from wearlab.cli.output import Status, Stop, read_plugins, refusing, say, show_json, show_table
-from wearlab.cli.registry import Json, command
-from wearlab.figures.errors import choices
+from wearlab.cli import output, registry
+from wearlab.nearest import choices
 
 
-@command()
+@registry.command()
 def schema(
     file: Annotated[
         str | None,
@@ -21,7 +20,7 @@ def schema(
     ] = None,
     added: bool = False,
     figures: bool = False,
-) -> Status:
+) -> output.Status:
     """Print the JSON Schema of campaign files: every option with unit, default and meaning.
 
     Parameters
@@ -32,28 +31,28 @@ def schema(
     if figures:
         from wearlab.figures import KINDS
 
-        show_json(sorted(KINDS))
-        return Status.WELL
+        output.show_json(sorted(KINDS))
+        return output.Status.WELL
     from wearlab.campaign import added_json, schema_json
 
     if added and file is None:
-        raise Stop("--added needs a campaign FILE that names plug-ins")
-    plugins = () if file is None else read_plugins(file)
-    say(added_json(plugins) if added else schema_json())
-    return Status.WELL
+        raise output.Stop("--added needs a campaign FILE that names plug-ins")
+    plugins = () if file is None else output.read_plugins(file)
+    output.say(added_json(plugins) if added else schema_json())
+    return output.Status.WELL
 
 
 SHOWN = ("name", "dims", "units", "display_units", "meaning", "made_by")
 HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
 
 
-@command()
+@registry.command()
 def variables(
     like: Annotated[
         str, typer.Argument(metavar="[WORD]", help="Only those with this in name or meaning.")
     ] = "",
-    json: Json = False,
-) -> Status:
+    json: registry.Json = False,
+) -> output.Status:
     """List the variables of datasets: name, dims, unit, meaning, and what makes them."""
     from wearlab.schema import VARIABLES, origin_of
 
@@ -74,15 +73,15 @@ def variables(
     if not rows:
         near = get_close_matches(like, VARIABLES, 1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
-        raise Stop(f"variables: none has {like!r} in its name or meaning{meant}")
+        raise output.Stop(f"variables: none has {like!r} in its name or meaning{meant}")
     if json:
-        show_json(rows)
-        return Status.WELL
+        output.show_json(rows)
+        return output.Status.WELL
     for row in rows:
         row["dims"] = ", ".join(row["dims"])
         row["meaning"] = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
-    show_table(HEADS, [[row[key] for key in SHOWN] for row in rows])
-    return Status.WELL
+    output.show_table(HEADS, [[row[key] for key in SHOWN] for row in rows])
+    return output.Status.WELL
 
 
 STARTS = Path(__file__).parents[2] / "campaign" / "starts"
@@ -90,8 +89,8 @@ SCHEMA = "wearlab-campaign.schema.json"
 """As the files' first line names it; editors with Taplo ("Even Better TOML") read it there."""
 
 
-@command()
-def new(kind: str, out: Path | None = None) -> Status:
+@registry.command()
+def new(kind: str, out: Path | None = None) -> output.Status:
     """Write a commented campaign file to begin with, and the JSON Schema that editors complete it by.
 
     Parameters
@@ -103,16 +102,16 @@ def new(kind: str, out: Path | None = None) -> Status:
     from wearlab.store.files import write_whole
 
     if kind not in kinds():
-        raise Stop(f"new {kind}: {choices(kind, kinds())}")
+        raise output.Stop(f"new {kind}: {choices(kind, kinds())}")
     path = out or Path(f"{kind}.toml")
     if path.exists():
-        raise Stop(f"{path}: is there already; name another with --out")
+        raise output.Stop(f"{path}: is there already; name another with --out")
     text = (STARTS / f"{kind}.toml").read_text(encoding="utf-8").replace("{file}", path.name)
-    with refusing(OSError):
+    with output.refusing(OSError):
         write_whole(path.parent / SCHEMA, f"{editors_schema()}\n".encode())
         write_whole(path, text.encode())
-    say(f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, wearlab report {path}")
-    return Status.WELL
+    output.say(f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, wearlab report {path}")
+    return output.Status.WELL
 
 
 def kinds() -> list[str]:

@@ -4,18 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.cli.output import (
-    Status,
-    Stop,
-    bar,
-    complain,
-    read_campaign,
-    refusing,
-    say,
-    show_json,
-    show_table,
-)
-from wearlab.cli.registry import STORE, File, Json, Run, StoreFolder, command
+from wearlab.cli import output, registry
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
@@ -27,8 +16,10 @@ MEGABYTE = 1e6
 EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
 
 
-@command()
-def export(file: File, out: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def export(
+    file: registry.File, out: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
+) -> output.Status:
     """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too.
 
     Parameters
@@ -38,11 +29,13 @@ def export(file: File, out: Path, folder: StoreFolder = STORE, json: Json = Fals
     from wearlab.store.export import export
 
     if out.suffix.lower() not in EXPORTS:
-        raise Stop(f"{out}: an export is written as {', '.join(EXPORTS)}, not as {out.suffix or 'nothing'}")
-    store, campaign = Store(folder), read_campaign(file)
-    with refusing(OSError):
+        raise output.Stop(
+            f"{out}: an export is written as {', '.join(EXPORTS)}, not as {out.suffix or 'nothing'}"
+        )
+    store, campaign = Store(folder), output.read_campaign(file)
+    with output.refusing(OSError):
         total = len({case.id for case in campaign.cases})
-        with bar(total, json, "runs") as tell:
+        with output.bar(total, json, "runs") as tell:
             if out.suffix.lower() == ".zip":
                 _export_crate(campaign, store, out, tell)
             elif out.suffix.lower() == ".xlsx":
@@ -52,20 +45,22 @@ def export(file: File, out: Path, folder: StoreFolder = STORE, json: Json = Fals
         entries = store.entries(case.id for case in campaign.cases)
     done = sum(entry.state == "done" for entry in entries.values())
     if json:
-        show_json({"file": str(out), "runs": total, "done": done})
+        output.show_json({"file": str(out), "runs": total, "done": done})
     else:
-        say(str(out))
+        output.say(str(out))
         if done < total:
-            complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
-    return Status.WELL if done == total else Status.TROUBLE
+            output.complain(
+                f"{total - done} of {total} runs have no data; the attribute 'missing' names them"
+            )
+    return output.Status.WELL if done == total else output.Status.TROUBLE
 
 
 def _export_workbook(campaign: "Campaign", store: "Store", out: Path) -> None:
     from wearlab.report.workbook import workbook
+    from wearlab.store import files
     from wearlab.store.export import export_attributes
-    from wearlab.store.files import write_whole
 
-    write_whole(out, workbook(store.open(campaign), export_attributes(campaign, store)))
+    files.write_whole(out, workbook(store.open(campaign), export_attributes(campaign, store)))
 
 
 def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
@@ -73,19 +68,21 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
     from tempfile import TemporaryDirectory
 
     from wearlab.figures import FigureError, draw
-    from wearlab.store.publish import export_crate
+    from wearlab.store import publish
 
     with TemporaryDirectory(prefix="wearlab-") as folder:
         try:
             drawn = tuple(draw(campaign, store, Path(folder)))
         except FigureError as error:
-            complain(str(error))
+            output.complain(str(error))
             drawn = error.drawn
-        export_crate(campaign, store, out, drawn, tell)
+        publish.export_crate(campaign, store, out, drawn, tell)
 
 
-@command()
-def merge(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def merge(
+    other: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
+) -> output.Status:
     """Take the runs of the store OTHER into this one, each verified.
 
     Parameters
@@ -96,26 +93,28 @@ def merge(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Statu
 
     theirs, store = Store(other), Store(folder)
     total = len(theirs.entries())
-    with bar(total, json, "runs") as tell:
+    with output.bar(total, json, "runs") as tell:
         made = merge(store, theirs, tell)
     if json:
-        show_json(vars(made))
+        output.show_json(vars(made))
     else:
-        say(
+        output.say(
             f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
             f"{made.campaigns} campaigns and {made.updates} updates copied"
         )
         for run_id in made.repaired:
-            say(f"repaired: run {run_id}: its file here was damaged")
+            output.say(f"repaired: run {run_id}: its file here was damaged")
         for run_id in made.conflicting:
-            complain(f"conflict: run {run_id} has other results here; ours stay")
+            output.complain(f"conflict: run {run_id} has other results here; ours stay")
         for run_id, reason in made.damaged.items():
-            complain(f"not taken over: {run_id}: {reason}")
-    return Status.TROUBLE if made.conflicting or made.damaged else Status.WELL
+            output.complain(f"not taken over: {run_id}: {reason}")
+    return output.Status.TROUBLE if made.conflicting or made.damaged else output.Status.WELL
 
 
-@command()
-def pull(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def pull(
+    other: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
+) -> output.Status:
     """Bring here what the store OTHER has and this one has not, each run verified; the same as merge.
 
     Parameters
@@ -125,8 +124,10 @@ def pull(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status
     return merge(other, folder, json)
 
 
-@command()
-def push(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def push(
+    other: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
+) -> output.Status:
     """Bring to the store OTHER what this one has and that one has not, each run verified.
 
     Parameters
@@ -136,10 +137,13 @@ def push(other: Path, folder: StoreFolder = STORE, json: Json = False) -> Status
     return merge(folder, other, json)
 
 
-@command()
+@registry.command()
 def prune(
-    folder: StoreFolder = STORE, keep: list[str] | None = None, yes: bool = False, json: Json = False
-) -> Status:
+    folder: registry.StoreFolder = registry.STORE,
+    keep: list[str] | None = None,
+    yes: bool = False,
+    json: registry.Json = False,
+) -> output.Status:
     """Show the runs that no campaign refers to, and remove them with --yes.
 
     Parameters
@@ -150,77 +154,81 @@ def prune(
     from wearlab.store.upkeep import prunable, prune
 
     store = Store(folder)
-    kept = [case.id for file in keep or [] for case in read_campaign(file).cases]
-    with refusing(OSError):
+    kept = [case.id for file in keep or [] for case in output.read_campaign(file).cases]
+    with output.refusing(OSError):
         removable = prunable(store, kept)
         freed = prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
     if json:
-        show_json(
+        output.show_json(
             {"removed": yes, "bytes": freed if yes else total, "runs": [vars(run) for run in removable]}
         )
-        return Status.WELL
+        return output.Status.WELL
     rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
     if rows:
-        show_table(("id", "state", "size", "why"), rows)
+        output.show_table(("id", "state", "size", "why"), rows)
     if yes:
-        say(f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed")
+        output.say(f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed")
     else:
         more = "; nothing was removed: --yes removes them" if removable else ""
-        say(f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}")
-    return Status.WELL
+        output.say(f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}")
+    return output.Status.WELL
 
 
-@command()
-def reindex(folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def reindex(folder: registry.StoreFolder = registry.STORE, json: registry.Json = False) -> output.Status:
     """Make the catalogue anew from the run files."""
     store = Store(folder)
     if not store.files.folder.is_dir():
-        raise Stop(f"{store.path}: there is no store here")
+        raise output.Stop(f"{store.path}: there is no store here")
     problems = store.reindex()
     count = len(store.entries())
     if json:
         left = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
-        show_json({"runs": count, "left_out": left})
+        output.show_json({"runs": count, "left_out": left})
     else:
         for problem in problems:
-            complain(f"left out: {problem.message}")
+            output.complain(f"left out: {problem.message}")
         if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-            complain(
+            output.complain(
                 "campaigns stand in no run's file: 'wearlab run FILE' records one anew, and computes nothing "
                 "that is there; until then prune does not know what is wanted"
             )
-        say(f"{count} runs in the catalogue")
-    return Status.TROUBLE if problems else Status.WELL
+        output.say(f"{count} runs in the catalogue")
+    return output.Status.TROUBLE if problems else output.Status.WELL
 
 
-@command()
-def cite(run: Run, folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def cite(
+    run: registry.Run, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
+) -> output.Status:
     """Print how to cite a run, and where it comes from."""
-    from wearlab.store.publish import bibtex, citation, facts_of
+    from wearlab.store import publish
 
-    facts = facts_of(Store(folder), run)
+    facts = publish.facts_of(Store(folder), run)
     if json:
-        show_json(facts)
+        output.show_json(facts)
     else:
         if "author" not in facts:
-            complain("no author: write [metadata] author = [...] into the campaign file and run it again")
-        say(citation(facts))
-        say()
-        say(bibtex(facts))
-    return Status.WELL
+            output.complain(
+                "no author: write [metadata] author = [...] into the campaign file and run it again"
+            )
+        output.say(publish.citation(facts))
+        output.say()
+        output.say(publish.bibtex(facts))
+    return output.Status.WELL
 
 
-@command()
-def verify(folder: StoreFolder = STORE, json: Json = False) -> Status:
+@registry.command()
+def verify(folder: registry.StoreFolder = registry.STORE, json: registry.Json = False) -> output.Status:
     """Compare every run file with the hash of what was written."""
     store = Store(folder)
     problems = store.verify()
     done = sum(entry.state == "done" for entry in store.entries().values())
     if json:
-        show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
+        output.show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
     else:
         for problem in problems:
-            say(f"{problem.kind:<11}{problem.path}: {problem.message}")
-        say(f"{done} runs compared, {len(problems)} problems")
-    return Status.TROUBLE if problems else Status.WELL
+            output.say(f"{problem.kind:<11}{problem.path}: {problem.message}")
+        output.say(f"{done} runs compared, {len(problems)} problems")
+    return output.Status.TROUBLE if problems else output.Status.WELL

@@ -5,12 +5,9 @@ from collections.abc import Mapping
 from json import dumps, loads
 from typing import Any
 
-from wearlab.cli.output import Status, say, seconds_text, show_json, show_table, value_text
-from wearlab.cli.registry import STORE, Json, Run, StoreFolder, command
+from wearlab.cli import output, registry
 from wearlab.sources import is_other_code
-from wearlab.store import Store
-from wearlab.store.catalogue import Entry
-from wearlab.store.outcome import headlines
+from wearlab.store import Store, catalogue, outcome
 
 LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
@@ -21,8 +18,13 @@ FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
 TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
 
 
-@command()
-def show(run: Run, folder: StoreFolder = STORE, variables: bool = False, json: Json = False) -> Status:
+@registry.command()
+def show(
+    run: registry.Run,
+    folder: registry.StoreFolder = registry.STORE,
+    variables: bool = False,
+    json: registry.Json = False,
+) -> output.Status:
     """Show one run: results, what they are worth, its scene, what is stored.
 
     Parameters
@@ -32,7 +34,7 @@ def show(run: Run, folder: StoreFolder = STORE, variables: bool = False, json: J
     return show_run(Store(folder), run, json, variables=variables)
 
 
-def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = False) -> Status:
+def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = False) -> output.Status:
     """Show one run: results, what they are worth, scene, what is stored; of an update, what it says.
 
     Parameters
@@ -43,9 +45,9 @@ def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = Fa
     variables : describe every variable
     """
     from wearlab.cli.commands.run import show_update
-    from wearlab.store.updates import find_update
+    from wearlab.store import updates
 
-    update = find_update(store, prefix)
+    update = updates.find_update(store, prefix)
     if update is not None:
         return show_update(store, update, as_json)
     entry = store.find(prefix)
@@ -61,43 +63,43 @@ def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = Fa
             "variables": stored,
             "summary": entry.summary,
         }
-        show_json({**content, "reason": entry.reason, "warnings": list(entry.warnings)})
-        return Status.WELL
+        output.show_json({**content, "reason": entry.reason, "warnings": list(entry.warnings)})
+        return output.Status.WELL
     _tell_facts(facts, entry)
     if variables:
-        say()
-        show_table(("variable", "dims", "unit", "value", "meaning"), _variables(stored, entry))
-        return Status.WELL
+        output.say()
+        output.show_table(("variable", "dims", "unit", "value", "meaning"), _variables(stored, entry))
+        return output.Status.WELL
     rows = _results(stored, entry)
     if rows:
-        say()
-        show_table(("result", "value", "unit", "meaning"), rows)
+        output.say()
+        output.show_table(("result", "value", "unit", "meaning"), rows)
     for name, value in entry.summary.items():
         if name in stored and _is_long(value):
-            say(f"\n{name}")
+            output.say(f"\n{name}")
             for line in value.splitlines():
-                say(f"  {line}")
-    say("\nscene")
+                output.say(f"  {line}")
+    output.say("\nscene")
     for path, value in sorted(_flat(scene)):
-        say(f"  {path} = {_in_file_units(path, value)}")
+        output.say(f"  {path} = {_in_file_units(path, value)}")
     if stored:
-        say("\nstored (--variables tells dimensions, units and meaning of each)")
+        output.say("\nstored (--variables tells dimensions, units and meaning of each)")
         for line in _groups(stored):
-            say(f"  {line}")
-    return Status.WELL
+            output.say(f"  {line}")
+    return output.Status.WELL
 
 
-def _tell_facts(facts: Mapping[str, Any], entry: Entry) -> None:
+def _tell_facts(facts: Mapping[str, Any], entry: catalogue.Entry) -> None:
     for name, value in facts.items():
         if value not in (None, "", []):
             for number, line in enumerate(value if isinstance(value, list) else [value]):
-                say(f"{'' if number else name:<16}{line}")
+                output.say(f"{'' if number else name:<16}{line}")
     for name, text in (("reason", [entry.reason] if entry.reason else []), ("warnings", entry.warnings)):
         for line in text:
-            say(f"{name:<16}{line.rstrip()}")
+            output.say(f"{name:<16}{line.rstrip()}")
 
 
-def _results(stored: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
+def _results(stored: Mapping[str, dict[str, Any]], entry: catalogue.Entry) -> list[tuple[str, ...]]:
     """Return every number or word that came out, as it is shown, with its meaning."""
     rows: list[tuple[str, ...]] = []
     for name, variable in stored.items():
@@ -118,7 +120,7 @@ def _as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
     shown = str(attributes.get("display_units", unit))
     if isinstance(value, int | float) and shown not in (unit, "", "1"):
         value = convert(float(value), unit, shown)
-    return value_text(value), "" if shown == "1" else shown
+    return output.value_text(value), "" if shown == "1" else shown
 
 
 def _groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
@@ -174,10 +176,9 @@ def _is_long(value: Any) -> bool:
     return isinstance(value, str) and (len(value) > LONGEST_TEXT or "\n" in value)
 
 
-def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
+def _facts(store: "Store", entry: catalogue.Entry) -> dict[str, Any]:
+    from wearlab.store import publish
     from wearlab.store.lineage import calibrated_by, children, lineage
-    from wearlab.store.outcome import calibration_of
-    from wearlab.store.publish import WHO
 
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}
@@ -185,18 +186,18 @@ def _facts(store: "Store", entry: Entry) -> dict[str, Any]:
         "id": entry.id,
         "state": store.state_of(entry),
         "verdict": entry.summary.get("verdict"),
-        "result": [headline.text for headline in headlines(entry.summary)],
+        "result": [headline.text for headline in outcome.headlines(entry.summary)],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "goes on from": [str(step) for step in lineage(store, entry)],
         "continued by": children(store, entry.id),
-        "calibrated by": calibration_of(entry) or None,
+        "calibrated by": outcome.calibration_of(entry) or None,
         "calibrates": calibrated_by(store, entry.id),
-        **{key: metadata[key] for key in WHO if key in metadata},
+        **{key: metadata[key] for key in publish.WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
         "bytes": entry.size,
         "sha256": entry.sha256,
         "started": entry.started,
-        "run time": seconds_text(entry.seconds),
+        "run time": outcome.seconds_text(entry.seconds),
         "source hash": entry.source_hash,
         "wearlab": entry.wearlab_version,
         "model version": entry.summary.get("model_version"),
@@ -216,7 +217,7 @@ def _flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
     return [] if scene is None else [(path, scene)]
 
 
-def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
+def _variables(variables: Mapping[str, dict[str, Any]], entry: catalogue.Entry) -> list[tuple[str, ...]]:
     return [
         (
             name,
@@ -230,4 +231,4 @@ def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tu
 
 
 def _brief(value: Any) -> str:
-    return "(below)" if _is_long(value) else value_text(value)
+    return "(below)" if _is_long(value) else output.value_text(value)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from wearlab.figures.kind import Ask, Kind, Role
+from wearlab.figures.kind import Ask, Kind, Role, kind
 from wearlab.figures.plot import Look, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import Slice, companion, slices
@@ -45,41 +45,20 @@ def _number(run: Run, ask: Ask) -> Iterator[Series]:
     return over_cycles(run, ask.y[0], ask)
 
 
-EQUIVALENT_LOAD = Kind(
-    name="equivalent-load",
-    title="Equivalent load",
-    shows="equivalent torque by Miner's rule over the cycles",
-    needs=("equivalent_load", "cycle"),
-    dims=("update",),
-    series=_number,
-    roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
-    y="equivalent_load",
-    titled="{}",
-)
-DYNAMIC_FACTOR = Kind(
-    name="dynamic-factor",
-    title="Dynamic factor",
-    shows="largest dynamic over static mesh force, over the cycles",
-    needs=("dynamic_factor", "cycle"),
-    dims=("update",),
-    series=_number,
-    roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
-    y="dynamic_factor",
-    titled="{}",
-)
-MAX_WEAR = Kind(
-    name="max-wear",
-    title="Largest wear depth",
+EQUIVALENT_LOAD = kind(
+    "equivalent-load", "Equivalent load", ("equivalent_load", "cycle"), ("update",), y="equivalent_load",
+    titled="{}", shows="equivalent torque by Miner's rule over the cycles",
+)(_number)  # fmt: skip
+DYNAMIC_FACTOR = kind(
+    "dynamic-factor", "Dynamic factor", ("dynamic_factor", "cycle"), ("update",), y="dynamic_factor",
+    titled="{}", shows="largest dynamic over static mesh force, over the cycles",
+)(_number)  # fmt: skip
+MAX_WEAR = kind(
+    "max-wear", "Largest wear depth", ("max_wear_depth", "cycle"), ("update",),
+    roles=(("hue", "*"), ("cols", "flank"), ("rows", "*")), all_cases=True, one_flank=True,
+    y="max_wear_depth", titled="{}",
     shows="largest wear depth over the cycles, of every case; the first flank when none is selected",
-    needs=("max_wear_depth", "cycle"),
-    dims=("update",),
-    series=_number,
-    roles=(("hue", "*"), ("cols", "flank"), ("rows", "*")),
-    all_cases=True,
-    one_flank=True,
-    y="max_wear_depth",
-    titled="{}",
-)
+)(_number)  # fmt: skip
 
 
 SHOWN = 3
@@ -128,26 +107,18 @@ ROLES: tuple[tuple[Role, str], ...] = (("hue", "quantity"), ("cols", "part"), ("
 
 
 def _over_wear(prefix: str, subject: str, title: str, words: str) -> Kind:
-    return Kind(
-        name=f"{prefix}-harmonics",
-        title=f"{title} and its harmonics over wear",
-        shows=f"mean, RMS and first three harmonics of the {words} over the largest wear depth",
-        needs=(f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"),
-        dims=("update",),
-        series=_of(prefix, subject, "max_wear_depth"),
-        roles=ROLES,
+    return kind(
+        f"{prefix}-harmonics", f"{title} and its harmonics over wear",
+        (f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"), ("update",), roles=ROLES,
         also=(f"{prefix}_mean",),
-    )
+        shows=f"mean, RMS and first three harmonics of the {words} over the largest wear depth",
+    )(_of(prefix, subject, "max_wear_depth"))  # fmt: skip
 
 
 STIFFNESS_HARMONICS = _over_wear("stiffness", "stiffness", "Mesh stiffness", "mesh stiffness")
 STE_HARMONICS = _over_wear("ste", "STE", "Static transmission error", "static transmission error")
-DTE_HARMONICS = Kind(
-    name="dte-harmonics",
-    title="Harmonics of the dynamic transmission error",
+DTE_HARMONICS = kind(
+    "dte-harmonics", "Harmonics of the dynamic transmission error", ("dte_rms", "dte_harmonics", "cycle"),
+    ("update",), roles=(("hue", "quantity"), ("cols", "*"), ("rows", "*")),
     shows="RMS and first three harmonics of the dynamic transmission error over the cycles",
-    needs=("dte_rms", "dte_harmonics", "cycle"),
-    dims=("update",),
-    series=_of("dte", "DTE", "cycle"),
-    roles=(("hue", "quantity"), ("cols", "*"), ("rows", "*")),
-)
+)(_of("dte", "DTE", "cycle"))  # fmt: skip

@@ -4,7 +4,7 @@ A sample is all runs that differ in nothing that ``hue``, ``rows`` or ``cols`` n
 confidence that order statistics give, whatever the distribution.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import NamedTuple
@@ -12,21 +12,19 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.figures import plot, runs, wording
 from wearlab.figures.curves import Ended, banded, ended_of
 from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, Kind
+from wearlab.figures.kind import Ask, kind
 from wearlab.figures.kinds.cycles import hours_a_cycle
-from wearlab.figures.plot import Mark, Scale, Series
-from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, lone, shown, slices
-from wearlab.figures.wording import Label, joined
 
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
 QUANTILES = (0.05, 0.5, 0.95)
 MOST_BINS = 60
-COUNT = Scale("runs", "1")
-SCORE = Scale("standard score of the share of runs", "1")
+COUNT = plot.Scale("runs", "1")
+SCORE = plot.Scale("standard score of the share of runs", "1")
 FEWEST = 3
 COUNT_WORDS = {0: "", 3: " thousand", 6: " million"}
 STRIP = (1.03, 1.08)  # where the confidence of a quantile is drawn, times the highest bar
@@ -41,7 +39,7 @@ class Quantile(NamedTuple):
 
 
 @dataclass(frozen=True)
-class OfRun(Series):
+class OfRun(plot.Series):
     """What one run adds to a sample; ``x`` and ``y`` hold its values.
 
     Parameters
@@ -81,25 +79,25 @@ def histogram(values: Array) -> tuple[Array, Array]:
     return edges, counts.astype(float)
 
 
-def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
+def _one_number(run: runs.Run, ask: Ask) -> Iterator[plot.Series]:
     name = ask.y[0]
     values, scale = lone(*shown(run.data[name], name, ask), name, ask)
     yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
 
 
-def _kept(key: Mapping[str, Label], ask: Ask) -> dict[str, Label]:
+def _kept(key: Mapping[str, wording.Label], ask: Ask) -> dict[str, wording.Label]:
     """Return the labels that tell samples apart: those along the dimensions that the figure names."""
     return {name: key[name] for name in (ask.hue, ask.rows, ask.cols) if name is not None and name in key}
 
 
-def _samples(series: list[Series]) -> list[list[Series]]:
-    groups: dict[tuple[object, ...], list[Series]] = {}
+def _samples(series: list[plot.Series]) -> list[list[plot.Series]]:
+    groups: dict[tuple[object, ...], list[plot.Series]] = {}
     for curve in series:
         groups.setdefault(tuple(sorted(curve.key.items())), []).append(curve)
     return list(groups.values())
 
 
-def _values(group: Sequence[Series]) -> Array:
+def _values(group: Sequence[plot.Series]) -> Array:
     values = np.concatenate([curve.x for curve in group])
     held = values[np.isfinite(values)]
     if len(held) < FEWEST:
@@ -107,30 +105,32 @@ def _values(group: Sequence[Series]) -> Array:
     return held
 
 
-def _histograms(series: list[Series]) -> list[Series]:
+def _histograms(series: list[plot.Series]) -> list[plot.Series]:
     """Return the outline of every sample, its quantiles as marks and their confidence above it."""
     groups = _samples(series)
-    curves: list[Series] = []
+    curves: list[plot.Series] = []
     for group in groups:
         values, first = _values(group), group[0]
         edges, counts = histogram(values)
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
-        curves.append(Series(first.key, x, y, first.across, COUNT, "area"))
+        curves.append(plot.Series(first.key, x, y, first.across, COUNT, "area"))
         for probability in QUANTILES:
             curves += _quantile(values, probability, float(counts.max()), first, marked=len(groups) == 1)
     return curves
 
 
-def _quantile(values: Array, probability: float, top: float, first: Series, *, marked: bool) -> list[Series]:
+def _quantile(
+    values: Array, probability: float, top: float, first: plot.Series, *, marked: bool
+) -> list[plot.Series]:
     """Return the line of a quantile, the strip of its confidence over the bars, its name above the panel."""
     mark, name = quantile(values, probability), f"{100 * probability:g} %"
     band = np.array([mark.low, mark.low, mark.high, mark.high])
     sides = top * np.array([STRIP[0], STRIP[1], STRIP[1], STRIP[0]])
-    marks = (Mark(mark.value, name),) if marked else ()
+    marks = (plot.Mark(mark.value, name),) if marked else ()
     said = f"{name}: {_said(mark, first.across.units)}" if marked else ""
     return [
-        Series(first.key, band, sides, first.across, COUNT, "area", said),
-        Series(
+        plot.Series(first.key, band, sides, first.across, COUNT, "area", said),
+        plot.Series(
             first.key,
             np.full(2, mark.value),
             np.array([0.0, sides[1]]),
@@ -146,10 +146,10 @@ def _said(marked: Quantile, units: str) -> str:
     """Return a quantile and its interval in words, large counts in thousands or millions."""
     power = 0 if units != "1" or marked.value < 1e4 else 3 if marked.value < 1e6 else 6
     value, low, high = (f"{number / 10**power:.3g}" for number in marked)
-    return f"{value} ({low}–{high}){joined(units) if units != '1' else COUNT_WORDS[power]}"
+    return f"{value} ({low}–{high}){wording.joined(units) if units != '1' else COUNT_WORDS[power]}"
 
 
-def _probabilities(series: list[Series]) -> list[Series]:
+def _probabilities(series: list[plot.Series]) -> list[plot.Series]:
     """Return every sample in order over the scores of its ranks, and the log-normal law through it.
 
     Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the logarithms; the limits
@@ -157,28 +157,32 @@ def _probabilities(series: list[Series]) -> list[Series]:
     """
     from scipy.stats import beta, norm
 
-    curves: list[Series] = []
+    curves: list[plot.Series] = []
     for group in _samples(series):
         values, first = np.sort(_values(group)), group[0]
         n = len(values)
         rank = np.arange(1, n + 1)
         scores = norm.ppf((rank - 0.5) / n)
-        curves.append(Series(first.key, np.log10(values), scores, _logarithm(first.across), SCORE, "dots"))
+        curves.append(
+            plot.Series(first.key, np.log10(values), scores, _logarithm(first.across), SCORE, "dots")
+        )
         logs = np.log10(values)
         mean, spread = float(logs.mean()), float(logs.std(ddof=1))
         limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
         outline = np.concatenate([limits[0], limits[1][::-1]]), np.concatenate([scores, scores[::-1]])
         ends = scores[[0, -1]]
-        curves.append(Series(first.key, *outline, _logarithm(first.across), SCORE, "area"))
-        curves.append(Series(first.key, mean + spread * ends, ends, _logarithm(first.across), SCORE, "line"))
+        curves.append(plot.Series(first.key, *outline, _logarithm(first.across), SCORE, "area"))
+        curves.append(
+            plot.Series(first.key, mean + spread * ends, ends, _logarithm(first.across), SCORE, "line")
+        )
     return curves
 
 
-def _logarithm(scale: Scale) -> Scale:
-    return Scale(f"log₁₀ of {scale.words}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
+def _logarithm(scale: plot.Scale) -> plot.Scale:
+    return plot.Scale(f"log₁₀ of {scale.words}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
 
 
-def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
+def _over_life(run: runs.Run, ask: Ask) -> Iterator[plot.Series]:
     name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
         x, across = companion(run, ask.x or "cycle", piece.place, ask)
@@ -188,13 +192,13 @@ def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
         yield OfRun(key, x[held], piece.values[held], across, piece.scale, hours=hours, ended=ended_of(name))
 
 
-def _bands(series: list[Series]) -> list[Series]:
+def _bands(series: list[plot.Series]) -> list[plot.Series]:
     """Return median and bands of every sample; a run at its limit counts as deeper, not as flat.
 
     Between its wear states a run is taken as straight. A line ends where it would tell the value of a run
     that has ended; a remaining life ends at zero.
     """
-    curves: list[Series] = []
+    curves: list[plot.Series] = []
     for group in _samples(series):
         if len(group) < FEWEST:
             raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
@@ -202,53 +206,21 @@ def _bands(series: list[Series]) -> list[Series]:
     return curves
 
 
-def _kind(
-    name: str,
-    titles: tuple[str, str],
-    shows: str,
-    needs: tuple[str, ...],
-    series: Callable[[Run, Ask], Iterator[Series]],
-    together: Callable[[list[Series]], list[Series]],
-) -> Kind:
-    return Kind(
-        name=name,
-        title=titles[0],
-        shows=shows,
-        needs=needs,
-        dims=("update",) if "cycle" in needs else (),
-        series=series,
-        roles=(("hue", "*"), ("cols", "*"), ("rows", "*")),
-        one_flank="cycle" in needs,
-        joined=together,
-        y=needs[0],
-        titled=titles[1],
-        along_x="cycle" not in needs,
-    )
-
-
-HISTOGRAM = _kind(
-    "histogram",
-    ("Distribution of the life", "Distribution of the {}"),
-    "how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their 95 % confidence",
-    ("life",),
-    _one_number,
-    _histograms,
-)
-PROBABILITY = _kind(
-    "probability",
-    ("Log-normal probability plot", "Log-normal probability plot: {}"),
-    "one number of each run in order against the score of its rank, beside the log-normal law with the same "
-    "mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
-    ("life",),
-    _one_number,
-    _probabilities,
-)
-QUANTILE_BANDS = _kind(
-    "quantile-bands",
-    ("Largest wear depth of all runs", "{} of all runs"),
-    "median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; a run "
+HISTOGRAM = kind(
+    "histogram", "Distribution of the life", ("life",), joined=_histograms, y="life",
+    titled="Distribution of the {}", along_x=True,
+    shows="how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their "
+    "95 % confidence",
+)(_one_number)  # fmt: skip
+PROBABILITY = kind(
+    "probability", "Log-normal probability plot", ("life",), joined=_probabilities, y="life",
+    titled="Log-normal probability plot: {}", along_x=True,
+    shows="one number of each run in order against the score of its rank, beside the log-normal law with the "
+    "same mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
+)(_one_number)  # fmt: skip
+QUANTILE_BANDS = kind(
+    "quantile-bands", "Largest wear depth of all runs", ("max_wear_depth", "cycle"), ("update",),
+    one_flank=True, joined=_bands, y="max_wear_depth", titled="{} of all runs",
+    shows="median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; a run "
     "at its limit counts as deeper",
-    ("max_wear_depth", "cycle"),
-    _over_life,
-    _bands,
-)
+)(_over_life)  # fmt: skip

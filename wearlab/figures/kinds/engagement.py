@@ -1,14 +1,63 @@
-"""Stiffness, transmission error, load share and force while one tooth pair is in contact."""
+"""While one tooth pair is in contact: along the path, with A–E marked, and over mesh cycles."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, Kind
+from wearlab.figures.kind import Ask, kind
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import Slice, companion, slices, thinned
+from wearlab.figures.wording import Label
+
+POSITIONS = ("path_position", "diameter", "roll_angle", "distance_to_pitch_circle")
+QUANTITIES = ("contact_pressure", "sliding_velocity", "lambda_ratio", "effective_wear_coefficient")
+
+
+def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None) -> Iterator[Series]:
+    """Yield a variable along the flank, over the coordinate that ``x`` names."""
+    for piece in slices(run, name, ask, "profile"):
+        x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
+        held = np.isfinite(x)
+        key, marks = {**piece.key, **(extra or {})}, _marks(run, x, piece.place)
+        yield Series(key, x, piece.values, across, piece.scale, marks=marks, y_error=piece.error).at(held)
+
+
+def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
+    if "characteristic_point" not in run.data:
+        return ()
+    points = run.data["characteristic_point"]
+    letters = points.isel({dim: place[str(dim)] for dim in points.dims if dim in place}).values
+    at = {str(letter): float(where) for letter, where in zip(letters, x, strict=True) if letter}
+    return tuple(Mark(where, letter) for letter, where in at.items())
+
+
+@kind(
+    "wear-profile", "Wear depth along the flank", ("wear_depth", "path_position"), ("profile",),
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "flank"), ("rows", "*")), y="wear_depth",
+    titled="{} along the flank",
+)  # fmt: skip
+def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
+    """Wear depth over path_position, diameter, roll_angle or distance_to_pitch_circle, with A–E marked."""
+    return along_path(thinned(run), ask.y[0], ask)
+
+
+@kind(
+    "along-path", "Contact along the path", ("path_position",), ("profile",),
+    roles=(("rows", "variable"), ("hue", "*"), ("cols", "update"), ("cols", "*")), also=QUANTITIES,
+    one_flank=True, titled="{} along the path",
+    shows="pressure, sliding, λ and wear coefficient along the path (or the variables in y), one row each, "
+    "in the first and the last wear state; the first flank when none is selected",
+)  # fmt: skip
+def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
+    """Quantities along the path, one row each."""
+    names = ask.y or QUANTITIES
+    run = thinned(run, 2)  # the first and the last wear state
+    for order, name in enumerate(names):
+        if name in run.data:
+            yield from along_path(run, name, ask, {"variable": Label(float(order), name)})
+
 
 ENGAGEMENT = Scale("mesh cycles since the pair enters at A", "1")
 
@@ -77,28 +126,19 @@ def _curves(run: Run, ask: Ask) -> Iterator[Series]:
         yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=path_marks(run, dict(piece.place), ask))
 
 
-TVMS = Kind(
-    name="tvms",
-    title="Time-varying mesh stiffness",
+TVMS = kind(
+    "tvms", "Time-varying mesh stiffness", ("mesh_stiffness", "phase", "contact_ratio", "mesh_phase_offset"),
+    ("phase",), roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")), y="mesh_stiffness",
+    titled="{} through an engagement",
     shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
-    needs=("mesh_stiffness", "phase", "contact_ratio", "mesh_phase_offset"),
-    dims=("phase",),
-    series=_curves,
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
-    y="mesh_stiffness",
+)(_curves)  # fmt: skip
+STE = kind(
+    "ste", "Static transmission error under load",
+    ("static_transmission_error", "phase", "contact_ratio", "mesh_phase_offset"), ("phase",),
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")), y="static_transmission_error",
     titled="{} through an engagement",
-)
-STE = Kind(
-    name="ste",
-    title="Static transmission error under load",
     shows="static transmission error from the entry of a tooth pair at A to its exit at E",
-    needs=("static_transmission_error", "phase", "contact_ratio", "mesh_phase_offset"),
-    dims=("phase",),
-    series=_curves,
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
-    y="static_transmission_error",
-    titled="{} through an engagement",
-)
+)(_curves)  # fmt: skip
 
 
 def through_engagement(
@@ -127,13 +167,25 @@ def through_engagement(
     return at[at <= ratio], history[at <= ratio]
 
 
-def _load_share(run: Run, ask: Ask) -> Iterator[Series]:
+@kind(
+    "load-share", "Load share of one tooth pair",
+    ("load_share", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "phase"),
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+)  # fmt: skip
+def load_share(run: Run, ask: Ask) -> Iterator[Series]:
+    """Share of the static mesh force that one tooth pair carries, from A to E."""
     run = thinned(run)
     for piece in slices(run, "load_share", ask, "pair", "phase"):
         yield from _histories(run, ask, piece, piece.values[:, None, :])
 
 
-def _pair_force(run: Run, ask: Ask) -> Iterator[Series]:
+@kind(
+    "pair-force", "Dynamic force on one tooth pair",
+    ("pair_force", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "mesh_period", "phase"),
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
+)  # fmt: skip
+def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
+    """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""
     run = thinned(run)
     for piece in slices(run, "pair_force", ask, "pair", "mesh_period", "phase"):
         kept = ~np.isnan(piece.values).all(axis=(0, 2))
@@ -148,23 +200,3 @@ def _histories(run: Run, ask: Ask, piece: Slice, values: Array) -> Iterator[Seri
     for period in range(values.shape[1]):
         x, y = through_engagement(values, phase, ratio, lag, period)
         yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
-
-
-LOAD_SHARE = Kind(
-    name="load-share",
-    title="Load share of one tooth pair",
-    shows="share of the static mesh force that one tooth pair carries, from A to E",
-    needs=("load_share", "phase", "contact_ratio", "mesh_phase_offset"),
-    dims=("pair", "phase"),
-    series=_load_share,
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
-)
-PAIR_FORCE = Kind(
-    name="pair-force",
-    title="Dynamic force on one tooth pair",
-    shows="elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period",
-    needs=("pair_force", "phase", "contact_ratio", "mesh_phase_offset"),
-    dims=("pair", "mesh_period", "phase"),
-    series=_pair_force,
-    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
-)

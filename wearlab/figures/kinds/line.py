@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.errors import FigureError, choices
-from wearlab.figures.kind import Ask, Kind
-from wearlab.figures.kinds.path import POSITIONS, along_path
-from wearlab.figures.plot import Look, Scale, Series, horizontal, merged
-from wearlab.figures.runs import Run
+from wearlab.figures import plot, runs, wording
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kinds.engagement import POSITIONS, along_path
 from wearlab.figures.slices import slices, thinned
-from wearlab.figures.wording import Label, converted
+from wearlab.nearest import choices
 from wearlab.units import UnitError
 
 DEFAULT_X = {"update": "cycle", "profile": "path_position"}
@@ -21,16 +20,23 @@ MOST_POINTS = 30
 FEWEST_DOTS = 10
 
 
-def _line(run: Run, ask: Ask) -> Iterator[Series]:
+@kind(
+    "line", "", (),
+    roles=(("rows", "variable"), ("cols", "member"), ("hue", "*"), ("hue", "update"), ("cols", "*"),
+        ("cols", "update"), ("rows", "flank")),
+    also=(FREQUENCY,), all_cases=True, over_sweeps=True,
+)  # fmt: skip
+def line(run: runs.Run, ask: Ask) -> Iterator[plot.Series]:
+    """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols."""
     several = len(ask.y) > 1
     for order, name in enumerate(ask.y):
         if name in run.data:
-            extra = {"variable": Label(float(order), name)} if several else {}
+            extra = {"variable": wording.Label(float(order), name)} if several else {}
             for curve in _curves(run, name, ask):
                 yield replace(curve, key={**curve.key, **extra})
 
 
-def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+def _curves(run: runs.Run, name: str, ask: Ask) -> Iterator[plot.Series]:
     if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
         yield from _over_sweep(run, name, ask, ask.x)
         return
@@ -42,22 +48,22 @@ def _curves(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     for piece in slices(run, name, ask, dim):
         for extra, x, across in _positions(run, dim, coordinate, piece.place, ask):
             held = np.isfinite(x) & np.isfinite(piece.values)
-            look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
+            look: plot.Look = "line-points" if held.sum() <= MOST_POINTS else "line"
             key, y, up = {**piece.key, **extra}, piece.values, piece.scale
-            yield Series(key, x, y, across, up, look, y_error=piece.error).at(held)
+            yield plot.Series(key, x, y, across, up, look, y_error=piece.error).at(held)
 
 
-def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
+def _over_sweep(run: runs.Run, name: str, ask: Ask, axis: str) -> Iterator[plot.Series]:
     """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
     x, own = run.abscissa(axis)
-    across = Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
+    across = plot.Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
     for piece in slices(thinned(run), name, ask):
         y = np.atleast_1d(piece.values)
-        point = Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)
+        point = plot.Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)
         yield replace(point, y_error=piece.error)
 
 
-def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
+def _across(run: runs.Run, name: str, ask: Ask) -> tuple[str, str]:
     """Return the dimension that runs along x, and the coordinate that tells its values."""
     dims = [str(dim) for dim in run.data[name].dims]
     if ask.x is None:
@@ -81,17 +87,17 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
 
 
 def _positions(
-    run: Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
-) -> Iterator[tuple[dict[str, Label], Array, Scale]]:
+    run: runs.Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
+) -> Iterator[tuple[dict[str, wording.Label], Array, plot.Scale]]:
     """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
     if coordinate not in run.data.variables:
-        yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")
+        yield {}, np.arange(run.data.sizes[dim], dtype=float), plot.Scale(dim.replace("_", " "), "1")
         return
     units = ask.units.get("x") or ask.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
         frequency = run.data[FREQUENCY]
         hertz = frequency[index.get("mesh", 0)].values * run.data[coordinate].values
-        yield {}, _in_units(hertz, units, ask), Scale("frequency", units)
+        yield {}, _in_units(hertz, units, ask), plot.Scale("frequency", units)
         return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
     here = replace(run, data=run.data.isel(kept))
@@ -102,20 +108,20 @@ def _positions(
 
 def _in_units(hertz: Array, units: str, ask: Ask) -> Array:
     try:
-        return converted(hertz, "Hz", units)
+        return wording.converted(hertz, "Hz", units)
     except UnitError as error:
         raise FigureError(
             f"{ask.name}: units of order: {error}; orders of the mesh, or a frequency"
         ) from error
 
 
-def joined(series: list[Series], axis: str) -> list[Series]:
+def joined(series: list[plot.Series], axis: str) -> list[plot.Series]:
     """Join single points that differ along one axis alone; a case that is not swept becomes a level.
 
     Points whose places were drawn at random stay points.
     """
     series = [replace(curve, key={k: v for k, v in curve.key.items() if k != axis}) for curve in series]
-    groups: dict[tuple[object, ...], list[Series]] = {}
+    groups: dict[tuple[object, ...], list[plot.Series]] = {}
     for curve in series:
         groups.setdefault((tuple(sorted(curve.key.items())), curve.up, curve.look), []).append(curve)
     places = np.concatenate([curve.x for curve in series])
@@ -126,33 +132,11 @@ def joined(series: list[Series], axis: str) -> list[Series]:
     return [_join(group, places) for group in groups.values()]
 
 
-def _join(group: list[Series], places: Array) -> Series:
-    whole = merged(group)
+def _join(group: list[plot.Series], places: Array) -> plot.Series:
+    whole = plot.merged(group)
     if np.isnan(whole.x).all():
-        return horizontal(group[0], places)
+        return plot.horizontal(group[0], places)
     held = whole.at(np.isfinite(whole.x) & np.isfinite(whole.y))
     steps = np.diff(held.x)
     mixed = len(whole.x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any()
     return replace(held.at(np.argsort(held.x, kind="stable")), look="dots" if mixed else whole.look)
-
-
-LINE = Kind(
-    name="line",
-    title="",
-    shows="any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols",
-    needs=(),
-    dims=(),
-    series=_line,
-    roles=(
-        ("rows", "variable"),
-        ("cols", "member"),
-        ("hue", "*"),
-        ("hue", "update"),
-        ("cols", "*"),
-        ("cols", "update"),
-        ("rows", "flank"),
-    ),
-    also=(FREQUENCY,),
-    all_cases=True,
-    over_sweeps=True,
-)

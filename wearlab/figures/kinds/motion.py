@@ -1,14 +1,16 @@
-"""The steady motion: histories of the mesh force, orbits in the phase plane."""
+"""The steady motion: histories and orbits at one speed; responses, orders and frequencies over speed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, Kind
+from wearlab.figures.kind import Ask, kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, shown, slices, thinned
+from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
 LEAST_PERIODS = 2
@@ -31,7 +33,13 @@ def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
     return np.concatenate([phase + j for j in range(periods)]), np.concatenate(rows)
 
 
-def _mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
+@kind(
+    "mesh-force", "Dynamic mesh force", ("dynamic_mesh_force", "phase"), ("mesh_period", "phase"),
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")), also=("static_mesh_force",),
+    y="dynamic_mesh_force", titled="{}",
+)  # fmt: skip
+def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
+    """Elastic mesh force over two mesh periods, or as many as the response has."""
     run = thinned(run)
     name = ask.y[0]
     count = run.data[name].sizes.get("mesh_period", 1)
@@ -57,21 +65,13 @@ def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series
     )
 
 
-MESH_FORCE = Kind(
-    name="mesh-force",
-    title="Dynamic mesh force",
-    shows="elastic mesh force over two mesh periods, or as many as the response has",
-    needs=("dynamic_mesh_force", "phase"),
-    dims=("mesh_period", "phase"),
-    series=_mesh_force,
-    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
-    also=("static_mesh_force",),
-    y="dynamic_mesh_force",
-    titled="{}",
-)
-
-
-def _orbits(run: Run, ask: Ask) -> Iterator[Series]:
+@kind(
+    "phase-plane", "Phase plane of the mesh deflection", ("mesh_deflection", "mesh_deflection_rate"),
+    ("mesh_period", "phase"), roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
+    also=("poincare_deflection", "poincare_rate"), shape="square",
+)  # fmt: skip
+def phase_plane(run: Run, ask: Ask) -> Iterator[Series]:
+    """Rate of the mesh deflection over the deflection, with a point once per mesh period."""
     run = thinned(run)
     rates = slices(run, "mesh_deflection_rate", ask, "mesh_period", "phase")
     for piece, rate in zip(
@@ -104,14 +104,230 @@ def _strobed(run: Run, ask: Ask) -> Iterator[Series]:
         )
 
 
-PHASE_PLANE = Kind(
-    name="phase-plane",
-    title="Phase plane of the mesh deflection",
-    shows="rate of the mesh deflection over the deflection, with a point once per mesh period",
-    needs=("mesh_deflection", "mesh_deflection_rate"),
-    dims=("mesh_period", "phase"),
-    series=_orbits,
-    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
-    also=("poincare_deflection", "poincare_rate"),
-    shape="square",
-)
+SPECTRA = 70
+"""Speeds of a waterfall."""
+PEAK = 14.0
+"""Height of the largest peak of a waterfall, in distances between two spectra."""
+FULL = 30
+"""Spectra from which on peaks are as high as that; of fewer, lower."""
+LAST_ORDER = {"order": 4.0, "harmonic": 10.0}
+STEMS = 3
+OVER = {"response_speed": "response_speed", "update": "cycle"}
+WHAT = {"response_speed": "speeds", "update": "wear states"}
+ORDER = Scale("order of the mesh", "1")
+POINTS_SHOWN = 6
+ROLES = (("hue", "direction"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
+SPEED = "speed of the input member"
+
+
+@kind(
+    "response-curve", "Response over speed", ("response_speed", "response_dynamic_factor"),
+    ("response_speed",), roles=ROLES, also=("response_jump_speed",), y="response_dynamic_factor",
+    titled="{} over speed",
+)  # fmt: skip
+def response_curve(run: Run, ask: Ask) -> Iterator[Series]:
+    """A measure of the response over speed, up and down, with located jumps; y: dynamic factor."""
+    name = ask.y[0]
+    jumps = list(_jumps(run, ask))
+    for piece in slices(run, name, ask, "response_speed"):
+        x, across = companion(run, "response_speed", piece.place, ask)
+        across = Scale(SPEED, across.units)
+        held = np.isfinite(piece.values)
+        yield Series(piece.key, x[held], piece.values[held], across, piece.scale)
+        low, high = float(np.nanmin(piece.values)), float(np.nanmax(piece.values))
+        for row, speed in jumps:
+            if row == piece.place.get("direction"):
+                at = np.full(2, speed)
+                key = {k: label for k, label in piece.key.items() if k != "direction"}
+                yield Series(
+                    key, at, np.array([low, high]), across, piece.scale, "reference", "jump, located"
+                )
+
+
+def _jumps(run: Run, ask: Ask) -> Iterator[tuple[int, float]]:
+    """Yield direction and speed of every jump."""
+    if "response_jump_speed" not in run.data:
+        return
+    values, _ = shown(run.data["response_jump_speed"], "response_speed", ask, "x")
+    for row, jumps in enumerate(values.mean(axis=-1)):
+        yield from ((row, float(speed)) for speed in jumps if np.isfinite(speed))
+
+
+@kind(
+    "bifurcation", "Bifurcation diagram", ("response_speed", "response_poincare_deflection"),
+    ("strobe|mesh_period",),
+    roles=(("hue", "direction"), ("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
+    over_sweeps=True, y="response_poincare_deflection", titled="{}",
+)  # fmt: skip
+def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
+    """Mesh deflection once per mesh period over speed; with y = poincare_deflection over wear or sweeps.
+
+    Yield the states once per mesh period over speed, over wear, or at the run's place along a sweep.
+    """
+    name = ask.y[0]
+    once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
+    if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
+        at, own = run.abscissa(ask.x)
+        across = Scale(run.words.get(ask.x, ask.x.replace("_", " ")), run.units.get(ask.x, "1"))
+        for piece in slices(thinned(run), name, ask, once):
+            y = piece.values[np.isfinite(piece.values)]
+            x = np.full(len(y), own if own is not None else at)
+            yield Series(piece.key, x, y, across, piece.scale, "points")
+        return
+    along = "response_speed" if "response_speed" in run.data[name].dims else "update"
+    for piece in slices(run, name, ask, along, once):
+        places, across = companion(run, ask.x or OVER[along], piece.place, ask)
+        across = Scale(SPEED, across.units) if along == "response_speed" else across
+        x, y = np.repeat(places, piece.values.shape[1]), piece.values.ravel()
+        yield Series(piece.key, x, y, across, piece.scale, "dots").at(np.isfinite(y))
+
+
+@kind(
+    "poincare", "Poincaré points",
+    ("response_speed", "response_poincare_deflection", "response_poincare_rate"), ("strobe",),
+    roles=(("hue", "response_speed"), ("cols", "direction"), ("rows", "*"), ("cols", "*")), shape="square",
+    shows="mesh deflection and its rate once per mesh period, at the speeds that select names, or six "
+    "spread over all",
+)  # fmt: skip
+def poincare(run: Run, ask: Ask) -> Iterator[Series]:
+    """Deflection and rate once per mesh period."""
+    count = run.data.sizes["response_speed"]
+    if count > POINTS_SHOWN:
+        chosen = sorted({round(i * (count - 1) / (POINTS_SHOWN - 1)) for i in range(POINTS_SHOWN)})
+        run = replace(run, data=run.data.isel(response_speed=chosen))
+    rates = slices(run, "response_poincare_rate", ask, "strobe")
+    pieces = slices(run, "response_poincare_deflection", ask, "strobe", axis="x")
+    for piece, rate in zip(pieces, rates, strict=True):
+        held = np.isfinite(piece.values)
+        yield Series(piece.key, piece.values[held], rate.values[held], piece.scale, rate.scale, "dots")
+
+
+@kind(
+    "waterfall", "Orders over speed", ("response_speed", "order", "response_dte_orders"),
+    ("response_speed|update", "order|harmonic"), roles=(("cols", "direction"), ("rows", "*"), ("cols", "*")),
+    y="response_dte_orders", titled="Orders",
+    shows="spectrum of the dynamic transmission error over the order of the mesh, one line a speed, or with"
+    " y = dte_harmonics or mesh_acceleration_orders one a wear state",
+)  # fmt: skip
+def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
+    """Yield one spectrum for each speed or wear state, drawn above its place."""
+    name = ask.y[0]
+    along = "response_speed" if "response_speed" in run.data[name].dims else "update"
+    order = _order_of(run, name)
+    for piece in slices(run, name, ask, along, order):
+        places, up = companion(run, ask.x or OVER[along], piece.place, ask, "y")
+        orders, _ = companion(run, order, piece.place, ask)
+        seen = orders <= LAST_ORDER[order] + 1e-9
+        every = max(1, -(-len(places) // SPECTRA))
+        gap = float(np.ptp(places)) / max(len(places) - 1, 1) * every or 1.0
+        most = float(np.nanmax(piece.values[:, seen])) or 1.0
+        above = SPEED if along == "response_speed" else up.words
+        words = f"{above}; highest peak {most:.3g} {typeset(piece.scale.units)}".rstrip()
+        drawn = range(0, len(places), every)
+        said = f"{len(drawn)} of {len(places)} {WHAT[along]} are drawn; select.{along} names others."
+        peak = PEAK * min(1.0, len(drawn) / FULL)
+        for row in drawn:
+            x, height = orders[seen], piece.values[row, seen]
+            if order == "harmonic":  # whole orders alone: each a peak of its own
+                x, height = (
+                    (x[:, None] + [-0.08, 0.0, 0.08]).ravel(),
+                    np.outer(height, [0.0, 1.0, 0.0]).ravel(),
+                )
+            y = places[row] + peak * gap * height / most
+            line = Series(piece.key, x, y, ORDER, Scale(words, up.units), "hairline")
+            yield line if every == 1 else replace(line, said=said)
+
+
+@kind(
+    "orders", "Orders of the dynamic transmission error", ("dte_harmonics",), ("order|harmonic",),
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*")), y="dte_harmonics", titled="{}",
+)  # fmt: skip
+def orders(run: Run, ask: Ask) -> Iterator[Series]:
+    """Amplitude of each order of the mesh as a stem, in up to three wear states.
+
+    Yield the amplitudes of each wear state as stems.
+    """
+    order = _order_of(run, ask.y[0])
+    for piece in slices(thinned(run, STEMS), ask.y[0], ask, order):
+        x, _ = companion(run, order, piece.place, ask)
+        yield Series(piece.key, x, piece.values, ORDER, piece.scale, "stem").at(np.isfinite(piece.values))
+
+
+def _order_of(run: Run, name: str) -> str:
+    return "order" if "order" in run.data[name].dims else "harmonic"
+
+
+HARMONICS = 4
+MARGIN = 1.12
+STILL = 1e-6  # of the highest natural frequency
+ALIKE = 1e-3  # relative, of natural frequencies that one panel shows for all runs
+MOST_APART = 12
+NATURAL = "natural frequency"
+
+
+def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
+    """Natural frequencies, and the mesh frequency with its harmonics over speed.
+
+    Yield mesh harmonics over speed, natural frequencies, and the point at which the run works.
+    """
+    for piece in slices(run, "natural_frequency", ask, "mode"):
+        critical, across = companion(run, "critical_speed", piece.place, ask)
+        mesh = float(companion(run, "mesh_frequency", piece.place, ask)[0].ravel()[0])
+        moving = piece.values > STILL * piece.values.max()  # a free set turns as a whole at 0 Hz
+        natural, critical = piece.values[moving], critical[moving]
+        if not len(natural):
+            continue
+        per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: mesh periods per turn
+        top = MARGIN * max(float(critical.max()), mesh / per_speed)
+        up = Scale("frequency", piece.scale.units)
+        across = Scale("speed of the input member", across.units)
+        yield from _harmonics(piece.key, per_speed, top, float(natural.max()), across, up)
+        for frequency in natural:
+            ends = np.array([0.0, top]), np.full(2, frequency)
+            yield Series(piece.key, *ends, across, up, "reference", NATURAL)
+        meets = mesh * np.arange(1.0, HARMONICS + 1)
+        meets = meets[meets <= MARGIN * float(natural.max())]
+        at = np.full(len(meets), mesh / per_speed)
+        yield Series(piece.key, at, meets, across, up, "points", "speeds of the runs")
+
+
+def _harmonics(
+    key: Mapping[str, Label], per_speed: float, top: float, highest: float, across: Scale, up: Scale
+) -> Iterator[Series]:
+    """Yield the mesh frequency and its harmonics over speed, as far as natural frequencies reach."""
+    for order in range(1, HARMONICS + 1):
+        name = Label(float(order), "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic")
+        x = np.array([0.0, min(top, MARGIN * highest / (order * per_speed))])
+        yield Series({**key, "order": name}, x, order * per_speed * x, across, up)
+
+
+def _together(series: list[Series]) -> list[Series]:
+    """Return the series of runs without their places where all have the same natural frequencies."""
+    frequencies: dict[tuple[object, ...], list[float]] = {}
+    for curve in series:
+        if curve.text == NATURAL:
+            place = tuple(sorted(item for item in curve.key.items() if item[0] != "order"))
+            frequencies.setdefault(place, []).append(float(curve.y[0]))
+    some = list(frequencies.values())
+    alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
+    if not alike and len(some) <= MOST_APART:
+        return series
+    by_mode: dict[object, Series] = {}
+    longest = sorted(series, key=lambda curve: -float(curve.x[-1]))
+    for curve in longest:
+        key = {name: label for name, label in curve.key.items() if name == "order"}
+        same = (tuple(key), tuple(key.values()), curve.text, *(f"{x:.6g}" for x in curve.y))
+        by_mode.setdefault(same if curve.look != "points" else id(curve), replace(curve, key=key))
+    lines: dict[Label, Series] = {}
+    for curve in by_mode.values():
+        if "order" in curve.key:
+            lines.setdefault(curve.key["order"], curve)
+    others = [curve for curve in by_mode.values() if "order" not in curve.key]
+    return [*(lines[order] for order in sorted(lines)), *others]
+
+
+NATURAL_MODES = kind(
+    "natural-modes", "Natural frequencies and mesh harmonics",
+    ("natural_frequency", "critical_speed", "mesh_frequency"), ("mode",),
+    roles=(("hue", "order"), ("cols", "*"), ("rows", "*")), joined=_together,
+)(_campbell)  # fmt: skip

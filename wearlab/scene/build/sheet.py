@@ -11,7 +11,7 @@ from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.shifts import involute
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, build_set
-from wearlab.shop.hardness import KGF_PER_MM2
+from wearlab.shop.materials import KGF_PER_MM2
 
 
 class GearRow(NamedTuple):

@@ -1,0 +1,296 @@
+"""One number a run: beside its name, over inputs, ranked by influence.
+
+Cases named ``what: value`` differ in this ``what`` alone from the case without a colon in its name; other
+cases stand each for themselves. A sweep is an influence: the mean result at each of its places over all
+others. So is a sampled input: the mean result in bins of equally many runs.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.figures import runs, wording
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Ask, kind
+from wearlab.figures.plot import Look, Mark, Scale, Series, horizontal, merged
+from wearlab.figures.slices import Slice, companion, lone, shown, slices
+from wearlab.nearest import choices
+
+MOST = 80
+"""Names that can be read one below the other."""
+DEPTH = "max_wear_depth"
+PLACE = Scale("run", "1")
+
+
+def _numbers(run: runs.Run, ask: Ask) -> Iterator[Series]:
+    """One number of every run, at its last wear state, beside the run's name.
+
+    Yield a run's number, at its last wear state where none is selected, named by its place in the grid.
+    """
+    name = ask.y[0]
+    if "update" in run.data[name].dims:
+        run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
+    called = ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
+    for piece in slices(run, name, ask):
+        key = {dim: label for dim, label in piece.key.items() if dim not in (*run.place, "update")}
+        values = np.atleast_1d(piece.values)
+        named = {**key, "run": wording.Label(called, called)}
+        yield Series(named, values, np.zeros(1), piece.scale, PLACE, "points", x_error=piece.error)
+
+
+def listed(series: list[Series]) -> list[Series]:
+    """Join the numbers of what is not the run, one below the other in the order of the file.
+
+    Raises
+    ------
+    FigureError : more names than can be read
+    """
+    names = tuple(dict.fromkeys(curve.key["run"].text for curve in series))
+    if len(names) > MOST:
+        raise FigureError(
+            f"cases: {len(names)} runs cannot be told by name (at most {MOST}): narrow them with select, or "
+            "take histogram or scatter"
+        )
+    groups: dict[tuple[tuple[str, wording.Label], ...], list[Series]] = {}
+    for curve in series:
+        key = tuple((dim, label) for dim, label in curve.key.items() if dim != "run")
+        groups.setdefault(key, []).append(curve)
+    rows = []
+    for key, group in groups.items():
+        places = np.array([1.0 + names.index(curve.key["run"].text) for curve in group])
+        rows.append(replace(merged(group), key=dict(key), y=places, names=names))
+    if len(groups) == 1 and len(names) > 1:
+        ends = np.array([0.5, len(names) + 0.5])
+        first = rows[0]
+        level = np.full(2, first.x[0])
+        rows.append(Series({}, level, ends, first.across, first.up, "reference", names[0], names=names))
+    return rows
+
+
+CASES = kind(
+    "cases", "", (DEPTH,), roles=(("hue", "*"),), all_cases=True, ranks=True, y=DEPTH, titled="{}",
+    joined=listed, along_x=True,
+)(_numbers)  # fmt: skip
+
+
+MANY = 60  # points, from which on they are drawn small
+NUMBERED = ("sample", "scene")  # axes that only count runs
+SHARE = Scale("share of each range", "1")
+
+
+def _points(run: runs.Run, ask: Ask) -> Iterator[Series]:
+    """One point a run: a result y (at the last wear state) over an input or another result x."""
+    for piece in _results(run, ask):
+        x, across, own = _abscissa(run, ask, piece)
+        key = {n: label for n, label in piece.key.items() if n not in run.place} | _told_apart(run, ask)
+        point = Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "points", own=own)
+        yield replace(point, y_error=piece.error)
+
+
+def _results(run: runs.Run, ask: Ask) -> Iterator[Slice]:
+    """Yield the result at each place along its dimensions, at the last wear state when none is selected."""
+    name = ask.y[0]
+    if "update" in run.data[name].dims and run.data.sizes["update"] > 1:
+        run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
+    for piece in slices(run, name, ask):
+        yield piece._replace(key={n: label for n, label in piece.key.items() if n != "update"})
+
+
+def _told_apart(run: runs.Run, ask: Ask) -> dict[str, wording.Label]:
+    names = (ask.hue, ask.rows, ask.cols)
+    return {n: run.along(n) for n in names if n is not None and (n in run.place or n in run.beside)}
+
+
+def _inputs(run: runs.Run) -> list[str]:
+    """Return the axes, and what advances with them, those that only count runs apart."""
+    names = [name for name in dict.fromkeys((*run.place, *run.beside)) if name != "case"]
+    return [name for name in names if name not in NUMBERED] or names
+
+
+def _abscissa(run: runs.Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | None]:
+    inputs = _inputs(run)
+    name = ask.x or next(iter(inputs), None)
+    if name is None:
+        raise FigureError(f"{ask.name}: x must name an axis or a result; {choices('', run.data.data_vars)}")
+    if name in run.place or name in run.beside:
+        x, own = run.abscissa(name)
+        scale = Scale(run.words.get(name, name.replace("_", " ")), run.units.get(name, "1"))
+        return np.array([x]), scale, own
+    if name not in run.data.variables:
+        raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
+    data = run.data.isel(update=[-1]) if "update" in run.data[name].dims else run.data
+    return *lone(*companion(replace(run, data=data), name, piece.place, ask), name, ask), None
+
+
+def _gathered(series: list[Series]) -> list[Series]:
+    """Join the points that nothing tells apart; a case without a place on x becomes a level."""
+    groups: dict[tuple[object, ...], list[Series]] = {}
+    for curve in series:
+        groups.setdefault(tuple(sorted(curve.key.items())), []).append(curve)
+    look: Look = "dots" if len(series) > MANY else "points"
+    places = np.concatenate([curve.x for curve in series])
+    placed = places[np.isfinite(places)]
+    gathered = []
+    for group in groups.values():
+        whole = merged(group)
+        if placed.size and np.isnan(whole.x).all():
+            gathered += [horizontal(curve, placed) for curve in group]
+            continue
+        gathered.append(replace(whole.at(np.isfinite(whole.x) & np.isfinite(whole.y)), look=look))
+    return gathered
+
+
+def _polyline(run: runs.Run, ask: Ask) -> Iterator[Series]:
+    """One line a run across all inputs and the result y, coloured by the result.
+
+    Yield a run's inputs and its result as they are; `_ranged` puts them on their ranges.
+    """
+    names = _inputs(run)
+    if any(isinstance(run.along(name).value, str) for name in names):
+        return  # a case beside the axes
+    for piece in _results(run, ask):
+        result = np.atleast_1d(piece.values)
+        if not np.isfinite(result).all():
+            continue
+        values = np.array([*(float(run.along(name).value) for name in names), float(result[0])])
+        marks = [Mark(float(at), _head(run, name)) for at, name in enumerate(names)]
+        marks.append(Mark(float(len(names)), f"{piece.scale.words}|{piece.scale.units}"))
+        key = {n: label for n, label in piece.key.items() if n not in run.place}
+        colour = wording.Label(
+            float(result[0]), f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
+        )
+        places = np.arange(len(values), dtype=float)
+        key |= {"result": colour}
+        yield Series(key, places, values, Scale("", "1"), piece.scale, "hairline", marks=tuple(marks))
+
+
+def _head(run: runs.Run, name: str) -> str:
+    return f"{run.words.get(name, name.replace('_', ' '))}|{run.units.get(name, '1')}"
+
+
+def _ranged(series: list[Series]) -> list[Series]:
+    """Put every axis on its own range; its words and its ends stand above it."""
+    table = np.array([curve.y for curve in series])
+    low, high = table.min(axis=0), table.max(axis=0)
+    width = np.where(high > low, high - low, 1.0)
+    marks = tuple(
+        Mark(mark.x, f"{words}\n{a:.3g} … {b:.3g} {wording.typeset(units)}".rstrip())
+        for mark, a, b in zip(series[0].marks, low, high, strict=True)
+        for words, _, units in [mark.text.partition("|")]
+    )
+    return [replace(curve, y=(curve.y - low) / width, up=SHARE, marks=marks) for curve in series]
+
+
+SCATTER = kind(
+    "scatter", "", ("life",), roles=(("hue", "flank"), ("hue", "member"), ("cols", "mesh")), all_cases=True,
+    over_sweeps=True, joined=_gathered, y="life",
+)(_points)  # fmt: skip
+PARALLEL = kind(
+    "parallel-coordinates", "Inputs and result of every run", ("life",),
+    roles=(("hue", "result"), ("cols", "flank"), ("cols", "mesh")), all_cases=True, one_flank=True,
+    joined=_ranged, y="life",
+)(_polyline)  # fmt: skip
+
+
+BETWEEN = ": "
+RANK = Scale("order of influence", "1")
+MOST_BINS = 8
+LEAST_IN_BIN = 4
+MOST_PLACES = 20
+"""Places of a sweep shown one by one; of more, bins."""
+
+
+@dataclass(frozen=True)
+class Dependence(Series):
+    """The result of one run, and where it stands along everything that varies."""
+
+    places: Mapping[str, float | str] = None  # type: ignore[assignment]
+
+
+def _case(run: runs.Run, ask: Ask) -> Iterator[Series]:
+    """Yield a run's value as one point; `ranked` puts the points of one influence on one line."""
+    name = ask.y[0]
+    values, scale = lone(*shown(run.data[name], name, ask), name, ask)
+    if not np.isfinite(values).all():
+        return
+    case = run.place.get("case")
+    label = runs.BASE if case is None else str(case.value)
+    what, between, _ = label.partition(BETWEEN)
+    what = what if between else "" if label == runs.BASE else label
+    # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
+    everything = {**run.place, **run.beside}
+    axes = {} if what else {run.words.get(n, n): x.value for n, x in everything.items() if n != "case"}
+    key = {"influence": wording.Label(what, what)}
+    yield Dependence(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points", places=axes)
+
+
+def ranked(series: list[Series]) -> list[Series]:
+    """Join the points of every influence, the one with the widest range first; the base becomes a line.
+
+    Raises
+    ------
+    FigureError : nothing varies
+    """
+    cases: dict[str, list[float]] = defaultdict(list)
+    for curve in series:
+        cases[curve.key["influence"].text].append(float(curve.x[0]))
+    base = cases.pop("", [])
+    if len(base) == 0 and len(cases) > 1 and any(len(v) > 1 for v in cases.values()):
+        # one case without a colon in its name is the base of the others
+        alone = [name for name, values in cases.items() if len(values) == 1]
+        base = cases.pop(alone[0]) if alone else []
+    level = [float(np.mean(base))] if base else []
+    groups = {what: np.sort(values + level) for what, values in cases.items()}
+    groups |= _of_axes([curve for curve in series if not curve.key["influence"].text])
+    groups = {what: values for what, values in groups.items() if len(values) > 1}
+    if not groups:
+        raise FigureError(
+            "nothing varies in this result: sweeps, samples or cases are needed, such as [[case]] with "
+            'label = "torque: 300 N·m"; or none of the runs has a finite result'
+        )
+    order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
+    first = series[0]
+    ranks = [
+        Series(
+            {}, groups[what], np.full(len(groups[what]), float(rank)), first.across, RANK, "line-points",
+            names=tuple(what.replace("_", " ") for what in order),
+        )
+        for rank, what in enumerate(order, 1)
+    ]  # fmt: skip
+    if level:
+        ends = np.array([0.5, len(order) + 0.5])
+        words = "base" if len(base) == 1 else "mean of the base runs"
+        ranks.append(Series({}, np.full(2, level[0]), ends, first.across, RANK, "reference", words))
+    return ranks
+
+
+def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
+    """Return the mean results along every axis and every key that advances with one."""
+    values = np.array([float(outcome.x[0]) for outcome in outcomes])
+    places = [outcome.places for outcome in outcomes if isinstance(outcome, Dependence)]
+    if len(places) < len(outcomes) or not places:
+        return {}
+    spread = {}
+    for name in dict.fromkeys(name for place in places for name in place):
+        at = [place.get(name) for place in places]
+        distinct = list(dict.fromkeys(at))
+        if len(distinct) < 2 or (len(distinct) == len(at) and name in ("seed", "sample", "run")):
+            continue
+        if len(distinct) <= MOST_PLACES or any(isinstance(x, str) for x in distinct):
+            means = [values[[x == place for x in at]].mean() for place in distinct]
+        else:
+            bins = min(MOST_BINS, len(values) // LEAST_IN_BIN)
+            means = [values[some].mean() for some in np.array_split(np.argsort(np.array(at, float)), bins)]
+        spread[name] = np.sort(np.array(means, float))
+    return spread
+
+
+SENSITIVITY = kind(
+    "sensitivity", "Order of influence", ("life",), roles=(), all_cases=True, ranks=True, joined=ranked,
+    y="life", titled="What moves the {}", along_x=True,
+    shows="the range of one result over cases named 'what: value', over sweeps and over sampled inputs "
+    "(means over all else), one line for each, widest first",
+)(_case)  # fmt: skip

@@ -1,0 +1,463 @@
+"""Figures of an update: what is known of the unknowns, the wear to come, what to do about it."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from wearlab.arrays import Array
+from wearlab.figures import plot, wording
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import Ask, Curves, Kind, kind
+from wearlab.nearest import choices
+from wearlab.schema import VARIABLES
+from wearlab.units import HOUR, convert
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+
+
+@dataclass(frozen=True)
+class Updated:
+    """One case of an update.
+
+    Parameters
+    ----------
+    key : its label, empty where there is one case
+    groups : the groups of its tree
+    """
+
+    key: Mapping[str, wording.Label]
+    groups: Mapping[str, xr.Dataset]
+
+    def __getitem__(self, name: str) -> xr.Dataset:
+        return self.groups.get(name, xr.Dataset())
+
+    @property
+    def hours_per_cycle(self) -> float | None:
+        """Operating hours of a cycle, None where the update does not say."""
+        cycle = self["predictions"].get("seconds_per_cycle")
+        return None if cycle is None else float(cycle) / HOUR
+
+
+def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]) -> list[Updated]:
+    """Return the cases of the latest update that is of a campaign's measurements and has what a kind needs.
+
+    Raises
+    ------
+    FigureError : none is kept that has it
+    """
+    from wearlab.store import updates
+
+    for update in updates.updates_of(store, subject):
+        tree = updates.read_update(store, update.id)
+        if tree is None or not all(_has(tree, need) for need in needs):
+            continue
+        if ("unit" in tree["predictions"].dims) != any(need.endswith(":unit") for need in needs):
+            continue
+        groups = {name: node.to_dataset() for name, node in tree.children.items()}
+        updated = _cases(groups)
+        wanted = ask.select.get("case")
+        labels = [wanted] if isinstance(wanted, str) else wanted
+        kept = [case for case in updated if not labels or not case.key or case.key["case"].value in labels]
+        if not kept:
+            raise FigureError(f"{ask.name}: select.case: the update has no such case")
+        return kept
+    option = {"inspection": " --replay", "calibration": " --check 200"}
+    words = "".join(more for need, more in option.items() if any(need in needed for needed in needs))
+    raise FigureError(
+        f"{ask.name}: no update of this campaign and its measurements as they stand is kept that shows it: "
+        f"wearlab update FILE{words}"
+    )
+
+
+def _has(tree: xr.DataTree, need: str) -> bool:
+    """Say whether a tree has a group, ``group``, or a dimension in it, ``group:dimension``."""
+    name, _, dim = need.partition(":")
+    return name in tree.children and (not dim or dim in tree[name].dims)
+
+
+def _cases(groups: dict[str, xr.Dataset]) -> list[Updated]:
+    predictions = groups["predictions"]
+    if "case" not in predictions.dims:
+        return [Updated({}, groups)]
+    return [
+        Updated(
+            {"case": wording.Label(str(label), str(label))},
+            {
+                name: group.sel(case=label) if "case" in group.dims else group
+                for name, group in groups.items()
+            },
+        )
+        for label in predictions["case"].values.tolist()
+    ]
+
+
+def finite(values: xr.DataArray) -> np.ndarray:
+    """Return the values that are there."""
+    flat = np.asarray(values.values, float).ravel()
+    return np.asarray(flat[np.isfinite(flat)])
+
+
+CYCLES = plot.Scale("cycles", "1")
+REST = plot.Scale("remaining life in cycles", "1")
+DENSITY = plot.Scale("density over its largest", "1")
+PLACES = 300
+NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
+
+
+def line(
+    update: Updated,
+    over: tuple[Array, plot.Scale],
+    of: tuple[Array, plot.Scale],
+    look: plot.Look = "line",
+    text: str = "",
+) -> plot.Series:
+    """Return a curve of one case: values and their scale, over values and theirs."""
+    (x, across), (y, up) = over, of
+    hours = update.hours_per_cycle if across in (CYCLES, REST) else None
+    return plot.Series(
+        update.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours
+    )
+
+
+def area(
+    update: Updated, x: Array, low: Array, high: Array, across: plot.Scale, up: plot.Scale
+) -> plot.Series:
+    """Return the area between two curves of one case."""
+    held = np.isfinite(low) & np.isfinite(high)
+    outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
+    hours = update.hours_per_cycle if across in (CYCLES, REST) else None
+    return plot.Series(update.key, *outline, across, up, "area", hours=hours)
+
+
+def density(values: Array) -> tuple[Array, Array]:
+    """Return a kernel estimate of a density between the 0.2 % ends of a sample."""
+    from scipy.stats import gaussian_kde
+
+    low, high = np.quantile(values, [0.002, 0.998])
+    if not high > low:
+        return np.array([low, low]), np.array([0.0, 1.0])
+    x = np.linspace(low, high, PLACES)
+    inside = values[(values >= low) & (values <= high)]
+    return x, np.asarray(gaussian_kde(inside)(x))
+
+
+def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
+    """Return what is drawn of a sample: what was asked for, else the unknowns and the life."""
+    known = [str(name) for name in data.data_vars]
+    for name in ask.y:
+        if name not in known:
+            raise FigureError(f"{ask.name}: y = {name!r} is nothing the update knows; {choices(name, known)}")
+    return list(ask.y) or [name for name in known if name not in NOT_DRAWN]
+
+
+def logs(values: xr.DataArray) -> tuple[Array, plot.Scale]:
+    """Return the common logarithms of a variable as it is shown, those that have one, and their scale."""
+    unit, shown = values.attrs.get("units", "1"), values.attrs.get("display_units", "1")
+    held = np.asarray(values.values, float).ravel()
+    scale = convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
+    told = f" in {wording.typeset(shown)}" if shown not in ("1", "") else ""
+    return np.log10(np.maximum(scale * held, 1e-300)), plot.Scale(
+        f"log₁₀ of {words(str(values.name))}{told}", "1"
+    )
+
+
+def words(name: str) -> str:
+    """Return a variable's name as words."""
+    return name.replace("_", " ")
+
+
+def update_kind(
+    name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str], shows: str = ""
+) -> Callable[[Curves], Kind]:
+    """Return what makes a kind of figure that is drawn from an update; cases stand side by side."""
+    roles = (*first, ("cols", "case"), ("rows", "case"), ("hue", "case"))
+    return kind(name, title, needs, shows=shows, roles=roles, of="update")
+
+
+@update_kind("marginals", "What is known of each unknown", ("posterior", "prior"), ("cols", "variable"))
+def marginals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Density of every unknown and of the life, before and after."""
+    for name in unknowns_of(update["posterior"], ask):
+        for group, look in (("prior", "reference"), ("posterior", "line")):
+            values, across = logs(update[group][name])
+            values = values[np.isfinite(values)]
+            if len(values) < 2:
+                continue
+            x, y = density(values)
+            y = y / y.max()
+            key = {**update.key, "variable": wording.Label(name, words(name))}
+            if look == "line":
+                outline = np.concatenate([x, x[::-1]]), np.concatenate([y, np.zeros_like(y)])
+                yield plot.Series(key, *outline, across, DENSITY, "area")
+            yield plot.Series(key, x, y, across, DENSITY, look, "" if look == "line" else "before")  # type: ignore[arg-type]
+
+
+MOST_DOTS = 1500
+
+
+@update_kind("pairs", "What is known of pairs of unknowns", ("posterior",), ("cols", "variable"))
+def pairs(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Draws from the posterior, unknown against unknown."""
+    data = update["posterior"]
+    names = [name for name in unknowns_of(data, ask) if name != "life"]
+    names = names if len(names) > 1 else ["factor", "life"]
+    for a, b in combinations(names, 2):
+        (x, across), (y, up) = logs(data[a]), logs(data[b])
+        key = {**update.key, "variable": wording.Label(f"{a}, {b}", f"{words(a)}, {words(b)}")}
+        yield plot.Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
+
+
+@update_kind(
+    "residuals", "What the measurements leave over", ("observed_data", "posterior_predictive"),
+    ("cols", "variable"),
+)  # fmt: skip
+def residuals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Measured less expected, over the standard deviation expected, at every inspection."""
+    for name in map(str, update["posterior_predictive"].data_vars):
+        x, y = _left_over(update, name)
+        key = {**update.key, "variable": wording.Label(name, words(name))}
+        up = plot.Scale(f"{words(name)}: what is left over, in standard deviations", "1")
+        yield plot.Series(key, x, y, CYCLES, up, "points")
+        for level in (-2.0, 0.0, 2.0):
+            ends = np.array([0.0, float(x.max(initial=1.0))])
+            yield plot.Series(
+                key, ends, np.full(2, level), CYCLES, up, "reference", "0 and ±2 standard deviations"
+            )
+
+
+def _left_over(update: Updated, name: str) -> tuple[Array, Array]:
+    """Return cycles and what is left over there, in standard deviations.
+
+    Wear that strays by itself explains every value: there, what those before an inspection led to expect.
+    """
+    observed, stats = update["observed_data"], update["sample_stats"]
+    if observed[name].attrs.get("accumulating", 0) and f"surprise_{name}" in stats:
+        x, y = stats[f"cycle_{name}"].values, stats[f"surprise_{name}"].values
+        return x[np.isfinite(y)], y[np.isfinite(y)]
+    made = update["posterior_predictive"][name].values
+    made = made.reshape(-1, made.shape[-1])
+    held = np.isfinite(observed[name].values) & np.isfinite(made).any(axis=0)
+    middle, spread = np.nanmean(made[:, held], axis=0), np.nanstd(made[:, held], axis=0)
+    return observed[f"cycle_{name}"].values[held], (observed[name].values[held] - middle) / spread
+
+
+BINS = 10
+BAND = 0.95
+
+
+@update_kind("rank-histogram", "Calibration by synthetic twins", ("calibration",), ("cols", "variable"))
+def rank_histogram(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Ranks of the truths of synthetic twins, with the band that a calibrated method stays in."""
+    from scipy.stats import binom
+
+    data = update["calibration"]
+    for name in ("factor", "life"):
+        if f"{name}_rank" not in data:
+            continue
+        ranks = finite(data[f"{name}_rank"])
+        counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
+        key = {**update.key, "variable": wording.Label(name, name)}
+        across = plot.Scale(f"posterior probability of a smaller {name} than the true one", "1")
+        up = plot.Scale(f"twins, of {len(ranks)}", "1")
+        x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
+        yield plot.Series(key, x, y, across, up, "area")
+        law = binom(len(ranks), 1.0 / BINS)
+        for p in (0.5 * (1.0 - BAND), 0.5 * (1.0 + BAND)):
+            text = f"{100 * BAND:.0f} % of the bars of a calibrated method lie within"
+            yield plot.Series(
+                key, np.array([0.0, 1.0]), np.full(2, law.ppf(p)), across, up, "reference", text
+            )
+
+
+AHEAD = 1.5  # times the limit up to which a fan is drawn
+
+
+@update_kind("posterior-fan", "Wear to come", ("predictions", "observed_data"))
+def posterior_fan(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Wear over the cycles: median, 50 and 90 %, measurements with errors, limit, what was known before."""
+    predictions = update["predictions"]
+    name = ask.y[0] if ask.y else str(predictions["limit"].attrs["quantity"])
+    if f"{name}_quantile" not in predictions:
+        raise FigureError(
+            f"{ask.name}: y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept"
+        )
+    declared = VARIABLES[name]
+    up = plot.Scale(declared.long_name, declared.display_units)
+    scale = convert(1.0, declared.units, declared.display_units)
+    x = predictions["cycle"].values
+    q = predictions[f"{name}_quantile"].transpose("quantile", "cycle").values * scale
+    before = predictions[f"prior_{name}_quantile"].transpose("quantile", "cycle").values * scale
+    there = np.isfinite(q).all(axis=0)  # cases have cycles of their own
+    x, q, before = x[there], q[:, there], before[:, there]
+    limit = float(predictions["limit"]) * scale if name == predictions["limit"].attrs["quantity"] else None
+    top = AHEAD * (limit if limit is not None else float(np.nanmax(q[2])))
+    for row in before[[0, 2, 4]]:
+        held = row <= top
+        if held.sum() > 1:
+            yield line(update, (x[held], CYCLES), (row[held], up), "reference", "before: median, 5 and 95 %")
+    clipped = np.minimum(q, top)
+    yield area(update, x, clipped[0], clipped[4], CYCLES, up)
+    yield area(update, x, clipped[1], clipped[3], CYCLES, up)
+    held = q[2] <= top
+    yield line(update, (x[held], CYCLES), (q[2][held], up), text="now: median, 50 and 90 %")
+    if limit is not None:
+        yield line(update, (x[[0, -1]], CYCLES), (np.full(2, limit), up), "level", "limit")
+    yield from _measured(update, name, scale, up)
+
+
+def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Iterator[plot.Series]:
+    """Yield measurements of a quantity with bars of one standard error."""
+    observed = update["observed_data"]
+    for block in map(str, observed.data_vars):
+        if not block.startswith(name) or f"sd_{block}" not in observed:
+            continue
+        x, y = observed[f"cycle_{block}"].values, observed[block].values * scale
+        sd = observed[f"sd_{block}"].values * scale
+        for at, value, error in zip(x, y, sd, strict=True):
+            if np.isfinite(value):
+                bar = np.array([value - error, value + error])
+                yield line(update, (np.full(2, at), CYCLES), (bar, up), "hairline")
+        yield line(update, (x, CYCLES), (y, up), "points")
+        if f"below_{block}" in observed:  # anywhere up to the limit of detection
+            limits = observed[f"below_{block}"].values * scale
+            for at, value, limit in zip(x, y, limits, strict=True):
+                if not np.isfinite(value) and np.isfinite(limit):
+                    bar = np.array([0.0, limit])
+                    yield line(
+                        update, (np.full(2, at), CYCLES), (bar, up), "dashed", "below the limit of detection"
+                    )
+
+
+CONE = 0.2
+RULES = {
+    "by_the_ratio": "by the ratio of wear to cycles",
+    "by_the_last_three": "by a line through the last three",
+}
+
+
+@update_kind("alpha-lambda", "Remaining life as it was foreseen", ("predictions:inspection", "observed_data"))
+def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Remaining life as foreseen after every inspection, 50 and 90 %, what came ±20 %, two simple rules."""
+    predictions = update["predictions"]
+    rest = predictions["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
+    x = predictions["inspection"].values
+    held = np.isfinite(rest).all(axis=0)
+    x, rest = x[held], rest[:, held]
+    truth = float(update["observed_data"]["observed_life"])
+    top = 2.5 * (truth if np.isfinite(truth) else float(np.nanmax(rest[2])))
+    shown = np.minimum(rest, top)
+    yield area(update, x, shown[0], shown[4], CYCLES, REST)
+    yield area(update, x, shown[1], shown[3], CYCLES, REST)
+    told = "foreseen: median, 50 and 90 %"
+    if "replay_mean_error" in update["sample_stats"]:
+        told += f", off by {100.0 * float(update['sample_stats']['replay_mean_error']):.0f} %"
+    yield line(update, (x, CYCLES), (shown[2], REST), "line-points", told)
+    if np.isfinite(truth):
+        ends = np.array([x[0], truth])
+        for share in (1.0 - CONE, 1.0, 1.0 + CONE):
+            yield line(
+                update, (ends, CYCLES), (share * (truth - ends), REST), "reference", "what came, ±20 %"
+            )
+    stats = update["sample_stats"]
+    looks: tuple[plot.Look, ...] = ("dashed", "dash-dot")
+    for (name, text), look in zip(RULES.items(), looks, strict=True):
+        rule = predictions[name].values[held]
+        ok = np.isfinite(rule) & (rule >= 0.0)
+        if f"replay_error_{name}" in stats and np.isfinite(stats[f"replay_error_{name}"]):
+            text += f", off by {100.0 * float(stats[f'replay_error_{name}']):.0f} %"
+        if ok.any():
+            yield line(update, (x[ok], CYCLES), (np.minimum(rule[ok], top), REST), look, text)
+
+
+@update_kind("remaining-life", "Remaining life after the last inspection", ("posterior", "predictions"))
+def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Density of the remaining life with its 5, 50 and 95 % quantiles."""
+    from wearlab.updating.summary import latest
+
+    rest = finite(update["posterior"]["remaining_useful_life"])
+    x, y = density(rest)
+    y = y / y.max()
+    yield area(update, x, np.zeros_like(y), y, REST, DENSITY)
+    yield line(update, (x, REST), (y, DENSITY))
+    last = latest(update["predictions"]["remaining_useful_life_quantile"])
+    days = update["predictions"].get("end_of_life_quantile")
+    for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
+        if p in (0.05, 0.5, 0.95) and np.isfinite(at):
+            text = "5, 50 and 95 %"
+            level = line(update, (np.full(2, at), REST), (np.array([0.0, 1.05]), DENSITY), "level", text)
+            marks = () if days is None else (plot.Mark(float(at), str(days.values[n])),)
+            yield replace(level, marks=marks)
+
+
+@update_kind("look-next", "When to look next", ("virtual_inspection",), ("hue", "instrument"))
+def look_next(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Expected width of the remaining life's interval after one more inspection, over its time and error."""
+    data = update["virtual_inspection"]
+    up = plot.Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
+    for k, sd in enumerate(data["instrument"].values):
+        key = {**update.key, "instrument": wording.Label(float(sd), f"{float(sd):g} × the error")}
+        y = data["expected_width"].transpose("instrument", "look").values[k]
+        yield plot.Series(key, data["look"].values, y, CYCLES, up, "line-points")
+
+
+COST = plot.Scale("expected cost per operating hour", "1")
+DEAREST = 3.0  # times the least cost up to which the curve is drawn
+
+
+@update_kind("decision", "When to change", ("decision",))
+def decision(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Expected cost per hour over the time of a planned change, and of a look before it."""
+    data = update["decision"]
+    x, y, least = data["change"].values, data["cost_rate"].values, float(data["best_rate"])
+    held = y <= DEAREST * least
+    yield line(update, (x[held], CYCLES), (y[held], COST), text="planned change at this time")
+    best = np.array([float(data["best_change"])])
+    yield line(update, (best, CYCLES), (np.array([least]), COST), "points", "least cost")
+    if "rate_with_look" in data:
+        looks, rates = data["look"].values, data["rate_with_look"].values
+        near = rates <= DEAREST * least
+        text = "one look at this time, then a change by what is seen"
+        yield line(update, (looks[near], CYCLES), (rates[near], COST), "dashed", text)
+
+
+LONGEST = 1.8  # times the latest median up to which intervals are drawn
+UNIT = plot.Scale("unit, the first to reach the limit on top", "1")
+
+
+@update_kind("fleet", "Which unit comes first", ("predictions:unit",))
+def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """When each unit of a fleet reaches the limit: median, 50 and 90 %."""
+    data = update["predictions"]
+    ends, across = _ends(update)
+    order = np.argsort(-ends[:, 0], kind="stable")
+    names = tuple(str(data["unit"].values[k]) for k in order)
+    start = ends[:, 0].min()
+    top = start + LONGEST * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
+    for rank, k in enumerate(order, 1):
+        low, quarter, middle, three, high = np.minimum(ends[k], top)
+        looks: tuple[tuple[plot.Look, list[float], str], ...] = (
+            ("hairline", [low, high], ""),
+            ("line", [quarter, three], "50 %, thin 90 %"),
+            ("points", [middle], "median"),
+        )
+        for look, x, text in looks:
+            y = np.full(len(x), float(rank))
+            yield plot.Series(update.key, np.array(x), y, across, UNIT, look, text, names=names)
+
+
+def _ends(update: Updated) -> tuple[Array, plot.Scale]:
+    """Return when each unit reaches the limit (units, quantiles), in years where all have a calendar."""
+    data = update["predictions"]
+    if "end_of_life_quantile" in data and (data["end_of_life_quantile"].values.astype(str) != "").all():
+        days = data["end_of_life_quantile"].values.astype(str)
+        dated = np.where(days == "never", "NaT", days).astype("datetime64[D]")
+        years = 1970.0 + dated.astype("datetime64[D]").astype(float) / 365.2425
+        return np.where(np.isnat(dated), np.inf, years), plot.Scale("year in which the limit is reached", "1")
+    hours = data["seconds_per_cycle"].values[:, None] / HOUR
+    rest = hours * data["remaining_useful_life_quantile"].values
+    return rest, plot.Scale("operating hours from the last inspection to the limit", "1")
