@@ -7,8 +7,7 @@ import pytest
 from wearlab.campaign.reading import campaign_of
 from wearlab.cli.commands.show import show_run
 from wearlab.runner import run
-from wearlab.runner.plan import plan
-from wearlab.runner.tasks import calibrations
+from wearlab.runner.plan import calibrations, plan
 from wearlab.runner.worker import Task
 from wearlab.scene import Scene
 from wearlab.scene.calibration import calibrating

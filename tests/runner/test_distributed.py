@@ -173,8 +173,7 @@ def test_work_that_reaches_other_code_comes_back(monkeypatch):
 
     from dask import distributed
 
-    from wearlab.runner.crew import OtherCode
-    from wearlab.runner.worker import execute_all
+    from wearlab.runner.worker import OtherCode, execute_all
 
     monkeypatch.setattr(distributed, "get_worker", lambda: SimpleNamespace(address="tcp://there"))
     with pytest.raises(OtherCode) as caught:

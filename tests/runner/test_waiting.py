@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from fake_campaign import SIMULATE, sweep
 
-from wearlab.runner import RunnerError, crew
+from wearlab.runner import RunnerError
 from wearlab.runner.cluster import Cluster, _Flight
 from wearlab.runner.worker import Task
 from wearlab.store.outcome import Outcome
@@ -80,7 +80,7 @@ def test_work_asked_of_who_was_killed_is_asked_of_others(bereft: Any) -> None:
 
 
 def test_workers_that_nobody_can_start_are_given_up(bereft: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(crew, "ABSENT_SECONDS", 0.6)
+    monkeypatch.setattr("wearlab.runner.cluster.ABSENT_SECONDS", 0.6)
     tasks = [Task(case.id, case.scene) for case in sweep(2).cases]
     with pytest.raises(RunnerError, match=r"none could be started for 0\.6 s.*run again"):
         Cluster(bereft, SIMULATE).compute(tasks, lambda outcomes, wanted: list(wanted))

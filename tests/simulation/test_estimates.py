@@ -11,12 +11,11 @@ from estimate_score import score, summary
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import estimates, simulate, twins, wear_off
-from wearlab.simulation.end_of_life import above_nodes, end_of, late_rate
 from wearlab.simulation.estimates import estimated
-from wearlab.simulation.levelled import levelled
 from wearlab.simulation.living import live
 from wearlab.simulation.operating import stages_of
 from wearlab.simulation.twins import between_nodes, carried, rough_parts
+from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 
 SMALL = Scene.from_mapping({
     "gears": {

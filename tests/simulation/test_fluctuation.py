@@ -6,7 +6,7 @@ import pytest
 import wearlab as wl
 from wearlab.campaign import CampaignError, load
 from wearlab.simulation import simulate
-from wearlab.simulation.errors import Refused
+from wearlab.simulation.label import Refused
 
 BASE_RADIUS = 0.5 * 0.150 * np.cos(np.radians(20))
 INERTIA, DAMPING, STIFFNESS, TORQUE = 7.3e-3, 1000.0, 3e8, 340.0

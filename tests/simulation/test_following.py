@@ -5,7 +5,7 @@ import xarray as xr
 
 from wearlab.results import RESULTS
 from wearlab.schema import VARIABLES
-from wearlab.simulation.following import with_results
+from wearlab.simulation.label import with_results
 
 
 def test_a_run_gets_those_whose_needs_it_has():

@@ -8,7 +8,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.scene.build.modes import build_modes
 from wearlab.simulation import simulate
-from wearlab.simulation.modes import modes_table
+from wearlab.simulation.vibration import modes_table
 
 SUN, PLANET, RING = 20, 29, 79
 K = 1e-18

@@ -5,7 +5,7 @@ import pytest
 from wearlab.dynamics.orbits.periodic import Periodic, Unbounded
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
-from wearlab.simulation.errors import Refused
+from wearlab.simulation.label import Refused
 
 
 def test_undamped_flanks_that_never_part_may_grow_without_bound():

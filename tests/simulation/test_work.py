@@ -3,7 +3,7 @@
 import pytest
 
 from wearlab.scene.build import build
-from wearlab.simulation.work import KEPT_SHARE, MOST_WORK, SEARCH_SHARE, most_searched, most_work, units
+from wearlab.simulation.living import KEPT_SHARE, MOST_WORK, SEARCH_SHARE, most_searched, most_work, units
 
 
 def test_a_search_for_other_attractors_is_bounded_by_what_its_steps_cost(scene):

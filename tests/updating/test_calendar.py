@@ -29,8 +29,8 @@ def test_hours_that_have_passed_since_that_day_count():
     [
         ({"date": "soon", "hours_per_year": 6000}, "update.calendar.date: 'soon'"),
         ({"date": "2026-01-01"}, "update.calendar.hours_per_year: required"),
-        ({"date": "2026-01-01", "hours_per_year": 0}, "hours_per_year: 0 is not between 0 and 8784"),
-        ({"date": "2026-01-01", "hours_per_year": 1, "hours": -1}, "hours: -1 is before the first hour"),
+        ({"date": "2026-01-01", "hours_per_year": 0}, "hours_per_year: 0 must be greater than 0"),
+        ({"date": "2026-01-01", "hours_per_year": 1, "hours": -1}, "hours: -1 must be at least 0"),
         ({"date": "2026-01-01", "hour": 3}, "update.calendar.hour: unknown key, did you mean 'hours'?"),
     ],
 )

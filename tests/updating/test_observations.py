@@ -126,10 +126,10 @@ def test_wrong_blocks_are_refused(tmp_path, change, said):
         ({"unknown": {}}, "update.unknown: required"),
         ({"unknown": {"a.b": 3}}, "update.unknown.a.b: 3 is no distribution"),
         ({"limit": {}}, "update.limit: give either depth or worn_mass"),
-        ({"limit": {"depth": "1 um", "member": "sun"}}, "limit.member: belongs to worn_mass"),
+        ({"limit": {"depth": "1 um", "member": "sun"}}, "limit: member belongs to worn_mass"),
         ({"discrepancy": "accumulating"}, "'accumulating' needs error.drift"),
         ({"discrepancy": "some"}, "update.discrepancy"),
-        ({"draws": 0}, "update.draws: 0 is no whole number from 1 on"),
+        ({"draws": 0}, "update.draws: 0 must be at least 1"),
     ],
 )
 def test_wrong_sections_are_refused(tmp_path, change, said):

@@ -23,7 +23,7 @@ from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffnesses import STIFFNESS_OFF
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.simulation.departures import ERROR_OFF, FORCE_OFF, SHARE_OFF
+from wearlab.simulation.trust import ERROR_OFF, FORCE_OFF, SHARE_OFF
 
 SEED = 20261122
 KINDS = (False, False, True)

@@ -9,12 +9,10 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge
 from pydantic import BaseModel, ConfigDict
 
+from wearlab.campaign import exclusion, inheritance, update_options
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case
 from wearlab.campaign.claims import ClaimSpec
-from wearlab.campaign.exclusion import Excluded
-from wearlab.campaign.inheritance import modelled
-from wearlab.campaign.update_options import UpdateSpec
 from wearlab.options import Number, option
 from wearlab.plugins import Plugin
 
@@ -103,7 +101,7 @@ def read_report(table: Any) -> ReportSpec:
     ------
     CampaignError : anything in it is wrong
     """
-    return modelled(ReportSpec, table, SECTION)
+    return inheritance.modelled(ReportSpec, table, SECTION)
 
 
 class Metadata(BaseModel):
@@ -143,9 +141,9 @@ class Campaign:
     axes: tuple[Axis, ...] = ()
     figures: tuple[FigureSpec, ...] = field(default=(), repr=False)
     path: Path | None = None
-    excluded: tuple[Excluded, ...] = field(default=(), repr=False)
+    excluded: tuple[exclusion.Excluded, ...] = field(default=(), repr=False)
     plugins: tuple[Plugin, ...] = field(default=(), repr=False)
-    update: UpdateSpec | None = field(default=None, repr=False)
+    update: update_options.UpdateSpec | None = field(default=None, repr=False)
     report: ReportSpec = field(default=ReportSpec(), repr=False)
     warnings: tuple[str, ...] = field(default=(), repr=False)
     claims: tuple[ClaimSpec, ...] = field(default=(), repr=False)

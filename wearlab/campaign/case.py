@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.nearest import meant
-from wearlab.scene import Scene
-from wearlab.scene.merge import Table, merge
+from wearlab.scene import Scene, merge
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
@@ -53,12 +52,12 @@ class Expectation:
     values: Mapping[str, Wanted] = field(default_factory=dict)
 
 
-def merged(base: Table | None, own: Table | None) -> Table | None:
+def merged(base: merge.Table | None, own: merge.Table | None) -> merge.Table | None:
     """Return a case's ``expect`` over the file's, key by key; another verdict replaces it all."""
     if not isinstance(base, dict) or not isinstance(own, dict):
         return base if own is None else own
     changes = "verdict" in own and own["verdict"] != base.get("verdict", "completed")
-    return own if changes else merge(base, own)
+    return own if changes else merge.merge(base, own)
 
 
 def read_expectation(given: Any, where: str = "expect") -> Expectation | None:

@@ -6,21 +6,19 @@ from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wearlab.campaign import campaign, case
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
-from wearlab.campaign.campaign import Campaign
-from wearlab.campaign.case import BASE, Case, merged, read_expectation
 from wearlab.campaign.inheritance import CampaignError, is_list_of
 from wearlab.query.evaluate import index_of_quantity
-from wearlab.scene import Scene, SceneError
-from wearlab.scene.merge import DropError, Table, merge, nested, without
+from wearlab.scene import Scene, SceneError, merge
 from wearlab.scene.problems import shown, unknown_key
 
 DEEPEST = 20
-Reader = Callable[[Path], Campaign]
+Reader = Callable[[Path], campaign.Campaign]
 _in_progress: list[Path] = []
 
 
-def named_start(table: Table, read: Reader) -> Table:
+def named_start(table: merge.Table, read: Reader) -> merge.Table:
     """Return a scene's table in which ``start`` names its run by identity.
 
     Which run a campaign's case is follows from the files alone; no store is asked. ``read`` reads the other.
@@ -40,7 +38,7 @@ def named_start(table: Table, read: Reader) -> Table:
     return {**table, "start": {**kept, "run": case.id}}
 
 
-def _campaign(given: Any, read: Reader) -> Campaign:
+def _campaign(given: Any, read: Reader) -> campaign.Campaign:
     if not isinstance(given, str):
         raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
     file = Path(given).expanduser().resolve()
@@ -54,7 +52,7 @@ def _campaign(given: Any, read: Reader) -> Campaign:
         _in_progress.pop()
 
 
-def _selected(campaign: Campaign, select: Any) -> Case:
+def _selected(campaign: campaign.Campaign, select: Any) -> case.Case:
     if not isinstance(select, dict):
         raise CampaignError([f"start.select: {shown(select)} is no table of axis = value"])
     axes = {axis.name: axis for axis in campaign.axes}
@@ -104,7 +102,7 @@ class Difference(NamedTuple):
 
     label: str
     drop: tuple[str, ...]
-    own: Table
+    own: merge.Table
     sweep: bool
 
 
@@ -119,10 +117,10 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
     if not is_list_of(blocks, dict):
         raise CampaignError([f"case: {shown(blocks)} is no list of tables: write [[case]]"])
     differences = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
-    labels = [BASE, *(difference.label for difference in differences)]
+    labels = [case.BASE, *(difference.label for difference in differences)]
     for number, label in enumerate(labels[1:]):
         if label in labels[: number + 1]:
-            taken = "is the file without its [[case]] blocks" if label == BASE else "stands twice"
+            taken = "is the file without its [[case]] blocks" if label == case.BASE else "stands twice"
             raise CampaignError([f"case[{number}].label: {label!r} {taken}: choose another"])
     for number, difference in enumerate(differences):
         swept = (
@@ -144,19 +142,19 @@ def _difference(block: dict[str, Any], where: str) -> Difference:
         raise CampaignError([f"{where}.drop: {shown(drop)} is no list of sections or dotted keys"])
     if not isinstance(sweep, bool):
         raise CampaignError([f"{where}.sweep: {shown(sweep)} is neither true nor false"])
-    own: Table = {}
+    own: merge.Table = {}
     for key, value in block.items():
         if key not in OWN_WORDS:
-            own = merge(own, _section(key, value, where))
+            own = merge.merge(own, _section(key, value, where))
     return Difference(label, tuple(drop), own, sweep)
 
 
-def _section(key: str, value: Any, where: str) -> Table:
+def _section(key: str, value: Any, where: str) -> merge.Table:
     section = key.partition(".")[0]
     valid = [*Scene.model_fields, EXPECT, *OWN_WORDS]
     if section not in (*Scene.model_fields, EXPECT):
         raise CampaignError([f"{where}.{key}: {unknown_key(section, (), valid)}"])
-    return nested(key, value)
+    return merge.nested(key, value)
 
 
 def _sets(own: Any, key: str) -> bool:
@@ -168,8 +166,8 @@ def _sets(own: Any, key: str) -> bool:
 
 
 def expand(
-    table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...], read: Reader
-) -> tuple[Case, ...]:
+    table: merge.Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...], read: Reader
+) -> tuple[case.Case, ...]:
     """Return every run: the product of the sweeps as "base", then each case, swept where it asks to be.
 
     ``read`` reads the campaigns whose runs these go on from.
@@ -184,14 +182,14 @@ def expand(
         raise CampaignError([f"sweep: {swept} swept cases make {too_many(count)}"])
     if count > MANY:
         _look_at_the_far_end(table, axes)
-    cases: list[Case] = []
+    cases: list[case.Case] = []
     problems: list[str] = []
     for label, position, scene in _scenes(table, axes, differences):
         try:
-            expected = read_expectation(scene.pop(EXPECT, None))
-            cases.append(Case(label, Scene.from_mapping(named_start(scene, read)), position, expected))
+            expected = case.read_expectation(scene.pop(EXPECT, None))
+            cases.append(case.Case(label, Scene.from_mapping(named_start(scene, read)), position, expected))
         except (SceneError, CampaignError) as error:
-            about = "" if label == BASE else f"case {label!r}: "
+            about = "" if label == case.BASE else f"case {label!r}: "
             problems += [f"{about}{line}" for line in error.problems if not about or line not in problems]
             if len(set(problems)) >= ENOUGH:
                 break
@@ -200,12 +198,12 @@ def expand(
     return tuple(cases)
 
 
-def _look_at_the_far_end(table: Table, axes: tuple[Axis, ...]) -> None:
+def _look_at_the_far_end(table: merge.Table, axes: tuple[Axis, ...]) -> None:
     """Refuse the last values of axes before a large grid is spread out: ranges are often wrong there."""
     scene = {key: value for key, value in table.items() if key != EXPECT}
     for axis in axes:
         for key, values in axis.written.items():
-            scene = merge(scene, nested(key, values[-1]))
+            scene = merge.merge(scene, merge.nested(key, values[-1]))
     try:
         Scene.from_mapping({key: value for key, value in scene.items() if key != "start"})
     except SceneError as error:
@@ -213,29 +211,29 @@ def _look_at_the_far_end(table: Table, axes: tuple[Axis, ...]) -> None:
 
 
 def _scenes(
-    table: Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...]
-) -> Iterator[tuple[str, dict[str, int], Table]]:
+    table: merge.Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...]
+) -> Iterator[tuple[str, dict[str, int], merge.Table]]:
     if axes or not differences:
-        yield from ((BASE, position, scene) for position, scene in _swept(table, axes))
+        yield from ((case.BASE, position, scene) for position, scene in _swept(table, axes))
     for number, difference in enumerate(differences):
         reduced = table
         for key in difference.drop:
             try:
-                reduced = without(reduced, key)
-            except DropError as error:
+                reduced = merge.without(reduced, key)
+            except merge.DropError as error:
                 raise CampaignError([f"case[{number}].drop: {error}"]) from None
-        changed = merge(reduced, difference.own)
-        if (expected := merged(reduced.get(EXPECT), difference.own.get(EXPECT))) is not None:
+        changed = merge.merge(reduced, difference.own)
+        if (expected := case.merged(reduced.get(EXPECT), difference.own.get(EXPECT))) is not None:
             changed[EXPECT] = expected
         for position, scene in _swept(changed, axes if difference.sweep else ()):
             yield difference.label, position, scene
 
 
-def _swept(table: Table, axes: tuple[Axis, ...]) -> Iterator[tuple[dict[str, int], Table]]:
+def _swept(table: merge.Table, axes: tuple[Axis, ...]) -> Iterator[tuple[dict[str, int], merge.Table]]:
     """Yield the product of the axes, the last one fastest."""
     for place in product(*(range(len(axis.values)) for axis in axes)):
         scene = dict(table)
         for axis, index in zip(axes, place, strict=True):
             for key, values in axis.written.items():
-                scene = merge(scene, nested(key, values[index]))
+                scene = merge.merge(scene, merge.nested(key, values[index]))
         yield {axis.name: index for axis, index in zip(axes, place, strict=True)}, scene

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict
 
+from wearlab import nearest, options, units
 from wearlab.campaign.inheritance import CampaignError, is_list_of, modelled
-from wearlab.nearest import meant
-from wearlab.options import option
 from wearlab.query.formula import names_in, parse_formula, spelled_out
 from wearlab.query.grammar import QueryError
 from wearlab.scene.problems import shown
-from wearlab.units import UnitError, split
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,24 +29,24 @@ class ClaimSpec(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: str = option(..., "a word for it, which notes and messages use")
-    quantity: str = option(
+    name: str = options.option(..., "a word for it, which notes and messages use")
+    quantity: str = options.option(
         ...,
         "formula of variables, such as `max(wear_depth[flank=sun, update=-1])`: + - * / max min "
         "mean range abs largest_at smallest_at",
     )
-    select: dict[str, Written] = option(
+    select: dict[str, Written] = options.option(
         {}, "dimension = label, for every variable of the formula", derived="the base"
     )
-    value: Written = option(..., "what it is, with its unit")
-    tolerance: Written = option(
+    value: Written = options.option(..., "what it is, with its unit")
+    tolerance: Written = options.option(
         ..., "how far it may be off: in the unit of the value, or `5 %` of it (of a value in %: in points)"
     )
-    printed: Written | None = option(
+    printed: Written | None = options.option(
         None, "what the source prints, where runs differ from it", derived="the value"
     )
-    source: str | None = option(None, "paper and figure, such as `W23 Fig. 7`", derived="none")
-    why: str | None = option(None, "why runs differ from the source", derived="none")
+    source: str | None = options.option(None, "paper and figure, such as `W23 Fig. 7`", derived="none")
+    why: str | None = options.option(None, "why runs differ from the source", derived="none")
 
     @property
     def formula(self) -> str:
@@ -81,7 +79,7 @@ def _label(label: Written) -> str:
 
 def _measured(written: Written) -> tuple[float, str]:
     if isinstance(written, str):
-        number, unit = split(written)
+        number, unit = units.split(written)
         return float(number), unit
     return float(written), ""
 
@@ -116,7 +114,7 @@ def _wrong(number: int, claim: ClaimSpec, claims: Sequence[ClaimSpec]) -> Iterat
         given = getattr(claim, key)
         try:
             size, own = (0.0, unit) if given is None else _measured(given)
-        except UnitError as error:
+        except units.UnitError as error:
             yield f"{where}.{key}: {error}"
             continue
         unit = own if key == "value" else unit
@@ -157,7 +155,7 @@ def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
         claim = known.get(formula)
         if written is None and claim is None:
             if NAME.fullmatch(formula):
-                raise ValueError(f"{found[0]}: no claim is called so{meant(formula, known)}")
+                raise ValueError(f"{found[0]}: no claim is called so{nearest.meant(formula, known)}")
             return found[0]
         form = FORMAT.fullmatch((written if written is not None else ".3g").strip())
         if form is None:
@@ -254,7 +252,7 @@ def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
         told += [(f"figure {number}: note", f[1]) for f in PLACEHOLDER.finditer(note) if f[2] is not None]
     own = {claim.name for claim in claims}
     return [
-        f"{where}: {named.name!r} is no variable{meant(named.name, known)}"
+        f"{where}: {named.name!r} is no variable{nearest.meant(named.name, known)}"
         for where, formula in told
         for named in names_in(parse_formula(formula))
         if named.name not in own and named.name not in known

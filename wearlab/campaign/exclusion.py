@@ -7,10 +7,8 @@ from typing import Any
 
 from wearlab.campaign.case import Case
 from wearlab.campaign.inheritance import CampaignError
-from wearlab.query import Key, QueryError, Vocabulary, holds, read_condition
-from wearlab.query.keys import flat, scene_key
-from wearlab.scene import Scene
-from wearlab.scene.problems import shown
+from wearlab.query import Key, QueryError, Vocabulary, holds, keys, read_condition
+from wearlab.scene import Scene, problems
 
 KEYS = (
     Key("contact_ratio"),
@@ -53,15 +51,15 @@ class Derivation:
 
 def _contact_ratio(scene: Scene) -> float:
     """Return the contact ratio, the smallest where a set has meshes of several kinds."""
-    from wearlab.scene.build.sets import build_set
+    from wearlab.scene.build import sets
 
-    return min(float(kind.pair.contact_ratio) for kind in build_set(scene).kinds)
+    return min(float(kind.pair.contact_ratio) for kind in sets.build_set(scene).kinds)
 
 
 def _mesh_frequency(scene: Scene) -> float | None:
-    from wearlab.scene.build.sets import build_set
+    from wearlab.scene.build import sets
 
-    return None if scene.operation.speed is None else float(build_set(scene).mesh_frequency)
+    return None if scene.operation.speed is None else float(sets.build_set(scene).mesh_frequency)
 
 
 def _first_excited(scene: Scene) -> float | None:
@@ -106,7 +104,9 @@ def read_conditions(given: Any) -> tuple[str, ...]:
     """Return the conditions of ``exclude``, one text or a list of them."""
     texts = [given] if isinstance(given, str) else given
     if not isinstance(texts, list) or not all(isinstance(text, str) and text.strip() for text in texts):
-        raise CampaignError([f"exclude: {shown(given)} is no condition, such as 'speed_ratio > 1.2'"])
+        raise CampaignError(
+            [f"exclude: {problems.shown(given)} is no condition, such as 'speed_ratio > 1.2'"]
+        )
     return tuple(texts)
 
 
@@ -122,7 +122,7 @@ def without_excluded(
     """
     if not conditions:
         return tuple(cases), ()
-    values = [dict(flat(json.loads(case.scene.canonical()))) for case in cases]
+    values = [dict(keys.flat(json.loads(case.scene.canonical()))) for case in cases]
     bound = _bound(conditions, values)
     derivation = Derivation()
     kept, excluded = [], []
@@ -140,7 +140,7 @@ def without_excluded(
 
 def _bound(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[Any]:
     texts = {name: isinstance(value, str) for known in values for name, value in known.items()}
-    vocabulary = Vocabulary([*KEYS, *(scene_key(name, text) for name, text in texts.items())])
+    vocabulary = Vocabulary([*KEYS, *(keys.scene_key(name, text) for name, text in texts.items())])
     bound = []
     for number, text in enumerate(conditions):
         try:

@@ -12,10 +12,9 @@ from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from wearlab.files import read_regular
-from wearlab.nearest import meant
+from wearlab import files, nearest
 from wearlab.scene.merge import DropError, Table, merge, without
-from wearlab.scene.problems import EXPECTED, Refusal, not_of_kind, shown
+from wearlab.scene.problems import EXPECTED, LIMITS, Refusal, not_of_kind, shown
 
 
 class CampaignError(Refusal):
@@ -123,18 +122,21 @@ def modelled(model: type[Model], given: Any, where: str) -> Model:
 def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseModel], where: str) -> str:
     """Return what is wrong with one key, "" for the whole table."""
     error = errors[0]
+    if error["type"] == "value_error":  # says itself what is wrong
+        return f"{where}.{key}".rstrip(".") + f": {error['msg'].removeprefix('Value error, ')}"
     if not key:
         return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
     if error["type"] == "extra_forbidden":
-        remedy = meant(key, model.model_fields, f"; there are {', '.join(model.model_fields)}")
+        remedy = nearest.meant(key, model.model_fields, f"; there are {', '.join(model.model_fields)}")
         return f"{where}.{key}: unknown key{remedy}"
-    if error["type"] == "value_error":  # says itself what is wrong
-        return f"{where}.{key}: {error['msg'].removeprefix('Value error, ')}"
     if error["type"] == "literal_error":
         return f"{where}.{key}: {shown(given[key])} is not {error['ctx']['expected']}"
     meaning = model.model_fields[key].description
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"
+    if error["type"] in LIMITS:
+        limit, words = LIMITS[error["type"]]
+        return f"{where}.{key}: {shown(given[key])} must be {words} {error['ctx'][limit]:g}: {meaning}"
     if any(problem["type"] not in EXPECTED for problem in errors):
         said = str(error["msg"])
         return f"{where}.{key}: {shown(given[key])}: {said[:1].lower()}{said[1:]}: {meaning}"
@@ -248,7 +250,7 @@ def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ..
 
 def _read(file: Path) -> Table:
     try:
-        text = read_regular(file, LARGEST).decode("utf-8-sig")
+        text = files.read_regular(file, LARGEST).decode("utf-8-sig")
         if deep := too_deep(text):
             raise CampaignError([f"{file}: {deep}"])
         return tomllib.loads(text)

@@ -11,16 +11,11 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
-from wearlab.campaign.campaign import FigureSpec, Metadata, ReportSpec
-from wearlab.campaign.case import VERDICTS
-from wearlab.campaign.claims import ClaimSpec
-from wearlab.campaign.distributions import METHODS
-from wearlab.campaign.update_options import UpdateBlock
+from wearlab import slots, units
+from wearlab.campaign import campaign, case, claims, distributions, update_options
 from wearlab.options import option
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
-from wearlab.slots import when_changed
-from wearlab.units import convert, split
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -105,7 +100,7 @@ class SampleTable(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    method: Literal[METHODS] = option(  # type: ignore[valid-type]
+    method: Literal[distributions.METHODS] = option(  # type: ignore[valid-type]
         ...,
         "sobol and random keep their first points when n grows; a Latin hypercube is made for its n; "
         "sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter",
@@ -150,7 +145,7 @@ class Expect(BaseModel):
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, ExpectedValue]
 
-    verdict: Literal[VERDICTS] | None = option(None, "verdict of the run", derived="any")  # type: ignore[valid-type]
+    verdict: Literal[case.VERDICTS] | None = option(None, "verdict of the run", derived="any")  # type: ignore[valid-type]
     response_period: int | None = option(None, "mesh periods; 0 is aperiodic", derived="any")
     end_reason: str | None = option(None, "with what the reason of the end begins", derived="any")
 
@@ -172,7 +167,7 @@ class CampaignFile(Scene):
     reference: str | None = option(None, "where the study comes from, such as a DOI", derived="none")
     extends: Names = option((), "files that this one differs from; later ones win; relative to this file")
     drop: Names = option((), "sections or dotted keys of the extended files to do without")
-    metadata: Metadata = option(Metadata(), "who made it; no part of any run's identity")
+    metadata: campaign.Metadata = option(campaign.Metadata(), "who made it; no part of any run's identity")
     plugins: tuple[str, ...] = option(
         (),
         "Python files, relative to this one, or entry points of the group wearlab.variants, that add "
@@ -184,13 +179,15 @@ class CampaignFile(Scene):
         (),
         "conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run",
     )
-    figure: tuple[FigureSpec, ...] = option((), "figures drawn from the datasets")
-    claim: tuple[ClaimSpec, ...] = option((), "what the file says of its runs, for `wearlab check --claims`")
+    figure: tuple[campaign.FigureSpec, ...] = option((), "figures drawn from the datasets")
+    claim: tuple[claims.ClaimSpec, ...] = option(
+        (), "what the file says of its runs, for `wearlab check --claims`"
+    )
     expect: Expect | None = option(
         None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
     )
-    report: ReportSpec = option(ReportSpec(), "what the page of `wearlab report` tells")
-    update: UpdateBlock | None = option(
+    report: campaign.ReportSpec = option(campaign.ReportSpec(), "what the page of `wearlab report` tells")
+    update: update_options.UpdateBlock | None = option(
         None,
         "what was measured and what is unknown, for `wearlab update`; no part of any run's identity",
         derived="none",
@@ -258,8 +255,8 @@ def _chosen(default: dict[str, Any] | None) -> str | None:
 
 def _written(default: float, unit: str, example: str) -> str:
     """Return a default in the unit of the example, where it is a round number there."""
-    usual = split(example)[1]
-    number = f"{convert(default, unit, usual):.12g}"
+    usual = units.split(example)[1]
+    number = f"{units.convert(default, unit, usual):.12g}"
     return f"{number} {usual}" if len(number) < ROUND else f"{default:g} {unit}"
 
 
@@ -303,4 +300,4 @@ def _renew() -> None:
     CampaignFile.model_rebuild(force=True)
 
 
-when_changed(_renew)
+slots.when_changed(_renew)

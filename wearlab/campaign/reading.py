@@ -5,38 +5,21 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
+from wearlab import nearest, units
+from wearlab.campaign import campaign, case, exclusion, inheritance, update_options
 from wearlab.campaign.axes import RESERVED, Axis, Coordinate, overlap, read_axes, swept_keys
-from wearlab.campaign.campaign import SECTION as REPORT
-from wearlab.campaign.campaign import Campaign, FigureSpec, Metadata, read_report
-from wearlab.campaign.case import BASE, Case
 from wearlab.campaign.cases import EXPECT, expand, read_differences
 from wearlab.campaign.claims import note_problems, read_claims
-from wearlab.campaign.exclusion import read_conditions, without_excluded
-from wearlab.campaign.inheritance import (
-    PLUGINS,
-    CampaignError,
-    Inherited,
-    Layer,
-    inherit,
-    inherit_table,
-    is_list_of,
-    modelled,
-    plain_table,
-)
 from wearlab.campaign.update import read_update, refuse_strange_unknowns
-from wearlab.campaign.update_options import SECTION as UPDATE
-from wearlab.nearest import meant
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
-from wearlab.scene import Scene, oversights
-from wearlab.scene.merge import Table
+from wearlab.scene import Scene, merge, oversights
 from wearlab.scene.problems import LATER_KEYS, later, shown
-from wearlab.units import convert
 
 TOLD_ELSEWHERE = ("title", "reference", "figure", "claim", "sweep", "case", "metadata", "report", "exclude")
 
 
-def undone(layers: Sequence[Layer]) -> Iterator[str]:
+def undone(layers: Sequence[inheritance.Layer]) -> Iterator[str]:
     """Yield what files that are extended twice set back, one line each.
 
     Parameters
@@ -59,12 +42,12 @@ def undone(layers: Sequence[Layer]) -> Iterator[str]:
                 )
 
 
-def _values(layer: Layer) -> list[tuple[str, object]]:
+def _values(layer: inheritance.Layer) -> list[tuple[str, object]]:
     sections = {name: own for name, own in layer.table.items() if name not in TOLD_ELSEWHERE}
     return list(swept_keys(sections).items())
 
 
-def _sets_otherwise(layer: Layer, key: str, value: object) -> bool:
+def _sets_otherwise(layer: inheritance.Layer, key: str, value: object) -> bool:
     return any(overlap(key, other) and (other, own) != (key, value) for other, own in _values(layer))
 
 
@@ -74,7 +57,7 @@ OWN_KEYS = (
     "extends",
     "drop",
     "metadata",
-    PLUGINS,
+    inheritance.PLUGINS,
     "sweep",
     "case",
     "exclude",
@@ -89,7 +72,7 @@ At = TypeVar("At", bound=Path | None)
 TABLE = Path("campaign")  # what errors call a campaign that is no file
 
 
-def load(path: str | Path | Mapping[str, Any]) -> Campaign:
+def load(path: str | Path | Mapping[str, Any]) -> campaign.Campaign:
     """Read a campaign file, with all that it extends, or a table that says the same.
 
     Parameters
@@ -106,10 +89,10 @@ def load(path: str | Path | Mapping[str, Any]) -> Campaign:
         When anything in it is wrong; every fault is one line with file, path, value and remedy.
     """
     if isinstance(path, Mapping):
-        file, inherited = None, inherit_table(plain_table(path), TABLE, Path.cwd())
+        file, inherited = None, inheritance.inherit_table(inheritance.plain_table(path), TABLE, Path.cwd())
     else:
         file = Path(path).expanduser().resolve()
-        inherited = inherit(file)
+        inherited = inheritance.inherit(file)
     return _told_with_file(inherited, file, _read)
 
 
@@ -127,18 +110,22 @@ def read_plugins(path: str | Path) -> tuple[Plugin, ...]:
     """
     file = Path(path).expanduser().resolve()
     return _told_with_file(
-        inherit(file), file, lambda inherited, _: _plugins(inherited.table.get(PLUGINS, []))
+        inheritance.inherit(file),
+        file,
+        lambda inherited, _: _plugins(inherited.table.get(inheritance.PLUGINS, [])),
     )
 
 
-def _told_with_file(inherited: Inherited, file: At, read: Callable[[Inherited, At], Result]) -> Result:
+def _told_with_file(
+    inherited: inheritance.Inherited, file: At, read: Callable[[inheritance.Inherited, At], Result]
+) -> Result:
     try:
         return read(inherited, file)
-    except CampaignError as error:
-        raise CampaignError(_with_file(line, inherited) for line in error.problems) from None
+    except inheritance.CampaignError as error:
+        raise inheritance.CampaignError(_with_file(line, inherited) for line in error.problems) from None
 
 
-def _with_file(line: str, inherited: Inherited) -> str:
+def _with_file(line: str, inherited: inheritance.Inherited) -> str:
     """Return a problem with the file in front that wrote what it is about."""
     about = line.split(": ")[0]
     path = about.removeprefix("scene.").split("[")[0].split(" ")[0]
@@ -147,15 +134,15 @@ def _with_file(line: str, inherited: Inherited) -> str:
     return f"{inherited.file_of(path)}: {line}"
 
 
-def _swept_keys(table: Table) -> list[str]:
+def _swept_keys(table: merge.Table) -> list[str]:
     blocks = table.get("sweep", [])
     blocks = blocks if isinstance(blocks, list) else [blocks]
     return [key for block in blocks if isinstance(block, dict) for key in swept_keys(block)]
 
 
-def _read(inherited: Inherited, file: Path | None) -> Campaign:
+def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campaign:
     table = inherited.table
-    plugins = _plugins(table.get(PLUGINS, []))
+    plugins = _plugins(table.get(inheritance.PLUGINS, []))
     problems = list(_unknown(table))
     tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
     axes = tried(read_axes, table.get("sweep", []))
@@ -168,19 +155,19 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
     texts = [tried(_text, table, key) for key in ("title", "reference")]
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
     sections = _with_results(sections, plugins)
-    conditions = tried(read_conditions, table.get("exclude", []))
+    conditions = tried(exclusion.read_conditions, table.get("exclude", []))
     cases = tried(expand, sections, axes or (), differences or (), load)
-    update = tried(read_update, table[UPDATE]) if UPDATE in table else None
-    report = tried(read_report, table.get(REPORT, {}))
+    update = tried(read_update, table[update_options.SECTION]) if update_options.SECTION in table else None
+    report = tried(campaign.read_report, table.get(campaign.SECTION, {}))
     if update is not None and cases:
         tried(refuse_strange_unknowns, update, [case.scene for case in cases], [c.label for c in cases])
     if problems:
-        raise CampaignError(problems)
-    cases, excluded = without_excluded(cases, conditions)
+        raise inheritance.CampaignError(problems)
+    cases, excluded = exclusion.without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
     unmeant = dict.fromkeys(line for case in cases for line in oversights(case.scene))
     warnings = (*undone(inherited.layers), *unmeant)
-    return Campaign(
+    return campaign.Campaign(
         title,
         reference,
         metadata,
@@ -199,15 +186,17 @@ def _read(inherited: Inherited, file: Path | None) -> Campaign:
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:
     """Make the file's own variants known, before anything of it is read."""
-    if not is_list_of(named, str):
-        raise CampaignError([f"{PLUGINS}: {shown(named)} is no list of Python files or entry points"])
+    if not inheritance.is_list_of(named, str):
+        raise inheritance.CampaignError(
+            [f"{inheritance.PLUGINS}: {shown(named)} is no list of Python files or entry points"]
+        )
     try:
         return use(named)
     except PluginError as error:
-        raise CampaignError([f"{PLUGINS}: {error}"]) from None
+        raise inheritance.CampaignError([f"{inheritance.PLUGINS}: {error}"]) from None
 
 
-def _with_results(sections: Table, plugins: tuple[Plugin, ...]) -> Table:
+def _with_results(sections: merge.Table, plugins: tuple[Plugin, ...]) -> merge.Table:
     """Return sections that have the results of plug-ins stored."""
     own, kept = held("results", plugins), sections.get("store", {})
     if not own or not isinstance(kept, dict):
@@ -219,45 +208,48 @@ def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) ->
     """Return what a reader returns; its problems join the others."""
     try:
         return read(*arguments)
-    except CampaignError as error:
+    except inheritance.CampaignError as error:
         problems.extend(error.problems)
         return None
 
 
-def _unknown(table: Table) -> list[str]:
+def _unknown(table: merge.Table) -> list[str]:
     valid = [*OWN_KEYS, *Scene.model_fields]
     problems = []
     for key in table:
         if key in LATER_KEYS[""]:
             problems.append(f"{key}: {later(LATER_KEYS[''][key])}")
         elif key not in valid:
-            remedy = meant(key, valid, f"; there are {', '.join(valid)}")
+            remedy = nearest.meant(key, valid, f"; there are {', '.join(valid)}")
             problems.append(f"{key}: unknown key{remedy}")
     return problems
 
 
-def _text(table: Table, key: str) -> str:
+def _text(table: merge.Table, key: str) -> str:
     if not isinstance(table.get(key, ""), str):
-        raise CampaignError([f"{key}: {shown(table[key])} is no text"])
+        raise inheritance.CampaignError([f"{key}: {shown(table[key])} is no text"])
     return str(table.get(key, ""))
 
 
 def _metadata(given: Any) -> dict[str, str]:
-    told = modelled(Metadata, given, "metadata").model_dump(exclude_none=True)
+    told = inheritance.modelled(campaign.Metadata, given, "metadata").model_dump(exclude_none=True)
     return {key: value if isinstance(value, str) else "; ".join(value) for key, value in told.items()}
 
 
-def _figures(blocks: Any) -> tuple[FigureSpec, ...]:
+def _figures(blocks: Any) -> tuple[campaign.FigureSpec, ...]:
     if not isinstance(blocks, list):
-        raise CampaignError([f"figure: {shown(blocks)} is no list of tables: write [[figure]]"])
-    return tuple(modelled(FigureSpec, block, f"figure[{number}]") for number, block in enumerate(blocks))
+        raise inheritance.CampaignError([f"figure: {shown(blocks)} is no list of tables: write [[figure]]"])
+    return tuple(
+        inheritance.modelled(campaign.FigureSpec, block, f"figure[{number}]")
+        for number, block in enumerate(blocks)
+    )
 
 
-Given = Campaign | Scene | Sequence[Scene] | Mapping[str, Any] | str | PathLike[str]
+Given = campaign.Campaign | Scene | Sequence[Scene] | Mapping[str, Any] | str | PathLike[str]
 ALONG = "scene"
 
 
-def campaign_of(given: Given) -> Campaign:
+def campaign_of(given: Given) -> campaign.Campaign:
     """Return the campaign that is meant.
 
     Parameters
@@ -272,7 +264,7 @@ def campaign_of(given: Given) -> Campaign:
     """
     match given:
         case Scene():
-            return Campaign("one scene", None, {}, (Case(BASE, given, {}),))
+            return campaign.Campaign("one scene", None, {}, (case.Case(case.BASE, given, {}),))
         case Mapping() | str() | PathLike():
             return load(given)  # type: ignore[arg-type]
         case Sequence():
@@ -285,10 +277,10 @@ def campaign_of(given: Given) -> Campaign:
     raise TypeError(f"{type(given).__name__} is no campaign: give one, its file, a mapping, or scenes")
 
 
-def _of_scenes(scenes: Sequence[Scene]) -> Campaign:
-    cases = tuple(Case(BASE, scene, {ALONG: number}) for number, scene in enumerate(scenes))
+def _of_scenes(scenes: Sequence[Scene]) -> campaign.Campaign:
+    cases = tuple(case.Case(case.BASE, scene, {ALONG: number}) for number, scene in enumerate(scenes))
     axis = Axis(ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes))
-    return Campaign(f"{len(scenes)} scenes", None, {}, cases, (axis,))
+    return campaign.Campaign(f"{len(scenes)} scenes", None, {}, cases, (axis,))
 
 
 def _differences(scenes: Sequence[Scene]) -> dict[str, Coordinate]:
@@ -323,5 +315,5 @@ def _shown(values: tuple[Any, ...], key: str) -> Coordinate:
     known = scene_key(key, isinstance(values[0], str))
     if not known.unit or known.unit == known.display_unit:
         return Coordinate(values, known.unit or None, key)
-    shown = tuple(convert(float(value), known.unit, known.display_unit) for value in values)
+    shown = tuple(units.convert(float(value), known.unit, known.display_unit) for value in values)
     return Coordinate(shown, known.display_unit, key)

@@ -3,12 +3,12 @@
 No part of any run's identity: the same stored runs serve every measurement.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from wearlab import nearest, units
 from wearlab.campaign.axes import swept_keys
 from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
-from wearlab.campaign.fleet_options import POPULATION, read_fleet
 from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.campaign.update_options import (
     PREVIOUS,
@@ -26,24 +26,24 @@ from wearlab.campaign.update_options import (
     DecisionBlock,
     ErrorBlock,
     ErrorModel,
+    Fleet,
+    FleetUnit,
     Limit,
     LimitBlock,
+    PopulationBlock,
     RecordBlock,
     RecordColumns,
     TrueModel,
+    UnitBlock,
     UpdateBlock,
     UpdateSpec,
     unit_of,
 )
-from wearlab.nearest import meant
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
-from wearlab.units import UnitError, convert, is_quantity, split
 
 FACTOR = "wear.coefficient.factor"
-MOST_DRAWS = 100_000
-HOURS_A_YEAR = 8784.0  # of the longest
 
 
 def read_update(given: Any) -> UpdateSpec:
@@ -68,9 +68,6 @@ def read_update(given: Any) -> UpdateSpec:
     days = _tried(problems, _days, given.get("calendar"))
     data = [_tried(problems, _data, block, number) for number, block in enumerate(blocks, 1)]
     if spec is not None:
-        for key, value, least in (("draws", spec.draws, 1), ("seed", spec.seed, 0)):
-            if not least <= value <= (MOST_DRAWS if key == "draws" else 2**63):
-                problems.append(f"{SECTION}.{key}: {value} is no whole number from {least} on, or too many")
         if spec.discrepancy != "none" and not any(
             each_block and each_block.error.drift is not None for each_block in data
         ):
@@ -171,17 +168,10 @@ def _unknown(given: Any) -> dict[str, Distribution]:
 def _limit(given: Any) -> Limit | None:
     if given is None:
         return None
-    where = f"{SECTION}.limit"
-    block = modelled(LimitBlock, given, where)
-    if (block.depth is None) == (block.worn_mass is None):
-        raise CampaignError([f"{where}: give either depth or worn_mass"])
-    if block.worn_mass is None:
-        if block.member is not None:
-            raise CampaignError([f"{where}.member: belongs to worn_mass; a depth has a flank"])
-        assert block.depth is not None
+    block = modelled(LimitBlock, given, f"{SECTION}.limit")
+    if block.depth is not None:
         return Limit("max_wear_depth", block.depth, block.flank)
-    if block.flank is not None:
-        raise CampaignError([f"{where}.flank: belongs to a depth; a worn mass has a member"])
+    assert block.worn_mass is not None
     return Limit("worn_mass", block.worn_mass, block.member)
 
 
@@ -201,13 +191,6 @@ def _decision(given: Any) -> Decision | None:
         return None
     where = f"{SECTION}.decision"
     block = modelled(DecisionBlock, given, where)
-    if not block.failure > block.planned:
-        raise CampaignError(
-            [
-                f"{where}.failure: {block.failure:g} is not more than the planned change, {block.planned:g}: "
-                "then nothing is gained by changing before"
-            ]
-        )
     return Decision(block.planned, block.failure, block.inspection, block.horizon_hours)
 
 
@@ -232,12 +215,6 @@ def _days(given: Any, where: str = f"{SECTION}.calendar") -> Days | None:
     if given is None:
         return None
     block = modelled(CalendarBlock, given, where)
-    if not 0.0 < block.hours_per_year <= HOURS_A_YEAR:
-        raise CampaignError(
-            [f"{where}.hours_per_year: {block.hours_per_year:g} is not between 0 and {HOURS_A_YEAR:g}"]
-        )
-    if block.hours is not None and not 0.0 <= block.hours < float("inf"):
-        raise CampaignError([f"{where}.hours: {block.hours:g} is before the first hour, or endless"])
     return Days(block.date, block.hours, block.hours_per_year)
 
 
@@ -249,7 +226,7 @@ def _data(given: Any, number: int) -> Data:
     block = modelled(DataBlock, given, where)
     known = [*(name for name, variable in VARIABLES.items() if "update" in variable.dims), THICKNESS]
     if block.quantity not in known:
-        remedy = meant(block.quantity, known, "; `wearlab variables` lists what is stored")
+        remedy = nearest.meant(block.quantity, known, "; `wearlab variables` lists what is stored")
         raise CampaignError([f"{where}.quantity: {block.quantity!r} is no variable along update{remedy}"])
     if block.member is not None and block.flank is not None:
         raise CampaignError([f"{where}: give a member or a flank, not both"])
@@ -259,8 +236,6 @@ def _data(given: Any, number: int) -> Data:
             raise CampaignError([f"{where}.columns: {' and '.join(given_ones)} both say {kind}; name one"])
     if isinstance(block.since, str) and block.since != PREVIOUS:
         raise CampaignError([f"{where}.since: {not_a_choice(block.since, (PREVIOUS,))}, or a cycle"])
-    if isinstance(block.since, float) and block.since < 0.0:
-        raise CampaignError([f"{where}.since: {block.since:g} is before the first cycle"])
     error = _error(block.error, unit_of(block.quantity), f"{where}.error", columns.sd is not None)
     along = any(getattr(columns, name) is not None for name in WHERE)
     if along != (block.quantity in ("wear_depth", THICKNESS)):
@@ -286,8 +261,6 @@ def _error(block: ErrorBlock, unit: str, where: str, by_column: bool) -> ErrorMo
     sd = _spread(block.sd, unit, f"{where}.sd")
     drift = _spread(block.drift, unit, f"{where}.drift")
     relative = 0.0 if block.relative is None else block.relative
-    if not 0.0 <= relative < 10.0:
-        raise CampaignError([f"{where}.relative: {relative:g} is no standard error over a value"])
     offset = 0.0 if block.offset_sd is None else _positive(block.offset_sd, unit, f"{where}.offset_sd")
     if sd is None and not relative and not by_column:
         raise CampaignError(
@@ -318,14 +291,14 @@ def _scale(own: str | None, unit: str, where: str) -> float | None:
     if own is None:
         return 1.0 if unit in ("1", "") else None
     try:
-        return convert(1.0, own, unit)
-    except UnitError as error:
+        return units.convert(1.0, own, unit)
+    except units.UnitError as error:
         raise CampaignError([f"{where}: {error}"]) from None
 
 
 def _positive(given: Any, unit: str, where: str) -> float:
-    if is_quantity(given):
-        number, own = split(given)
+    if units.is_quantity(given):
+        number, own = units.split(given)
         value = float(number) * (_scale(own, unit, where) or 1.0)
     elif unit in ("1", "") and isinstance(given, int | float):
         value = float(given)
@@ -334,3 +307,61 @@ def _positive(given: Any, unit: str, where: str) -> float:
     if not value > 0.0:
         raise CampaignError([f"{where}: {shown(given)} must be greater than 0"])
     return value
+
+
+POPULATION, UNIT = f"{SECTION}.population", f"{SECTION}.unit"
+DEFAULTS = {
+    name: {"lognormal": {"median": median, "cov": cov}}
+    for name, median, cov in (("spread", 0.3, 1.0), ("straying", 0.2, 1.0), ("power", 1.0, 0.2))
+}
+
+
+def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days | None]) -> Fleet:
+    """Return what ``[update.population]`` and ``[[update.unit]]`` say.
+
+    Parameters
+    ----------
+    population, units : as written
+    days_of : reads a calendar at a place of the file
+
+    Raises
+    ------
+    CampaignError : with one line for each fault
+    """
+    block = modelled(PopulationBlock, population if population is not None else {}, POPULATION)
+    if not isinstance(units, list):
+        raise CampaignError([f"{UNIT}: {shown(units)} is no list of tables: write [[{UNIT}]]"])
+    named: list[FleetUnit] = []
+    for number, given in enumerate(units):
+        where = f"{UNIT}[{number}]"
+        calendar = given.get("calendar") if isinstance(given, dict) else None
+        days = days_of(calendar, f"{where}.calendar")
+        unit = modelled(UnitBlock, given, where)
+        if unit.name in [other.name for other in named]:
+            raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])
+        named.append(FleetUnit(unit.name, swept_keys(unit.scene or {}), days))
+    return Fleet(
+        _positive_law(block.spread or DEFAULTS["spread"], "spread"),
+        _shared(block.straying, "straying", 0.0),
+        _shared(block.power, "power", 0.05),
+        block.reference,
+        tuple(named),
+    )
+
+
+def _shared(given: float | dict[str, Any] | None, name: str, least: float) -> float | Distribution:
+    if given is None or isinstance(given, dict):
+        return _positive_law(DEFAULTS[name] if given is None else given, name)
+    if not least <= given < 10.0:
+        raise CampaignError([f"{POPULATION}.{name}: {given:g} is not from {least:g} to 10"])
+    return given
+
+
+def _positive_law(given: dict[str, Any], name: str) -> Distribution:
+    where = f"{POPULATION}.{name}"
+    if not is_distribution(given):
+        raise CampaignError([f"{where}: {shown(given)} is no distribution"])
+    read = read_distribution(given, where)
+    if read.unit is not None or read.below(0.0) > 0.0:
+        raise CampaignError([f"{where}: must be positive and without a unit, such as a log-normal"])
+    return read

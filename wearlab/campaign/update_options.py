@@ -6,15 +6,18 @@ from datetime import date as date_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict
+from annotated_types import Ge, Le, Lt
+from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
 from wearlab.campaign.distributions import Distribution
 from wearlab.options import POSITIVE, Depth, Mass, option
 from wearlab.schema import VARIABLES
 
+MOST_DRAWS = 100_000
+HOURS_A_YEAR = 8784.0  # of the longest
 DISCREPANCIES = ("none", "accumulating")
 CHANGES = ("none", "once", "running-in")
-Strict = ConfigDict(frozen=True, extra="forbid")
+Strict = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Columns(BaseModel):
@@ -49,7 +52,9 @@ class ErrorBlock(BaseModel):
         "standard error of a single value, with its unit; a distribution where it is unknown",
         derived="none",
     )
-    relative: float | None = option(None, "standard error over the value", derived="none")
+    relative: Annotated[float, Ge(0.0), Lt(10.0)] | None = option(
+        None, "standard error over the value", derived="none"
+    )
     offset_sd: str | float | None = option(
         None, "standard error that all values of one inspection share", derived="none"
     )
@@ -84,7 +89,7 @@ class DataBlock(BaseModel):
         'how dates are written, such as "%d/%m/%Y"',
         derived="found out; refused where it has two meanings",
     )
-    since: float | str | None = option(
+    since: Annotated[float, Ge(0.0)] | str | None = option(
         None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
     )
 
@@ -101,6 +106,16 @@ class LimitBlock(BaseModel):
     flank: str | None = option(None, "flank whose depth counts", derived="whichever is deepest")
     member: str | None = option(None, "member whose mass counts", derived="required with worn_mass")
 
+    @model_validator(mode="after")
+    def _one_limit(self) -> "LimitBlock":
+        if (self.depth is None) == (self.worn_mass is None):
+            raise ValueError("give either depth or worn_mass")
+        if self.depth is not None and self.member is not None:
+            raise ValueError("member belongs to worn_mass; a depth has a flank")
+        if self.worn_mass is not None and self.flank is not None:
+            raise ValueError("flank belongs to a depth; a worn mass has a member")
+        return self
+
 
 class CalendarBlock(BaseModel):
     """Which day it was after how many operating hours, and how the hours go on."""
@@ -108,8 +123,12 @@ class CalendarBlock(BaseModel):
     model_config = Strict
 
     date: date_ = option(..., "a day, such as 2026-03-01")
-    hours: float | None = option(None, "operating hours on that day", derived="those of the last inspection")
-    hours_per_year: float = option(..., "operating hours in a year from then on; 8766 without a stop")
+    hours: Annotated[float, Ge(0.0)] | None = option(
+        None, "operating hours on that day", derived="those of the last inspection"
+    )
+    hours_per_year: Annotated[float, POSITIVE, Le(HOURS_A_YEAR)] = option(
+        ..., "operating hours in a year from then on; 8766 without a stop"
+    )
 
 
 class CheckBlock(BaseModel):
@@ -146,7 +165,7 @@ class PopulationBlock(BaseModel):
         "wear is the model's after cycles to this power, equal at `reference`; 1: as the model's",
         derived="log-normal, median 1, cov 0.2",
     )
-    reference: float | None = option(
+    reference: Annotated[float, POSITIVE] | None = option(
         None, "operating hours at which k, straying and power are said", derived="median of the inspections"
     )
 
@@ -216,6 +235,16 @@ class DecisionBlock(BaseModel):
         derived="cost per hour of a cycle from new to change alone",
     )
 
+    @field_validator("failure")
+    @classmethod
+    def _dearer(cls, failure: float, info: ValidationInfo) -> float:
+        if failure <= (planned := info.data.get("planned", 0.0)):
+            raise ValueError(
+                f"{failure:g} is not more than the planned change, {planned:g}: then nothing is gained by "
+                "changing before"
+            )
+        return failure
+
 
 class UpdateBlock(BaseModel):
     """What was measured, what is unknown, and which wear ends the life."""
@@ -226,8 +255,10 @@ class UpdateBlock(BaseModel):
     discrepancy: Literal[DISCREPANCIES] = option(  # type: ignore[valid-type]
         "none", "what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"
     )
-    draws: int = option(4000, "draws from the posterior, and runs for unknowns besides wear's factor")
-    seed: int = option(0, "seed of all draws")
+    draws: Annotated[int, Ge(1), Le(MOST_DRAWS)] = option(
+        4000, "draws from the posterior, and runs for unknowns besides wear's factor"
+    )
+    seed: Annotated[int, Ge(0), Lt(2**63)] = option(0, "seed of all draws")
     calendar: CalendarBlock | None = option(
         None, "so that the life ends on a day", derived="cycles and hours only"
     )

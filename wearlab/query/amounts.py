@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.nearest import meant
-from wearlab.query.evaluate import index_of_quantity
-from wearlab.query.formula import Applied, Joined, Named, PlacedNumber, PlainNumber, parse_formula
-from wearlab.units import UnitError, convert
+from wearlab import nearest, units
+from wearlab.query import evaluate, formula
 
 BASE = "base"
 STATES = ("cycle", "mesh_cycles")
@@ -47,7 +45,7 @@ def amount(text: str, grid: Any, units: str = "") -> float:
     ------
     AmountError : a name or a label is not there, units do not fit, no run has it, or several numbers remain
     """
-    found = _worked_out(parse_formula(text), grid, {})
+    found = _worked_out(formula.parse_formula(text), grid, {})
     values = np.unique(np.asarray(found.values, float))
     values = values[np.isfinite(values)]
     if not values.size:
@@ -62,24 +60,24 @@ def _converted(value: Any, given: str, wanted: str, text: str) -> Any:
     if given in PLAIN and wanted in PLAIN:
         return value
     try:
-        return convert(value, given or "1", wanted or "1")
-    except UnitError as error:
+        return units.convert(value, given or "1", wanted or "1")
+    except units.UnitError as error:
         raise AmountError(f"{text}: {error}") from None
 
 
 def _worked_out(tree: Any, grid: Any, places: Mapping[str, Any]) -> Measured:
     match tree:
-        case PlainNumber(value):
+        case formula.PlainNumber(value):
             import xarray as xr
 
             return Measured(xr.DataArray(value), "1")
-        case Named(name):
+        case formula.Named(name):
             return _variable(name, grid, places)
-        case PlacedNumber(inner, own):
+        case formula.PlacedNumber(inner, own):
             return _worked_out(inner, grid, {**dict(own), **places})
-        case Applied(function, inner, dim):
+        case formula.Applied(function, inner, dim):
             return _applied(function, _worked_out(inner, grid, places), dim, grid)
-        case Joined(sign, left, right):
+        case formula.Joined(sign, left, right):
             return _joined(sign, _worked_out(left, grid, places), _worked_out(right, grid, places))
     raise AssertionError(tree)
 
@@ -156,7 +154,7 @@ def _at(values: Any, dim: str, label: Any, grid: Any) -> Any:
         return values.isel(update=_alike(at.clip(min=0), values))
     own = list(grid[dim].values) if dim in grid.coords else list(range(values.sizes[dim]))
     attributes = grid[dim].attrs if dim in grid.coords else {}
-    index = index_of_quantity(label, own, attributes.get("units"), attributes.get("key", ""))
+    index = evaluate.index_of_quantity(label, own, attributes.get("units"), attributes.get("key", ""))
     if index is None:
         raise AmountError(f"{dim} = {label}: {_not_there(str(label), map(str, own))}")
     return values.isel({dim: index})
@@ -172,5 +170,5 @@ def _alike(at: Any, values: Any) -> Any:
 
 
 def _not_there(name: str, known: Any) -> str:
-    near = meant(name, [str(one) for one in known], "")
+    near = nearest.meant(name, [str(one) for one in known], "")
     return f"is not there{near}"

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
+from wearlab import units
 from wearlab.query import grammar
 from wearlab.query.grammar import All, Compare, FirstCycle, Literal, Missing, Name, Not, QueryError, Some
-from wearlab.units import KINDS, Measure, UnitError, convert, quantity, split
 
 if TYPE_CHECKING:
-    from wearlab.options import Unit
+    from wearlab import options
 
 PLAIN = ("", "1", "cycles")
 SHOWN = 12
@@ -198,9 +198,9 @@ class _Binder:
             return number
         try:
             if key.quantity:
-                return quantity(f"{number!r} {given.unit}", key.quantity)
-            return float(convert(number, given.unit, key.unit or "1"))
-        except UnitError as error:
+                return units.quantity(f"{number!r} {given.unit}", key.quantity)
+            return float(units.convert(number, given.unit, key.unit or "1"))
+        except units.UnitError as error:
             raise QueryError(str(error), self.text, given.at) from None
 
 
@@ -208,13 +208,13 @@ def _same(name: str, other: str) -> bool:
     if name == other or {name, other} <= set(PLAIN):
         return True
     try:
-        return math.isclose(float(convert(1.0, name, other)), 1.0)
-    except UnitError:
+        return math.isclose(float(units.convert(1.0, name, other)), 1.0)
+    except units.UnitError:
         return False
 
 
 def _example(key: Key) -> str:
-    return f"'{KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"
+    return f"'{units.KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"
 
 
 def scene_key(name: str, text: bool) -> Key:
@@ -230,14 +230,14 @@ def scene_key(name: str, text: bool) -> Key:
     kind = quantity_at(name)
     if kind is None:
         return Key(name, is_path=True)
-    return Key(name, "number", KINDS[kind].unit, kind, _shown(KINDS[kind]), is_path=True)
+    return Key(name, "number", units.KINDS[kind].unit, kind, _shown(units.KINDS[kind]), is_path=True)
 
 
-def _shown(kind: Measure) -> str:
+def _shown(kind: units.Measure) -> str:
     """Return the unit that values of a kind are read in: that of its example, if it is one and no scale."""
     from wearlab.shop.materials import SCALES
 
-    usual = split(kind.example)[1], *kind.units
+    usual = units.split(kind.example)[1], *kind.units
     return next((unit for unit in usual if unit not in SCALES), kind.unit)
 
 
@@ -272,13 +272,13 @@ def _is_text(annotation: Any) -> bool:
     return annotation is str or isinstance(annotation, str) or any(map(_is_text, get_args(annotation)))
 
 
-def _unit(metadata: Iterable[Any]) -> "Unit | None":
-    from wearlab.options import Unit
+def _unit(metadata: Iterable[Any]) -> "options.Unit | None":
+    from wearlab import options
 
-    return next((mark for mark in metadata if isinstance(mark, Unit)), None)
+    return next((mark for mark in metadata if isinstance(mark, options.Unit)), None)
 
 
-def _within(annotation: Any) -> "Unit | None":
+def _within(annotation: Any) -> "options.Unit | None":
     own = _unit(getattr(annotation, "__metadata__", ()))
     return own or next((unit for inner in get_args(annotation) if (unit := _within(inner))), None)
 
@@ -366,7 +366,7 @@ def _difference(key: str, a: Any, b: Any) -> SceneDifference:
     kind = quantity_at(key)
     if kind is None:
         return SceneDifference(key, a, b, None)
-    stored, usual = KINDS[kind].unit, split(KINDS[kind].example)[1]
+    stored, usual = units.KINDS[kind].unit, units.split(units.KINDS[kind].example)[1]
     return SceneDifference(key, _in_usual_unit(a, stored, usual), _in_usual_unit(b, stored, usual), usual)
 
 
@@ -374,4 +374,4 @@ def _in_usual_unit(value: Any, stored: str, usual: str) -> Any:
     """Return a stored number in the usual unit, to the digits that a scene keeps."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
-    return float(f"{convert(float(value), stored, usual):.9g}")
+    return float(f"{units.convert(float(value), stored, usual):.9g}")

@@ -1,27 +1,149 @@
-"""``plan``: what a call of ``run`` would do, how long it would take and how much it would write."""
+"""What of a campaign is to be computed, in which order, and how long and how large it would be (``plan``)."""
 
 import json
+import os
 import shutil
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
+from wearlab.plugins import FOLDER, Plugin, declaration
 from wearlab.query.keys import flat
-from wearlab.runner.local import available_cores
-from wearlab.runner.tasks import calibrations
+from wearlab.runner import local, worker
+from wearlab.runner.report import RunnerError
 from wearlab.runner.worker import Task
 from wearlab.sources import is_other_code
-from wearlab.store.outcome import CALIBRATION, place
+from wearlab.store import files, outcome
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
-    from wearlab.campaign.reading import Given
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry, Head
+    from wearlab.campaign import Campaign, reading
+    from wearlab.scene.calibration import CalibrationLife
+    from wearlab.store import Store, catalogue
+
+Recompute = Literal["failed", "stale", "all"]
+WITHOUT_DATA = ("failed", "refused")
+
+
+def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bool]":
+    """Return which runs, not running, are computed again.
+
+    Parameters
+    ----------
+    recompute : "failed" (and refused), "stale" (made by other code than the present), "all", or None
+    retry : the same as "failed", besides
+
+    Raises
+    ------
+    RunnerError : no such choice
+    """
+    if recompute is not None and recompute not in get_args(Recompute):
+        raise RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
+
+    def again(head: "catalogue.Head") -> bool:
+        if head.state in WITHOUT_DATA and (retry or recompute in ("failed", "all")):
+            return True
+        if recompute == "stale":
+            return is_other_code(head.source_hash)
+        return recompute == "all"
+
+    return again
+
+
+def with_parents(tasks: Mapping[str, Task], store: "Store") -> dict[str, Task]:
+    """Return the tasks, those that continue a run with its wear at hand; finished ones as they are.
+
+    Only this process reads the store: the wear travels to the workers within the scene.
+
+    Raises
+    ------
+    RunnerError : a run to be continued is not in the store
+    StoreError : it holds no wear at that cycle
+    """
+    continuing = {i: task for i, task in tasks.items() if getattr(task.scene, "start", None) is not None}
+    if not continuing:
+        return dict(tasks)
+    from wearlab.store import align
+
+    known = store.entries([*continuing, *(task.scene.start.run for task in continuing.values())])
+    done = {i for i, entry in known.items() if entry.state == "done" and not store.is_lost(entry)}
+    waiting = {i: task for i, task in continuing.items() if i not in done}
+    absent = sorted({task.scene.start.run for task in waiting.values()} - done)
+    if absent:
+        raise RunnerError(
+            f"{len(waiting)} cases continue runs that are not in the store: {', '.join(absent[:4])}; "
+            "run their campaign first"
+        )
+    made = dict(tasks)
+    for run_id, task in waiting.items():
+        wear = align.start_wear(store.run(task.scene.start.run), task.scene.start)
+        made[run_id] = Task(run_id, task.scene.with_start_wear(wear))
+    return made
+
+
+def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
+    """Return the run that calibrates each task, by the id of the task that needs one."""
+    from wearlab.scene.calibration import calibrating  # managing runs needs no scenes
+
+    needed = {task.id: calibrating(task.scene) for task in tasks}
+    return {needing: Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
+
+
+def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: "Store") -> list[Task]:
+    """Return the tasks with the lives that calibrate them at hand, where the store has these.
+
+    Only this process reads the store: the life travels to the workers within the scene. Without one a run
+    lives it by itself, and says why it cannot.
+
+    Parameters
+    ----------
+    tasks : cases
+    needed : as `calibrations` finds them
+    """
+    known = store.entries({task.id for task in needed.values()}) if needed else {}
+    lives = {
+        entry.id: _life(store, entry.id)
+        for entry in known.values()
+        if entry.state == "done" and not store.is_lost(entry)
+    }
+
+    def at_hand(task: Task) -> Task:
+        life = lives.get(needed[task.id].id) if task.id in needed else None
+        return task if life is None else task._replace(scene=task.scene.with_calibration(life))
+
+    return [at_hand(task) for task in tasks]
+
+
+def _life(store: "Store", run_id: str) -> "CalibrationLife":
+    from wearlab.scene.calibration import CalibrationLife
+
+    run = store.run(run_id)
+    error = float(run["error_estimate_life"].values) if "error_estimate_life" in run else 0.0
+    return CalibrationLife(run_id, float(run["cycle"].values[-1]), error, str(run["end_reason"].values))
+
+
+def plugins_of(scenes: Iterable[Any]) -> tuple[Plugin, ...]:
+    """Return the plug-ins of scenes, each once.
+
+    Raises
+    ------
+    PluginError : of one, only the options are known
+    """
+    origins = (scene.plugins_used() for scene in scenes if hasattr(scene, "plugins_used"))
+    return tuple(dict.fromkeys(plugin for origin in origins for plugin in origin))
+
+
+def declare(plugins: Iterable[Plugin], store: Path) -> None:
+    """Write source and options of plug-ins into a store, where they are not there yet."""
+    for plugin in plugins:
+        file = store / FOLDER / f"{plugin.sha256}.json"
+        if not file.exists():
+            text = json.dumps(declaration(plugin), indent=1, ensure_ascii=False)
+            files.write_whole(file, text.encode())
+
 
 POINTS = ("phase_points", "profile_points")
 FEWEST, ALONG_PHASE, FLOAT = 64, 8, 8  # points and variables that a run has at least; bytes of a number
@@ -98,8 +220,17 @@ class Plan:
         return sum(run.state == state for run in self.runs)
 
 
+def store_of(given: "Store | str | PathLike[str] | None") -> "Store":
+    """Return the store at a path, or the one of this process [``WEARLAB_STORE``, else ``wearlab-store``]."""
+    from wearlab.store import Store
+
+    if given is None:
+        return Store(os.environ.get("WEARLAB_STORE", "wearlab-store"))
+    return Store(given) if isinstance(given, str | PathLike) else given
+
+
 def plan(
-    campaign: "Given",
+    campaign: "reading.Given",
     store: "Store | str | PathLike[str] | None" = None,
     *,
     workers: int | None = None,
@@ -119,10 +250,9 @@ def plan(
     CampaignError : the file or the mapping is wrong
     StoreError : the store cannot be read
     """
-    from wearlab.campaign.reading import campaign_of
-    from wearlab.runner.running import store_of
+    from wearlab.campaign import reading
 
-    campaign, store = campaign_of(campaign), store_of(store)
+    campaign, store = reading.campaign_of(campaign), store_of(store)
     exists = store.catalogue.exists()
     heads = store.heads(case.id for case in campaign.cases) if exists else {}
     runs: dict[str, PlannedRun] = {}
@@ -132,25 +262,28 @@ def plan(
             head = heads.get(case.id)
             other = head is not None and is_other_code(head.source_hash)
             state = _state(store, head)
-            where = place(campaign, case)
+            where = outcome.place(campaign, case)
             run = PlannedRun(case.id, case.label, where, state, other and state == "cached")
             runs[case.id], scenes[case.id] = run, case.scene
     if exists:
         runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
-    for task in calibrations(Task(i, scenes[i]) for i, run in runs.items() if run.state in again).values():
+    for task in calibrations(
+        worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again
+    ).values():
         state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
         if state in again:
-            scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, CALIBRATION, {}, state)
+            scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, outcome.CALIBRATION, {}, state)
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)
     excluded = tuple(
-        (exclusion.condition, place(campaign, exclusion)) for exclusion in getattr(campaign, "excluded", ())
+        (exclusion.condition, outcome.place(campaign, exclusion))
+        for exclusion in getattr(campaign, "excluded", ())
     )
     return Plan(
         *(campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis),
-        workers=max(1, min(workers or available_cores(), len(to_do))),
+        workers=max(1, min(workers or local.available_cores(), len(to_do))),
         free=free,
         warnings=tuple(_warnings(len(to_do), size, sum(map(least_bytes, to_do)), free)),
     )
@@ -178,14 +311,14 @@ def _case(label: str, position: Mapping[str, Any]) -> str:
     return json.dumps([label, position], sort_keys=True)
 
 
-def differing(entry: "Entry", scene: str) -> tuple[str, ...]:
+def differing(entry: "catalogue.Entry", scene: str) -> tuple[str, ...]:
     """Return the keys by which a scene differs from a recorded run's; only the model where none does."""
     old, new = (dict(flat(json.loads(text or "{}"))) for text in (entry.scene, scene))
     keys = sorted(key for key in {*old, *new} if old.get(key) != new.get(key))
     return tuple(keys) or ("the version of the model",)
 
 
-def _state(store: "Store", head: "Head | None") -> str:
+def _state(store: "Store", head: "catalogue.Head | None") -> str:
     if head is None or store.is_stale(head):
         return "new"
     if head.state == "done":

@@ -4,7 +4,6 @@ import sys
 import threading
 import time
 from html import escape
-from types import TracebackType
 from typing import Any, Self
 
 from wearlab.store.outcome import Outcome
@@ -13,29 +12,57 @@ CASES = "cases"
 
 
 class Progress:
-    """What ``run`` tells about its progress; this one tells nobody."""
+    """What ``run`` tells about its progress, and what it has told; this one shows it to nobody."""
+
+    def __init__(self) -> None:
+        self.text, self.what, self.total, self.done = "starting", CASES, 0, 0
+        self.counts: dict[str, int] = {}
+        self.at: dict[str, str] = {}
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
+    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None: ...
 
     def step(self, text: str) -> None:
         """Say what is being done before cases run."""
+        self.text = text
+        self.show()
 
     def note(self, text: str) -> None:
         """Say something that stays to be read."""
 
     def start(self, total: int, what: str = CASES) -> None:
         """Say how many cases there are, or what else is computed."""
+        self.text, self.what, self.total, self.done = "", what, total, 0
+        self.show()
 
     def advance(self, outcome: Outcome) -> None:
-        """Count a finished case."""
+        """Count a finished case, and trouble."""
+        self.text, self.done = "", self.done + 1
+        self.at.pop(outcome.id, None)
+        if outcome.state in ("failed", "refused"):
+            self.counts[outcome.state] = self.counts.get(outcome.state, 0) + 1
+        self.show()
 
     def in_progress(self, run_id: str, text: str) -> None:
         """Say how far an unfinished case is."""
+        self.at[run_id] = text
+        self.show()
+
+    def show(self) -> None:
+        """Show what is known now."""
+
+    @property
+    def words(self) -> str:
+        """What is being done, and how far the case is that was heard of last."""
+        last = f" ({list(self.at.values())[-1]})" if self.at else ""
+        return self.text or f"{self.what}{last}"
+
+    @property
+    def trouble(self) -> list[str]:
+        """How many cases gave no data."""
+        return [f"{count} {state}" for state, count in self.counts.items()]
 
 
 class Lines(Progress):
@@ -48,9 +75,8 @@ class Lines(Progress):
     """
 
     def __init__(self, every: float = 30.0, stream: Any = None) -> None:
+        super().__init__()
         self._every, self._stream = every, stream or sys.stderr
-        self._step, self._what, self._total, self._done = "starting", CASES, 0, 0
-        self._at: dict[str, str] = {}
         self._ended = threading.Event()
         self._clock = threading.Thread(target=self._tell, name="wearlab-progress", daemon=True)
 
@@ -58,34 +84,14 @@ class Lines(Progress):
         self._clock.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None:
         self._ended.set()
         self._clock.join()
 
-    def step(self, text: str) -> None:
-        """Take note of what is being done."""
-        self._step = text
-
-    def start(self, total: int, what: str = CASES) -> None:
-        """Take note of how many cases there are."""
-        self._total, self._done, self._what, self._step = total, 0, what, ""
-
-    def advance(self, outcome: Outcome) -> None:
-        """Count a finished case."""
-        self._done += 1
-        self._at.pop(outcome.id, None)
-
-    def in_progress(self, run_id: str, text: str) -> None:
-        """Take note of how far an unfinished case is."""
-        self._at[run_id] = text
-
     def _tell(self) -> None:
         while not self._ended.wait(self._every):
-            done = f"{self._done} of {self._total} {self._what} done"
-            parts = [self._step or done, *list(self._at.values())[-4:]]
-            print("; ".join(parts), file=self._stream, flush=True)
+            done = f"{self.done} of {self.total} {self.what} done"
+            print("; ".join([self.text or done, *list(self.at.values())[-4:]]), file=self._stream, flush=True)
 
 
 class ProgressBar(Progress):
@@ -100,6 +106,7 @@ class ProgressBar(Progress):
         from rich import progress
         from rich.console import Console
 
+        super().__init__()
         self._console = console or Console(stderr=True)
         self._bar = progress.Progress(
             progress.SpinnerColumn(),
@@ -114,20 +121,13 @@ class ProgressBar(Progress):
             transient=True,
         )
         self._task = self._bar.add_task("", total=None, trouble="")
-        self._counts, self._what = {"failed": 0, "refused": 0}, CASES
 
     def __enter__(self) -> Self:
         self._bar.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None:
         self._bar.stop()
-
-    def step(self, text: str) -> None:
-        """Show a step of unknown length."""
-        self._bar.update(self._task, description=text)
 
     def note(self, text: str) -> None:
         """Write a line above the bar."""
@@ -135,19 +135,13 @@ class ProgressBar(Progress):
 
     def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""
-        self._what = what
-        self._bar.reset(self._task, description=what, total=total, trouble="")
+        self._bar.reset(self._task, total=total, trouble="")
+        super().start(total, what)
 
-    def advance(self, outcome: Outcome) -> None:
-        """Move the bar, and count trouble."""
-        if outcome.state in self._counts:
-            self._counts[outcome.state] += 1
-        trouble = ", ".join(f"{count} {state}" for state, count in self._counts.items() if count)
-        self._bar.update(self._task, advance=1, trouble=trouble, description=self._what)
-
-    def in_progress(self, run_id: str, text: str) -> None:
-        """Show how far an unfinished case is."""
-        self._bar.update(self._task, description=f"{self._what} ({text})")
+    def show(self) -> None:
+        """Move the bar."""
+        trouble = ", ".join(self.trouble)
+        self._bar.update(self._task, completed=self.done, description=self.words, trouble=trouble)
 
 
 LEAST = 0.2  # s between two drawings
@@ -162,22 +156,14 @@ class NotebookBar(Progress):
     """
 
     def __init__(self, display: Any = None) -> None:
+        super().__init__()
         self._display, self._handle = display, None
-        self._text, self._what, self._total, self._done = "", "cases", 0, 0
-        self._counts: dict[str, int] = {}
         self._begun = self._drawn = time.monotonic()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._text = "interrupted" if kind is KeyboardInterrupt else "" if kind else self._text
+    def __exit__(self, kind: type[BaseException] | None, *told: Any) -> None:
+        self.text = "interrupted" if kind is KeyboardInterrupt else "" if kind else self.text
         if self._handle is not None:
             self._draw()
-
-    def step(self, text: str) -> None:
-        """Show a step of unknown length."""
-        self._text = text
-        self._draw()
 
     def note(self, text: str) -> None:
         """Write a line that stays."""
@@ -185,42 +171,33 @@ class NotebookBar(Progress):
 
     def start(self, total: int, what: str = CASES) -> None:
         """Show the bar of the cases."""
-        self._text, self._what, self._total, self._begun = what, what, total, time.monotonic()
-        self._done = 0
-        self._draw()
+        self._begun = time.monotonic()
+        super().start(total, what)
 
-    def advance(self, outcome: Outcome) -> None:
-        """Move the bar, and count trouble."""
-        self._done += 1
-        if outcome.state in ("failed", "refused"):
-            self._counts[outcome.state] = self._counts.get(outcome.state, 0) + 1
-        if self._done == self._total or time.monotonic() - self._drawn > LEAST:
+    def show(self) -> None:
+        """Draw the bar, unless that was just done."""
+        if self.done in (0, self.total) or time.monotonic() - self._drawn > LEAST:
             self._draw()
 
-    def in_progress(self, run_id: str, text: str) -> None:
-        """Show how far an unfinished case is."""
-        self._text = f"{self._what} ({text})"
-        self._draw()
-
     def _repr_html_(self) -> str:
-        told = [escape(self._text)]
-        if self._total:
+        told = [escape(self.words)]
+        if self.total:
             told = [
-                f'<progress value="{self._done}" max="{self._total}"></progress>',
-                f"{self._done} of {self._total} {self._what}",
-                *(f"{count} {state}" for state, count in self._counts.items()),
+                f'<progress value="{self.done}" max="{self.total}"></progress>',
+                f"{self.done} of {self.total} {self.what}",
+                *self.trouble,
                 self._times(),
             ]
         return f"<span>{' · '.join(told)}</span>"
 
     def __repr__(self) -> str:
-        return f"{self._done} of {self._total} {self._what}" if self._total else self._text
+        return f"{self.done} of {self.total} {self.what}" if self.total else self.words
 
     def _times(self) -> str:
         passed = time.monotonic() - self._begun
-        if not self._done or self._done == self._total:
+        if not self.done or self.done == self.total:
             return f"{passed:.0f} s"
-        return f"{passed:.0f} s, {passed / self._done * (self._total - self._done):.0f} s left"
+        return f"{passed:.0f} s, {passed / self.done * (self.total - self.done):.0f} s left"
 
     def _draw(self) -> None:
         self._drawn = time.monotonic()

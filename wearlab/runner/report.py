@@ -4,16 +4,14 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from wearlab.store.errors import StoreError
-from wearlab.store.outcome import Comparison, last_line
+from wearlab.store import errors, outcome
 from wearlab.units import convert
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign import Campaign, Case, Expectation, Wanted
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
+    from wearlab.store import Store, catalogue
 
 COMPLETED = "completed"
 
@@ -31,19 +29,21 @@ class Expected:
     id: str
     label: str
     position: dict[str, str]
-    comparison: Comparison
+    comparison: outcome.Comparison
 
 
 def comparisons(
-    campaign: "Campaign", store: "Store", entries: "dict[str, Entry]"
-) -> Iterator[Comparison | None]:
+    campaign: "Campaign", store: "Store", entries: "dict[str, catalogue.Entry]"
+) -> Iterator[outcome.Comparison | None]:
     """Yield for every case how it compares with its expectation, None where it has none."""
     for case in campaign.cases:
         expectation = getattr(case, "expect", None)
         yield None if expectation is None else compare(expectation, case, store, entries.get(case.id))
 
 
-def compare(expectation: "Expectation", case: "Case", store: "Store", entry: "Entry | None") -> Comparison:
+def compare(
+    expectation: "Expectation", case: "Case", store: "Store", entry: "catalogue.Entry | None"
+) -> outcome.Comparison:
     """Return how a finished case compares with its expectation.
 
     Of a variable with several values, the one of largest magnitude counts (of complex ones the largest
@@ -65,22 +65,22 @@ def compare(expectation: "Expectation", case: "Case", store: "Store", entry: "En
         wanted.append(f"{name} = {value.written}")
         checks.append(f"{name} = {_shown(measured, value)}")
         met = met and measured is not None and bool(abs(measured - value.value) <= value.tolerance)
-    return Comparison(verdict, ", ".join(wanted), ", ".join(checks), met)
+    return outcome.Comparison(verdict, ", ".join(wanted), ", ".join(checks), met)
 
 
-def _verdict(entry: "Entry | None") -> str:
+def _verdict(entry: "catalogue.Entry | None") -> str:
     if entry is None:
         return "not computed"
     return str(entry.summary.get("verdict") or COMPLETED) if entry.state == "done" else entry.state
 
 
-def _measured(store: "Store", entry: "Entry", name: str, wanted: "Wanted") -> float | None:
+def _measured(store: "Store", entry: "catalogue.Entry", name: str, wanted: "Wanted") -> float | None:
     """Return the value that counts, in the stored unit; None when the run has no such numbers."""
     import numpy as np
 
     try:
         dataset = store.run(entry.id)
-    except StoreError:
+    except errors.StoreError:
         return None
     if name not in dataset.variables or dataset[name].dtype.kind not in "fiub":
         return None
@@ -133,7 +133,7 @@ class CaseReport:
     @property
     def headline(self) -> str:
         """The last line of the reason: what went wrong, without the traceback."""
-        return last_line(self.reason)
+        return outcome.last_line(self.reason)
 
 
 MOST_TOLD = 5

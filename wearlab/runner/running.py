@@ -1,28 +1,33 @@
 """``run``: what of a campaign is missing in a store is computed, and nothing else."""
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from wearlab.runner import cluster, report
 from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
-from wearlab.runner.crew import Crew
+from wearlab.runner.plan import (
+    calibrations,
+    chosen,
+    declare,
+    plugins_of,
+    store_of,
+    with_calibrations,
+    with_parents,
+)
 from wearlab.runner.progress import CASES, Progress, watched
-from wearlab.runner.report import CaseReport, Expected, Interrupted, Report, comparisons
-from wearlab.runner.tasks import calibrations, chosen, declare, plugins_of, with_calibrations, with_parents
 from wearlab.runner.worker import SIMULATE, CheckpointRelay, Task, execute, in_words, reporting_to, warm_up
 from wearlab.sources import source_hash
+from wearlab.store import errors
 from wearlab.store.catalogue import Head
-from wearlab.store.errors import StoreError
 from wearlab.store.outcome import Outcome, place
 
 if TYPE_CHECKING:
     from dask.distributed import Client
 
-    from wearlab.campaign import Campaign
-    from wearlab.campaign.reading import Given
+    from wearlab.campaign import Campaign, reading
     from wearlab.store import Store
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
@@ -30,7 +35,7 @@ POLL = 0.2  # s between two looks at runs that another process computes
 
 
 def run(
-    campaign: "Given",
+    campaign: "reading.Given",
     store: "Store | str | PathLike[str] | None" = None,
     *,
     workers: int | None = None,
@@ -40,7 +45,7 @@ def run(
     progress: bool = True,
     dashboard: bool = False,
     simulate: str = SIMULATE,
-) -> Report:
+) -> report.Report:
     """Compute the missing runs of a campaign.
 
     Equal scenes are one run. What another process computes at the same moment is waited for. One missing
@@ -70,10 +75,10 @@ def run(
     RunnerError : no scheduler answers, or its client is closed
     Interrupted : on Ctrl-C; the finished runs are kept, those in flight are released
     """
-    from wearlab.campaign.reading import campaign_of
+    from wearlab.campaign import reading
 
     clock = time.perf_counter()
-    campaign, store = campaign_of(campaign), store_of(store)
+    campaign, store = reading.campaign_of(campaign), store_of(store)
     again = chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
     tasks = with_parents(tasks, store)
@@ -104,9 +109,9 @@ def run(
                 work.complete(with_calibrations(calibrated, needed, store), cluster)
         except KeyboardInterrupt:
             _tidy(store, presence.token, work)
-            raise Interrupted(_interruption(tasks, store)) from None
+            raise report.Interrupted(_interruption(tasks, store)) from None
         except BaseException:
-            with suppress(StoreError):  # what went wrong first is what is told
+            with suppress(errors.StoreError):  # what went wrong first is what is told
                 _tidy(store, presence.token, work)
             raise
         _tidy(store, presence.token, work)
@@ -122,15 +127,6 @@ def _wanting(tasks: "dict[str, Task]", store: "Store", again: Callable[[Head], b
         if head.state != "running" and not again(head) and not store.is_lost(head)
     }
     return [task for i, task in tasks.items() if i not in finished]
-
-
-def store_of(given: "Store | str | PathLike[str] | None") -> "Store":
-    """Return the store at a path, or the one of this process [``WEARLAB_STORE``, else ``wearlab-store``]."""
-    from wearlab.store import Store
-
-    if given is None:
-        return Store(os.environ.get("WEARLAB_STORE", "wearlab-store"))
-    return Store(given) if isinstance(given, str | PathLike) else given
 
 
 def _opened(store: "Store") -> list[str]:
@@ -264,7 +260,7 @@ def _cluster(
     client = stack.enter_context(connect(workers, scheduler, dashboard))
     if dashboard:
         tell(f"dashboard: {client.dashboard_link}")
-    return Cluster(client, simulate, None if scheduler is None else Crew(client, tell))
+    return Cluster(client, simulate, None if scheduler is None else cluster.Crew(client, tell))
 
 
 def _record(campaign: "Campaign", store: "Store") -> str:
@@ -287,25 +283,25 @@ def _interruption(tasks: "dict[str, Task]", store: "Store") -> str:
 
 def _report(
     campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float, notes: tuple[str, ...]
-) -> Report:
+) -> report.Report:
     heads = store.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [head.state for head in heads.values()]
     noted = [h.id for h in heads.values() if h.state != "done" or (h.warned and h.id in computed)]
     troubled = tuple(
-        CaseReport(entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings)
+        report.CaseReport(entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings)
         for entry in store.entries(noted).values()
     )
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
     expecting = [case.id for case in campaign.cases if getattr(case, "expect", None) is not None]
-    compared = list(comparisons(campaign, store, store.entries(expecting)))
+    compared = list(report.comparisons(campaign, store, store.entries(expecting)))
     store.catalogue.record_comparisons(key, compared)
     expected = tuple(
-        Expected(case.id, case.label, place(campaign, case), checks)
+        report.Expected(case.id, case.label, place(campaign, case), checks)
         for case, checks in zip(campaign.cases, compared, strict=True)
         if checks is not None
     )
-    return Report(
+    return report.Report(
         len(labels),
         len(computed & labels.keys()),
         *counts,

@@ -13,13 +13,16 @@ from datetime import UTC, datetime
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.runner.crew import OtherCode
-from wearlab.sources import source_hash
-from wearlab.store.outcome import Outcome, State
-from wearlab.version import __version__
+from wearlab import sources, version
+from wearlab.store import outcome
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class OtherCode(Exception):
+    """A worker was given work and runs other code; its arguments are its address and its source hash."""
+
 
 TOPIC = "wearlab-under-way"
 KEPT = "wearlab-kept"
@@ -145,7 +148,7 @@ class Task(NamedTuple):
     resumed: bytes | None = None
 
 
-def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -> list[Outcome]:
+def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -> list[outcome.Outcome]:
     """Compute a batch of cases, one after the other.
 
     Parameters
@@ -158,16 +161,16 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
     ------
     OtherCode : it has another
     """
-    if code is not None and code != source_hash():
+    if code is not None and code != sources.source_hash():
         from dask.distributed import get_worker
 
-        raise OtherCode(get_worker().address, source_hash())
+        raise OtherCode(get_worker().address, sources.source_hash())
     send, kept = from_worker(), None if code is None else SchedulerCheckpoints()
     with reporting_to(send if kept is None or send is None else kept.beside(send)):
         return [_executed(task, simulate, kept) for task in tasks]
 
 
-def _executed(task: Task, simulate: str, kept: SchedulerCheckpoints | None) -> Outcome:
+def _executed(task: Task, simulate: str, kept: SchedulerCheckpoints | None) -> outcome.Outcome:
     """Compute a case, from the last state of a worker that died over it, if there is one."""
     if kept is None:
         return execute(task, simulate)
@@ -176,7 +179,7 @@ def _executed(task: Task, simulate: str, kept: SchedulerCheckpoints | None) -> O
     return outcome
 
 
-def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
+def execute(task: Task, simulate: str = SIMULATE) -> outcome.Outcome:
     """Simulate one scene and return its file image, or the reason why there is none.
 
     Parameters
@@ -186,7 +189,7 @@ def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
     """
     started, clock = datetime.now(UTC).isoformat(timespec="milliseconds"), time.perf_counter()
     scene = _canonical(task.scene)
-    state: State = "done"
+    state: outcome.State = "done"
     result: dict[str, Any] = {}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -198,9 +201,9 @@ def execute(task: Task, simulate: str = SIMULATE) -> Outcome:
             state = "refused" if isinstance(error, refusals()) else "failed"
             result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
     distinct = dict.fromkeys(f"{warning.category.__name__}: {warning.message}" for warning in caught)
-    return Outcome(
+    return outcome.Outcome(
         *(task.id, state, started, time.perf_counter() - clock, scene),
-        **{"wearlab_version": __version__, "warnings": tuple(distinct), **result},
+        **{"wearlab_version": version.__version__, "warnings": tuple(distinct), **result},
     )
 
 
@@ -250,11 +253,10 @@ def _labelled(dataset: "xr.Dataset", run_id: str, scene: str, started: str) -> "
 
 
 def _finished(dataset: "xr.Dataset") -> dict[str, Any]:
-    from wearlab.store.description import describe
-    from wearlab.store.netcdf import to_image
+    from wearlab.store import description, netcdf
 
-    image, sha256 = to_image(dataset)
-    kept = {"image": image, "sha256": sha256, **describe(dataset)._asdict()}
+    image, sha256 = netcdf.to_image(dataset)
+    kept = {"image": image, "sha256": sha256, **description.describe(dataset)._asdict()}
     known = {
         name: str(dataset.attrs[name]) for name in ("source_hash", "wearlab_version") if name in dataset.attrs
     }

@@ -10,8 +10,7 @@ import json
 from functools import cache
 from typing import Any
 
-from wearlab.options import Part, Stored
-from wearlab.units import rounded
+from wearlab import options, units
 
 MODEL_VERSION = 5
 WHOLE_BELOW = 2**53
@@ -24,13 +23,13 @@ def canonical(sections: dict[str, Any]) -> str:
     )
 
 
-def identity(scene: Part) -> str:
+def identity(scene: options.Part) -> str:
     """Return the id of a scene: 20 hexadecimal digits of the hash over model version and what it says."""
     said = canonical(essence(scene))
     return hashlib.sha256(f"{MODEL_VERSION}\n{said}".encode()).hexdigest()[:20]
 
 
-def essence(part: Part) -> dict[str, Any]:
+def essence(part: options.Part) -> dict[str, Any]:
     """Return the options of a part that do not stand at their default, as plain nested values.
 
     Which of several models it is stays there, default or not: the options of two models may share names.
@@ -45,14 +44,14 @@ def essence(part: Part) -> dict[str, Any]:
 
 
 def _essence(value: Any) -> Any:
-    if isinstance(value, Part):
+    if isinstance(value, options.Part):
         return value.written(essence(value))
     if isinstance(value, dict):
         return {key: _essence(inner) for key, inner in value.items()}
     return [_essence(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def _is_default(part: type[Part], name: str, value: Any) -> bool:
+def _is_default(part: type[options.Part], name: str, value: Any) -> bool:
     if name not in part.model_fields:
         return False
     default, given = _default(part, name)
@@ -60,7 +59,7 @@ def _is_default(part: type[Part], name: str, value: Any) -> bool:
 
 
 @cache
-def _default(part: type[Part], name: str) -> tuple[Any, bool]:
+def _default(part: type[options.Part], name: str) -> tuple[Any, bool]:
     field = part.model_fields[name]
     return field.get_default(call_default_factory=True), not field.is_required()
 
@@ -70,8 +69,8 @@ def _alike(value: Any, other: Any) -> bool:
     if value is other:
         return True
     if type(value) is type(other):
-        if isinstance(value, Part):
-            own, theirs = Part.identifying(value), Part.identifying(other)
+        if isinstance(value, options.Part):
+            own, theirs = options.Part.identifying(value), options.Part.identifying(other)
             return own.keys() == theirs.keys() and all(_alike(own[name], theirs[name]) for name in own)
         if isinstance(value, float):
             return bool(value == other) or _number(value) == _number(other)
@@ -83,7 +82,7 @@ def _alike(value: Any, other: Any) -> bool:
 
 
 def _dumped(value: Any) -> Any:
-    if isinstance(value, Part):
+    if isinstance(value, options.Part):
         return value.model_dump()
     if isinstance(value, dict):
         return {key: _dumped(inner) for key, inner in value.items()}
@@ -98,7 +97,7 @@ def stored(value: Any) -> Any:
         return [stored(inner) for inner in value]
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
-    return value if isinstance(value, int) and abs(value) >= WHOLE_BELOW else Stored(value)
+    return value if isinstance(value, int) and abs(value) >= WHOLE_BELOW else options.Stored(value)
 
 
 def _plain(value: Any) -> Any:
@@ -112,5 +111,5 @@ def _plain(value: Any) -> Any:
 
 
 def _number(value: float) -> float | int:
-    short = rounded(value)
+    short = units.rounded(value)
     return int(short) if short == int(short) and abs(short) < WHOLE_BELOW else short

@@ -6,42 +6,27 @@ from typing import Annotated, ClassVar, Literal
 from annotated_types import Lt
 from pydantic import BeforeValidator, model_validator
 
-from wearlab.nearest import meant
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Alternatives,
-    Density,
-    Hardness,
-    KinematicViscosity,
-    Number,
-    Part,
-    Pressure,
-    PressureViscosity,
-    Stored,
-    Temperature,
-    Viscosity,
-    option,
-)
-from wearlab.shop import oil
-from wearlab.shop.materials import ALIASES, MATERIALS, known
+from wearlab import nearest, options
+from wearlab.shop import materials, oil
 
 CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
 
 
-class MaterialOptions(Part):
+class MaterialOptions(options.Part):
     """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
 
-    youngs_modulus: Annotated[Pressure, POSITIVE] = option(..., "Young's modulus E")
-    poisson_ratio: Annotated[Number, NOT_NEGATIVE, Lt(0.5)] = option(..., "Poisson's ratio ν")
-    density: Annotated[Density, POSITIVE] = option(..., "density ρ")
-    hardness: Annotated[Hardness, POSITIVE] | None = option(
+    youngs_modulus: Annotated[options.Pressure, options.POSITIVE] = options.option(..., "Young's modulus E")
+    poisson_ratio: Annotated[options.Number, options.NOT_NEGATIVE, Lt(0.5)] = options.option(
+        ..., "Poisson's ratio ν"
+    )
+    density: Annotated[options.Density, options.POSITIVE] = options.option(..., "density ρ")
+    hardness: Annotated[options.Hardness, options.POSITIVE] | None = options.option(
         None,
         "hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa'",
         derived="what is usual for a named material, for wear laws that ask for it",
         source="HRC by ASTM E140, HB by ISO 18265",
     )
-    name: str | None = option(
+    name: str | None = options.option(
         None,
         "a material of the catalogue, such as '18CrNiMo7-6' or 'POM'",
         derived="none",
@@ -54,7 +39,7 @@ class MaterialOptions(Part):
         """What the catalogue says, and what of it is assumed."""
         if self.name is None or self.name == "steel":
             return ()
-        entry = MATERIALS[self.name]
+        entry = materials.MATERIALS[self.name]
         lines = [f"{self.name}: constants of {entry.source}"]
         if entry.hardness is not None and self.hardness == entry.hardness:
             lines.append(f"{self.name}: hardness {entry.treatment}, assumed")
@@ -68,28 +53,32 @@ def _material(value: object) -> object:
     name = value if isinstance(value, str) else value.get("name") if isinstance(value, dict) else None
     if name is None:
         return value
-    material = known(name) if isinstance(name, str) else None
+    material = materials.known(name) if isinstance(name, str) else None
     if material is None:
         raise ValueError(f"{not_a_name(name)}; or give youngs_modulus, poisson_ratio and density")
-    entry = MATERIALS[material]
-    own = {key: Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant}
+    entry = materials.MATERIALS[material]
+    own = {
+        key: options.Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant
+    }
     beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
     return {**own, "name": material, **beside}
 
 
 def not_a_name(name: object) -> str:
     """Return that a name is not in the catalogue, and the nearest that is."""
-    near = meant(str(name), [*MATERIALS, *ALIASES], ";")
-    return f"{name!r} is not a known material{near} there are {', '.join(MATERIALS)}"
+    near = nearest.meant(str(name), [*materials.MATERIALS, *materials.ALIASES], ";")
+    return f"{name!r} is not a known material{near} there are {', '.join(materials.MATERIALS)}"
 
 
 NamedMaterial = Annotated[
     MaterialOptions,
-    BeforeValidator(_material, json_schema_input_type=Literal[tuple(MATERIALS)] | MaterialOptions),
+    BeforeValidator(_material, json_schema_input_type=Literal[tuple(materials.MATERIALS)] | MaterialOptions),
 ]
 
 
-STEEL = MaterialOptions(youngs_modulus=Stored(206e9), poisson_ratio=Stored(0.3), density=Stored(7830.0))
+STEEL = MaterialOptions(
+    youngs_modulus=options.Stored(206e9), poisson_ratio=options.Stored(0.3), density=options.Stored(7830.0)
+)
 
 
 GRADE = re.compile(r"(?:ISO\s*)?(?:VG\s*)?(\d+)", re.IGNORECASE)
@@ -112,48 +101,48 @@ Grade = Annotated[
 ]
 
 
-class Lubricant(Part):
+class Lubricant(options.Part):
     """Viscosity and its growth with pressure: given, or those of an ISO VG grade or datasheet when warm."""
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives: ClassVar[options.Alternatives] = (
         (("viscosity",), ("grade", "viscosity_index"), ("kinematic_viscosity_40", "kinematic_viscosity_100")),
     )
 
-    viscosity: Annotated[Viscosity, POSITIVE] | None = option(
+    viscosity: Annotated[options.Viscosity, options.POSITIVE] | None = options.option(
         None,
         "dynamic viscosity η0 at ambient pressure, where the flanks touch",
         derived="from grade or datasheet at the temperature (ASTM D341)",
         source="Dowson & Higginson 1966",
     )
-    pressure_viscosity: Annotated[PressureViscosity, POSITIVE] | None = option(
+    pressure_viscosity: Annotated[options.PressureViscosity, options.POSITIVE] | None = options.option(
         None,
         "pressure-viscosity coefficient α",
         derived="estimated from the viscosity, k η^s",
         source="Dowson & Higginson 1966, W23 Eq. 41; estimate: AGMA 925-A03",
     )
-    temperature: Annotated[Temperature, POSITIVE] | None = option(
+    temperature: Annotated[options.Temperature, options.POSITIVE] | None = options.option(
         None, "temperature of the oil where the flanks touch, such as '60 degC'", derived="not known"
     )
-    grade: Grade | None = option(
+    grade: Grade | None = options.option(
         None, "viscosity grade, such as 'ISO VG 220'", derived="none", source="ISO 3448", identity=False
     )
-    viscosity_index: Annotated[Number, POSITIVE] | None = option(
+    viscosity_index: Annotated[options.Number, options.POSITIVE] | None = options.option(
         None, "viscosity index of a grade", derived="95", source="ISO 2909, ASTM D2270", identity=False
     )
-    kinematic_viscosity_40: Annotated[KinematicViscosity, POSITIVE] | None = option(
+    kinematic_viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
         None, "datasheet: kinematic viscosity at 40 °C", derived="none", source="ASTM D341", identity=False
     )
-    kinematic_viscosity_100: Annotated[KinematicViscosity, POSITIVE] | None = option(
+    kinematic_viscosity_100: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
         None, "datasheet: kinematic viscosity at 100 °C", derived="none", source="ASTM D341", identity=False
     )
-    density: Annotated[Density, POSITIVE] | None = option(
+    density: Annotated[options.Density, options.POSITIVE] | None = options.option(
         None,
         "density of a grade or datasheet at 15 °C",
         derived="43.37 lg ν₄₀ + 805.5 kg/m³",
         source="ISO/TR 15144-1",
         identity=False,
     )
-    base: Literal["mineral", "pao"] = option(
+    base: Literal["mineral", "pao"] = options.option(
         "mineral", "base oil, for α", source="AGMA 925-A03", identity=False
     )
 

@@ -13,75 +13,61 @@ from pydantic import (
     model_validator,
 )
 
+from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, SETS
 from wearlab.mesh.contacts import ContactModel, DisplacementContact
-from wearlab.mesh.excitations import ExcitationModel
-from wearlab.mesh.excitations.pairs import PairsExcitation
+from wearlab.mesh.excitations import ExcitationModel, pairs
 from wearlab.mesh.slow_errors import AveragedErrors, SlowErrorModel
 from wearlab.mesh.stiffnesses import FiniteElementStiffness, StiffnessModel
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Alternatives,
-    Angle,
-    Count,
-    DampingRate,
-    Depth,
-    Number,
-    Part,
-    Switch,
-    named,
-    option,
-)
-from wearlab.scene.gears import set_in
-from wearlab.scene.identity import canonical
-from wearlab.slots import implied
+from wearlab.scene import gears, identity
 
-Stiffness = Annotated[StiffnessModel, *named("finite-element"), implied(StiffnessModel)]
-Contact = Annotated[ContactModel, *named("displacement")]
-Excitation = Annotated[ExcitationModel, *named("pairs")]
+Stiffness = Annotated[StiffnessModel, *options.named("finite-element"), slots.implied(StiffnessModel)]
+Contact = Annotated[ContactModel, *options.named("displacement")]
+Excitation = Annotated[ExcitationModel, *options.named("pairs")]
 
 
-class OneMesh(Part):
+class OneMesh(options.Part):
     """A mesh of two gears."""
 
-    alternatives: ClassVar[Alternatives] = ((("damping",), ("damping_ratio",)),)
+    alternatives: ClassVar[options.Alternatives] = ((("damping",), ("damping_ratio",)),)
 
-    stiffness: Stiffness = option(FiniteElementStiffness(), "stiffness of a tooth pair")
-    contact: Contact = option(DisplacementContact(), "how worn flanks touch")
-    extended_contact: Switch = option(
+    stiffness: Stiffness = options.option(FiniteElementStiffness(), "stiffness of a tooth pair")
+    contact: Contact = options.option(DisplacementContact(), "how worn flanks touch")
+    extended_contact: options.Switch = options.option(
         None,
         "let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, "
         "a pair takes up its share at A at once",
         derived="true, but for Algorithm 1 and a stiffness of the whole mesh, which know no tip corners",
         source="Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md",
     )
-    excitation: Excitation = option(PairsExcitation(), "how the mesh force reaches the dynamics")
-    normal_backlash: Annotated[Depth, NOT_NEGATIVE] | None = option(
+    excitation: Excitation = options.option(
+        pairs.PairsExcitation(), "how the mesh force reaches the dynamics"
+    )
+    normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(
         None,
         "backlash j_bn along the line of action: back contact begins where drive contact ends at 0",
         derived="what shifts, centre distance and tooth_thickness_allowance leave, where they leave any; "
         "else the back flank is not modelled, separation still is",
         source="L16 Eq. 6, recentred",
     )
-    damping_ratio: Annotated[Number, NOT_NEGATIVE] | None = option(
+    damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = options.option(
         None,
         "damping ratio on mean stiffness and effective mass of the mesh; this or damping with dynamics",
         derived="damping",
     )
-    damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
         None,
         "mesh damping c_m; this or damping_ratio with dynamics",
         derived="damping_ratio",
         source="L16 Table 1",
     )
-    damping_in: Literal["contact", "always"] = option(
+    damping_in: Literal["contact", "always"] = options.option(
         "contact",
         "when the damping acts: while flanks touch, or always as in the papers",
         source="wearlab",
     )
 
-    face_load_factor: Annotated[Number, Ge(1)] = option(
+    face_load_factor: Annotated[options.Number, Ge(1)] = options.option(
         1.0, "load per width where the face carries most, over its mean, K_Hβ", source="ISO 6336-1"
     )
 
@@ -117,8 +103,12 @@ OWN_MESHES = PLANETARY.sections
 class MeshSection(OneMesh):
     """The meshes of a gear set: what all have in common, and what one kind has of its own."""
 
-    sun_planet: OneMesh | None = option(None, "what holds for sun and planets alone", derived="as above")
-    planet_ring: OneMesh | None = option(None, "what holds for planets and ring alone", derived="as above")
+    sun_planet: OneMesh | None = options.option(
+        None, "what holds for sun and planets alone", derived="as above"
+    )
+    planet_ring: OneMesh | None = options.option(
+        None, "what holds for planets and ring alone", derived="as above"
+    )
 
     def of(self, section: str) -> OneMesh:
         """Return what holds for one kind of mesh; ``section`` names its own table, "" for a pair."""
@@ -136,7 +126,7 @@ class MeshSection(OneMesh):
         names = OneMesh.model_fields
         general = OneMesh.model_construct(**{name: getattr(self, name) for name in names})
         each = {key: getattr(self, key) or general for key in OWN_MESHES}
-        if len({canonical(section.model_dump()) for section in each.values()}) == 1:
+        if len({identity.canonical(section.model_dump()) for section in each.values()}) == 1:
             return each[OWN_MESHES[0]].identifying()
         return dict(each)
 
@@ -148,11 +138,13 @@ class MeshSection(OneMesh):
             return written
         general = {key: value for key, value in written.items() if key not in OWN_MESHES}
         each = {key: general if written[key] is None else written[key] for key in OWN_MESHES}
-        if len({canonical(section) for section in each.values()}) == 1:
+        if len({identity.canonical(section) for section in each.values()}) == 1:
             return each[OWN_MESHES[0]]
         first, second = each.values()
         shared = {
-            key: own for key, own in first.items() if canonical({"": own}) == canonical({"": second[key]})
+            key: own
+            for key, own in first.items()
+            if identity.canonical({"": own}) == identity.canonical({"": second[key]})
         }
         return {**OneMesh().model_dump(), **shared, **each}
 
@@ -161,27 +153,27 @@ def _listed(given: object) -> object:
     return [given] if isinstance(given, str) else given
 
 
-Grade = Annotated[Count, NOT_NEGATIVE, Le(12)]
-Tolerances = Annotated[tuple[Annotated[Depth, NOT_NEGATIVE], ...], BeforeValidator(_listed)]
+Grade = Annotated[options.Count, options.NOT_NEGATIVE, Le(12)]
+Tolerances = Annotated[tuple[Annotated[options.Depth, options.NOT_NEGATIVE], ...], BeforeValidator(_listed)]
 """One tolerance or several, each in a direction of its own [m]."""
 
 
-class MemberErrors(Part):
+class MemberErrors(options.Part):
     """Manufacturing and installation errors of one gear, once and z times per revolution."""
 
-    iso_1328_class: Grade | None = option(
+    iso_1328_class: Grade | None = options.option(
         None,
         "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
         derived="the set's",
         source="ISO 1328-1:1995",
     )
-    total_composite: Annotated[Depth, NOT_NEGATIVE] = option(
+    total_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = options.option(
         0.0, "tangential composite deviation F_i′", source="ISO 1328-1, W23 Eq. 28"
     )
-    tooth_composite: Annotated[Depth, NOT_NEGATIVE] = option(
+    tooth_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = options.option(
         0.0, "tooth-to-tooth tangential composite deviation f_i′", source="ISO 1328-1, W23 Eq. 28"
     )
-    installation: Tolerances = option(
+    installation: Tolerances = options.option(
         (), "installation tolerances Δe_q, each in a random direction", source="W23 Eq. 30"
     )
 
@@ -189,41 +181,41 @@ class MemberErrors(Part):
 class PlanetErrors(MemberErrors):
     """Errors of every planet, each with angles of its own."""
 
-    planet_position: Tolerances = option(
+    planet_position: Tolerances = options.option(
         (), "tolerances of the planets' pins, each in a fixed random direction of the carrier", source="W23"
     )
 
 
-class CarrierErrors(Part):
+class CarrierErrors(options.Part):
     """Errors of the carrier."""
 
-    installation: Tolerances = option(
+    installation: Tolerances = options.option(
         (), "installation tolerances of the carrier, each in a random direction", source="W23 Eq. 30"
     )
-    planet_position: Tolerances = option(
+    planet_position: Tolerances = options.option(
         (), "tolerances of the pins, each in a fixed random direction of the carrier", source="W23 Eq. 30"
     )
 
 
-class ErrorHarmonic(Part):
+class ErrorHarmonic(options.Part):
     """A prescribed error of a mesh, ``amplitude sin(2π order φ + phase)``."""
 
-    mesh: str = option(
+    mesh: str = options.option(
         None,
         "the mesh it acts in, such as 'sun-planet-2'; 'sun-planet' names all of its kind",
         derived="the mesh of a pair",
     )
-    order: Annotated[Count, POSITIVE] = option(..., "multiple of the mesh frequency")
-    amplitude: Annotated[Depth, NOT_NEGATIVE] = option(
+    order: Annotated[options.Count, options.POSITIVE] = options.option(..., "multiple of the mesh frequency")
+    amplitude: Annotated[options.Depth, options.NOT_NEGATIVE] = options.option(
         ..., "amplitude along the line of action", source="L16 Eq. 8"
     )
-    phase: Angle = option(0.0, "phase angle at mesh phase 0", source="L16 Eq. 8")
+    phase: options.Angle = options.option(0.0, "phase angle at mesh phase 0", source="L16 Eq. 8")
 
     @model_validator(mode="before")
     @classmethod
     def _the_only_mesh(cls, given: Any, info: ValidationInfo) -> Any:
         """Fill in the mesh of a pair; a planetary set must say which, and hears so at that key."""
-        meshes = set_in(info.context).meshes
+        meshes = gears.set_in(info.context).meshes
         return (
             {"mesh": meshes[0] if len(meshes) == 1 else None, **given} if isinstance(given, dict) else given
         )
@@ -231,7 +223,7 @@ class ErrorHarmonic(Part):
     @field_validator("mesh", mode="before")
     @classmethod
     def _known_mesh(cls, mesh: Any, info: ValidationInfo) -> Any:
-        meshes = set_in(info.context).meshes
+        meshes = gears.set_in(info.context).meshes
         if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
             return mesh
         if mesh is None:
@@ -239,35 +231,35 @@ class ErrorHarmonic(Part):
         raise ValueError(f"{mesh!r} is no mesh of this gear set; there are {', '.join(meshes)}")
 
 
-class ErrorsSection(Part):
+class ErrorsSection(options.Part):
     """Errors of the mesh besides wear."""
 
-    seed: Annotated[Count, NOT_NEGATIVE] = option(
+    seed: Annotated[options.Count, options.NOT_NEGATIVE] = options.option(
         0, "seed of the initial angles, drawn once", source="wearlab"
     )
-    slow: Annotated[SlowErrorModel, *named("averaged")] = option(
+    slow: Annotated[SlowErrorModel, *options.named("averaged")] = options.option(
         AveragedErrors(),
         "once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period",
         source="wearlab",
     )
-    iso_1328_class: Grade | None = option(
+    iso_1328_class: Grade | None = options.option(
         None,
         "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
         derived="none",
         source="ISO 1328-1:1995",
     )
-    pinion: MemberErrors | None = option(None, "errors of the pinion", derived="none")
-    gear: MemberErrors | None = option(None, "errors of the gear", derived="none")
-    sun: MemberErrors | None = option(None, "errors of the sun", derived="none")
-    planet: PlanetErrors | None = option(None, "errors of every planet", derived="none")
-    ring: MemberErrors | None = option(None, "errors of the ring", derived="none")
-    carrier: CarrierErrors | None = option(None, "errors of the carrier", derived="none")
-    harmonic: tuple[ErrorHarmonic, ...] = option((), "prescribed errors of the mesh frequency")
+    pinion: MemberErrors | None = options.option(None, "errors of the pinion", derived="none")
+    gear: MemberErrors | None = options.option(None, "errors of the gear", derived="none")
+    sun: MemberErrors | None = options.option(None, "errors of the sun", derived="none")
+    planet: PlanetErrors | None = options.option(None, "errors of every planet", derived="none")
+    ring: MemberErrors | None = options.option(None, "errors of the ring", derived="none")
+    carrier: CarrierErrors | None = options.option(None, "errors of the carrier", derived="none")
+    harmonic: tuple[ErrorHarmonic, ...] = options.option((), "prescribed errors of the mesh frequency")
 
     @field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
     @classmethod
     def _of_the_set(cls, given: Any, info: ValidationInfo) -> Any:
-        known = set_in(info.context)
+        known = gears.set_in(info.context)
         members = (*known.toothed, *(name for name in known.members if name not in known.toothed))
         if given is None or info.field_name in members:
             return given

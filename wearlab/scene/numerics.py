@@ -6,33 +6,32 @@ from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import AfterValidator
 from pydantic_core import PydanticCustomError
 
-from wearlab.nearest import meant
-from wearlab.options import POSITIVE, Count, Number, Part, option
+from wearlab import nearest, options
 from wearlab.schema import ON_REQUEST, VARIABLES
 
 MOST = 1_000_000  # points; a state of the wear would take gigabytes
 DERIVED = "from the tolerance"
 
 
-class Numerics(Part):
+class Numerics(options.Part):
     """How accurate a run is."""
 
-    tolerance: Annotated[Number, POSITIVE, Lt(1.0)] = option(
+    tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] = options.option(
         1e-3, "relative error in wear depth and life", source="wearlab"
     )
-    steps_per_period: Annotated[Count, Ge(4), Le(MOST)] | None = option(
+    steps_per_period: Annotated[options.Count, Ge(4), Le(MOST)] | None = options.option(
         None, "integration steps in a mesh period", derived=DERIVED
     )
-    phase_points: Annotated[Count, Ge(8), Le(MOST)] | None = option(
+    phase_points: Annotated[options.Count, Ge(8), Le(MOST)] | None = options.option(
         None, "stored phases of a mesh period", derived=DERIVED
     )
-    profile_points: Annotated[Count, Ge(9), Le(MOST)] | None = option(
+    profile_points: Annotated[options.Count, Ge(9), Le(MOST)] | None = options.option(
         None, "nodes on the path of contact", derived=DERIVED
     )
-    cycle_tolerance: Annotated[Number, POSITIVE, Lt(1.0)] | None = option(
+    cycle_tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] | None = options.option(
         None, "relative error of the steps over cycles", derived=DERIVED
     )
-    most_right_hand_sides: Annotated[Number, Ge(1.0)] | None = option(
+    most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = options.option(
         None,
         "right-hand sides after which a life ends where it is, to be gone on from",
         derived="from the tolerance and the coordinates: minutes of work",
@@ -49,15 +48,15 @@ def _known(names: tuple[str, ...]) -> tuple[str, ...]:
             raise PydanticCustomError(
                 "variable",
                 "{name} is no variable of a dataset{near}",
-                {"name": repr(name), "near": meant(name, (*VARIABLES, ALL))},
+                {"name": repr(name), "near": nearest.meant(name, (*VARIABLES, ALL))},
             )
     return tuple(sorted(set(names)))
 
 
-class StoreSection(Part):
+class StoreSection(options.Part):
     """What is kept of a run."""
 
-    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = option(
+    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = options.option(
         None,
         "variables to store; 'all' is all that the present parts make, to which those made on request "
         "(mesh_acceleration, its spectrum and statistics, mesh_deflection_orders) are added by name",
@@ -65,7 +64,7 @@ class StoreSection(Part):
         source="wearlab",
     )
 
-    results: dict[str, str] = option(
+    results: dict[str, str] = options.option(
         {},
         "results of plug-ins that are stored, each with the hash of its source; the plug-ins that a file "
         "names enter theirs by themselves",

@@ -16,58 +16,49 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Alternatives,
-    Angle,
-    Frequency,
-    Number,
-    Part,
-    Power,
-    Speed,
-    Stored,
-    Torque,
-    option,
-)
+from wearlab import options, tables, units
 from wearlab.scene.gears import set_in
 from wearlab.table_options import duty_table, named_file, named_texts
-from wearlab.tables import TableError
-from wearlab.units import rounded
 
 SUM_OF_SHARES = 1e-6
 """How far written shares may be from 1 in sum."""
 
 
-class DutyBlock(Part):
+class DutyBlock(options.Part):
     """One condition of a duty."""
 
-    torque: Annotated[Torque, NOT_NEGATIVE] = option(..., "torque on the input member")
-    speed: Annotated[Speed, POSITIVE] = option(..., "speed of the input member")
-    share: Annotated[Number, POSITIVE] = option(..., "share of the operating time; all shares sum to 1")
+    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
+        ..., "torque on the input member"
+    )
+    speed: Annotated[options.Speed, options.POSITIVE] = options.option(..., "speed of the input member")
+    share: Annotated[options.Number, options.POSITIVE] = options.option(
+        ..., "share of the operating time; all shares sum to 1"
+    )
 
 
-class DutyFile(Part):
+class DutyFile(options.Part):
     """A load-duration table; its contents, not its path, are part of the scene."""
 
-    file: str = option(..., "CSV file with a row for each condition")
-    columns: dict[str, str] | None = option(
+    file: str = options.option(..., "CSV file with a row for each condition")
+    columns: dict[str, str] | None = options.option(
         None, "header of torque, speed and share in the file", derived="their own names"
     )
-    units: dict[str, str] = option(
+    units: dict[str, str] = options.option(
         {},
         "units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum",
         derived="those in the headers",
     )
 
 
-class OperationStage(Part):
+class OperationStage(options.Part):
     """One of several conditions in order; wear carries over from each to the next."""
 
-    label: str | None = option(None, "name of the stage", derived="its number", identity=False)
-    torque: Annotated[Torque, NOT_NEGATIVE] = option(..., "torque on the input member")
-    speed: Annotated[Speed, POSITIVE] = option(..., "speed of the input member")
-    cycles: Annotated[Number, POSITIVE] | None = option(
+    label: str | None = options.option(None, "name of the stage", derived="its number", identity=False)
+    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
+        ..., "torque on the input member"
+    )
+    speed: Annotated[options.Speed, options.POSITIVE] = options.option(..., "speed of the input member")
+    cycles: Annotated[options.Number, options.POSITIVE] | None = options.option(
         None, "cycles of the stage", derived="up to wear.until, in the last stage"
     )
 
@@ -85,11 +76,11 @@ def _blocks(given: Any, info: ValidationInfo) -> Any:
         columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
         units = named_texts({"units": {}, **given}, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
         torque, speed, share = duty_table(named_file(given), columns, units, base)
-    except TableError as error:
+    except tables.TableError as error:
         raise ValueError(str(error)) from None
     total = sum(share)
     return [
-        {"torque": Stored(t), "speed": Stored(n), "share": Stored(u / total)}
+        {"torque": options.Stored(t), "speed": options.Stored(n), "share": options.Stored(u / total)}
         for t, n, u in zip(torque, speed, share, strict=True)
         if u > 0.0
     ]
@@ -137,21 +128,21 @@ OperationStages = Annotated[tuple[OperationStage, ...], AfterValidator(_labels)]
 Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
 
 
-class TorqueFluctuation(Part):
+class TorqueFluctuation(options.Part):
     """A harmonic of the input torque, ``amplitude cos(order ω_m t + phase)``."""
 
-    alternatives: ClassVar[Alternatives] = ((("order",), ("frequency",)),)
+    alternatives: ClassVar[options.Alternatives] = ((("order",), ("frequency",)),)
 
-    order: Annotated[Number, POSITIVE] | None = option(
+    order: Annotated[options.Number, options.POSITIVE] | None = options.option(
         None, "multiple of the mesh frequency", derived="from frequency", source="L16 Eq. 9"
     )
-    frequency: Annotated[Frequency, POSITIVE] | None = option(
+    frequency: Annotated[options.Frequency, options.POSITIVE] | None = options.option(
         None, "frequency of its own", derived="from order", source="L16 Eq. 9"
     )
-    amplitude: Annotated[Torque, NOT_NEGATIVE] = option(
+    amplitude: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
         ..., "amplitude of the input torque", source="L16 Eq. 5"
     )
-    phase: Angle = option(0.0, "phase angle", source="L16 Eq. 9")
+    phase: options.Angle = options.option(0.0, "phase angle", source="L16 Eq. 9")
 
     @model_validator(mode="after")
     def _has_a_frequency(self) -> "TorqueFluctuation":
@@ -176,54 +167,54 @@ Fluctuation = Annotated[
 ]
 
 
-class Operation(Part):
+class Operation(options.Part):
     """Torque and speed of the input member, or its power and one of them."""
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives: ClassVar[options.Alternatives] = (
         (("torque",), ("power",)),
         (("torque", "speed", "power"), ("duty",), ("stage",)),
     )
 
-    torque: Annotated[Torque, NOT_NEGATIVE] = option(
+    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
         None,
         "torque on the input member; drive_flank gives its sense",
         derived="power over speed; of the first block or stage",
     )
-    speed: Annotated[Speed, POSITIVE] = option(
+    speed: Annotated[options.Speed, options.POSITIVE] = options.option(
         None,
         "speed of the input member; revolutions or radians, never Hz",
         derived="power over torque; of the first block or stage",
     )
-    power: Annotated[Power, POSITIVE] | None = option(
+    power: Annotated[options.Power, options.POSITIVE] | None = options.option(
         None, "power at the input member, with torque or speed", derived="torque times speed", source="B23",
         identity=False,
     )  # fmt: skip
-    input: Central = option(None, "driving member", derived="pinion, sun")
-    output: Central = option(None, "driven member", derived="the other one, carrier")
-    fixed: Central | None = option(
+    input: Central = options.option(None, "driving member", derived="pinion, sun")
+    output: Central = options.option(None, "driven member", derived="the other one, carrier")
+    fixed: Central | None = options.option(
         None, "member at rest in a planetary set", derived="the one that is neither input nor output"
     )
-    load_torque: Literal["balance", "zero"] | None = option(
+    load_torque: Literal["balance", "zero"] | None = options.option(
         None,
         "torque on the output: what balances the input, or none with a grounded output",
         derived="zero where a torsional support grounds the output, else balance",
         source="W23",
     )
-    torque_fluctuation: Fluctuation | None = option(
+    torque_fluctuation: Fluctuation | None = options.option(
         None,
         "fluctuation of the input torque, one harmonic or a list of them",
         derived="constant torque",
         source="L16 Eq. 9",
     )
-    drive_flank: Literal["right", "left"] = option("right", "flank that carries the load")
+    drive_flank: Literal["right", "left"] = options.option("right", "flank that carries the load")
 
-    duty: Duty | None = option(
+    duty: Duty | None = options.option(
         None,
         "conditions that take turns: wear rates mixed per cycle, by shares of time times speed",
         derived="torque and speed alone",
         source="wearlab",
     )
-    stage: OperationStages | None = option(
+    stage: OperationStages | None = options.option(
         None,
         "conditions in order, one after another; wear carries over",
         derived="torque and speed alone",
@@ -355,7 +346,7 @@ class Operation(Part):
         word = "duty" if self.duty is not None else "stage"
         for key in ("torque", "speed", "power"):
             given, own = getattr(self, key), getattr(first, key, None)
-            if given is not None and (own is None or rounded(given) != rounded(own)):
+            if given is not None and (own is None or units.rounded(given) != units.rounded(own)):
                 raise ValueError(f"{key} stands in every {word}: leave operation.{key} out")
         object.__setattr__(self, "torque", first.torque)
         object.__setattr__(self, "speed", first.speed)

@@ -7,10 +7,8 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
-from wearlab.options import Part, Unit
+from wearlab import options, slots, units
 from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
-from wearlab.slots import PLUGIN
-from wearlab.units import KINDS, is_quantity
 
 LATER_KEYS: dict[str, dict[str, str]] = {
     "": {},
@@ -48,7 +46,7 @@ SHOWN = 60
 CHOOSING = ("union_tag_invalid", "not_of_the_set")
 """Errors of a whole table that are about the key which chooses it."""
 
-Parts = tuple[type[Part], ...]
+Parts = tuple[type[options.Part], ...]
 
 
 class Refusal(ValueError):
@@ -154,7 +152,7 @@ def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, Part
     return path, written, owners
 
 
-def _within(part: type[Part], key: str) -> Parts:
+def _within(part: type[options.Part], key: str) -> Parts:
     field = part.model_fields.get(key)
     return () if field is None else parts_in(field.annotation)
 
@@ -169,8 +167,8 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
         if isinstance(value, dict):
             return f"required key {chooser_at(path)!r}: one of {', '.join(map(repr, _models(path)))}"
         return f"{shown(value)} is no table: {_wanted(path, parts)}"
-    if kind == "union_tag_invalid" and isinstance(value, dict) and isinstance(value.get(PLUGIN), dict):
-        came = value[PLUGIN]
+    if kind == "union_tag_invalid" and isinstance(value, dict) and isinstance(value.get(slots.PLUGIN), dict):
+        came = value[slots.PLUGIN]
         return (
             f"{context.get('tag')!r} comes from the plug-in {came.get('file')} (sha256 "
             f"{str(came.get('sha256'))[:12]}…), which is not loaded here"
@@ -200,7 +198,7 @@ def _unknown(path: Path, parts: Parts) -> str:
     return unknown_key(key, above, dict.fromkeys(name for part in parts for name in part.model_fields))
 
 
-def _name(part: type[Part]) -> str | None:
+def _name(part: type[options.Part]) -> str | None:
     """Return what chooses a part, None where nothing chooses it."""
     field = part.model_fields.get(part.chooser)
     return None if field is None else str(get_args(field.annotation)[0])
@@ -223,7 +221,7 @@ def _as_a_value(given: object, path: Path) -> str:
     """Return how a quantity is written where the name of a model with one value stands, "" of other texts."""
     for part in parts_at(path if parts_at(path) else path[:-1]):
         unit = _unit(part.model_fields["value"].metadata) if "value" in part.model_fields else None
-        if unit is None or not is_quantity(given):
+        if unit is None or not units.is_quantity(given):
             continue
         return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
     return ""
@@ -236,7 +234,7 @@ def _wanted(path: Path, parts: Parts) -> str:
         return "a value"
     field = fields[0]
     unit = _unit(field.metadata) or _unit_within(field.annotation)
-    example = f", such as {KINDS[unit.kind].example!r}" if unit else ""
+    example = f", such as {units.KINDS[unit.kind].example!r}" if unit else ""
     return f"{field.description}{example}"
 
 
@@ -250,11 +248,11 @@ def _table_with(kind: str, path: Path) -> str:
     return f": a table with {', '.join(keys)}" if keys else ""
 
 
-def _unit(metadata: Iterable[Any]) -> Unit | None:
-    return next((m for m in metadata if isinstance(m, Unit)), None)
+def _unit(metadata: Iterable[Any]) -> options.Unit | None:
+    return next((m for m in metadata if isinstance(m, options.Unit)), None)
 
 
-def _unit_within(annotation: Any) -> Unit | None:
+def _unit_within(annotation: Any) -> options.Unit | None:
     if (own := _unit(getattr(annotation, "__metadata__", ()))) is not None:
         return own
     return next((unit for arg in get_args(annotation) if (unit := _unit_within(arg)) is not None), None)

@@ -3,30 +3,28 @@
 from collections.abc import Iterator
 from typing import Any
 
-from wearlab.scene.gears import ALL_FLANKS
-from wearlab.scene.mesh import OWN_MESHES
-from wearlab.scene.sections import Sections
+from wearlab.scene import gears, mesh, sections
 from wearlab.wear.coefficients import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
 
 
-def _meshes_of_the_set(scene: Sections) -> Problems:
+def _meshes_of_the_set(scene: sections.Sections) -> Problems:
     """What both kinds of mesh must share, and what pairs have not."""
     if not scene.gears.descriptor.is_pair:
-        pair = [scene.mesh.of(section) for section in OWN_MESHES]
+        pair = [scene.mesh.of(section) for section in mesh.OWN_MESHES]
         for key in ("damping_in", "excitation"):
             if getattr(pair[0], key) != getattr(pair[1], key):
                 yield f"mesh.planet_ring.{key}", f"must be as in mesh.sun_planet: write mesh.{key} for both"
         return
-    for section in OWN_MESHES:
+    for section in mesh.OWN_MESHES:
         if getattr(scene.mesh, section) is not None:
             yield f"mesh.{section}", "belongs to planetary sets; this is a pair: write it under [mesh]"
     if scene.operation.output_loaded is False:
         yield "operation.load_torque", "'zero' needs a planetary set with a grounded output"
 
 
-def _harmonics(scene: Sections) -> Problems:
+def _harmonics(scene: sections.Sections) -> Problems:
     """An error of one planet's mesh needs that planet."""
     planets = getattr(scene.gears, "planets", 1)
     for number, harmonic in enumerate(scene.errors.harmonic if scene.errors is not None else ()):
@@ -38,7 +36,7 @@ def _harmonics(scene: Sections) -> Problems:
             )
 
 
-def _pins(scene: Sections) -> Problems:
+def _pins(scene: sections.Sections) -> Problems:
     """The planets' pins stand in one member's errors: written twice, they would count twice."""
     given = scene.errors.members if scene.errors is not None else {}
     if all(getattr(given.get(member), "planet_position", ()) for member in ("planet", "carrier")):
@@ -51,7 +49,7 @@ def _pins(scene: Sections) -> Problems:
 RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins)
 
 
-def broken_rules(scene: Sections) -> list[str]:
+def broken_rules(scene: sections.Sections) -> list[str]:
     """Return one line for each rule that a scene breaks."""
     rules = (
         *RULES_OF_SETS,
@@ -74,16 +72,16 @@ def broken_rules(scene: Sections) -> list[str]:
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 
 
-def _toothed(scene: Sections) -> tuple[str, ...]:
+def _toothed(scene: sections.Sections) -> tuple[str, ...]:
     return scene.gears.toothed
 
 
-def _sections(scene: Sections) -> tuple[str, ...]:
+def _sections(scene: sections.Sections) -> tuple[str, ...]:
     """Return the names of the tables that may say something of one kind of mesh."""
     return scene.gears.descriptor.sections
 
 
-def _damping(scene: Sections) -> Problems:
+def _damping(scene: sections.Sections) -> Problems:
     for section in _sections(scene) if scene.dynamics is not None else ():
         mesh = scene.mesh.of(section)
         if mesh.damping is None and mesh.damping_ratio is None:
@@ -93,7 +91,7 @@ def _damping(scene: Sections) -> Problems:
             )
 
 
-def _friction(scene: Sections) -> Problems:
+def _friction(scene: sections.Sections) -> Problems:
     if scene.dynamics is None or scene.dynamics.friction is None:
         return
     for section in _sections(scene):
@@ -106,13 +104,13 @@ def _friction(scene: Sections) -> Problems:
             return
 
 
-def _motion(scene: Sections) -> Problems:
+def _motion(scene: sections.Sections) -> Problems:
     """What a dynamic model itself asks of the scene."""
     if scene.dynamics is not None:
         yield from scene.dynamics.problems(scene)
 
 
-def _carrier(scene: Sections) -> Problems:
+def _carrier(scene: sections.Sections) -> Problems:
     """What turns has an inertia; nothing is known of a carrier's shape that could tell it."""
     carrier: Any = getattr(scene.gears, "carrier", None)
     if carrier is None or scene.dynamics is None:
@@ -122,7 +120,7 @@ def _carrier(scene: Sections) -> Problems:
             yield f"gears.carrier.{key}", f"required with [dynamics], such as {example!r}"
 
 
-def _response(scene: Sections) -> Problems:
+def _response(scene: sections.Sections) -> Problems:
     if scene.dynamics is None or scene.dynamics.response is None:
         return
     speed: Any = scene.dynamics.response.speed
@@ -140,7 +138,7 @@ def _response(scene: Sections) -> Problems:
         )
 
 
-def _fluctuation(scene: Sections) -> Problems:
+def _fluctuation(scene: sections.Sections) -> Problems:
     """A torque that fluctuates acts on a pair, and over speeds as the mesh does."""
     harmonics = scene.operation.fluctuation
     if not harmonics or scene.dynamics is None:
@@ -152,7 +150,7 @@ def _fluctuation(scene: Sections) -> Problems:
         yield key, "over speeds, as dynamics.response goes, give whole orders of the mesh frequency alone"
 
 
-def _requested(scene: Sections) -> Problems:
+def _requested(scene: sections.Sections) -> Problems:
     """What is read off a response on request needs one, and its spectra have orders of their own."""
     if scene.store.requested and scene.dynamics is None:
         yield (
@@ -170,13 +168,13 @@ def _requested(scene: Sections) -> Problems:
                 )
 
 
-def _load(scene: Sections) -> Problems:
+def _load(scene: sections.Sections) -> Problems:
     """What the load that wears itself asks of the scene."""
     if scene.wear is not None:
         yield from scene.wear.load.problems(scene)
 
 
-def _limits(scene: Sections) -> Problems:
+def _limits(scene: sections.Sections) -> Problems:
     if scene.wear is None:
         return
     if scene.wear.until is not None and scene.wear.coefficient is None:
@@ -188,11 +186,11 @@ def _limits(scene: Sections) -> Problems:
         yield "wear.snapshots", "snapshots need 'until': without it there is one wear state"
 
 
-def _initial(scene: Sections) -> Problems:
+def _initial(scene: sections.Sections) -> Problems:
     if scene.wear is None or scene.wear.initial is None:
         return
     flanks = scene.gears.descriptor.flanks
-    for flank in ALL_FLANKS:
+    for flank in gears.ALL_FLANKS:
         initial = scene.wear.initial_of(flank)
         if initial is not None and flank not in flanks:
             yield f"wear.initial.{flank}", f"no flank of this gear set; there are {', '.join(flanks)}"
@@ -203,7 +201,7 @@ def _initial(scene: Sections) -> Problems:
             )
 
 
-def _extended(scene: Sections) -> Problems:
+def _extended(scene: sections.Sections) -> Problems:
     """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
     for section in _sections(scene):
         mesh = scene.mesh.of(section)
@@ -223,7 +221,7 @@ def _extended(scene: Sections) -> Problems:
             )
 
 
-def _conditions(scene: Sections) -> Problems:
+def _conditions(scene: sections.Sections) -> Problems:
     """Several conditions of operation share their flanks, and stages need wear to carry over."""
     several = scene.operation.blocks or scene.operation.stages
     if not several:
@@ -239,7 +237,7 @@ def _conditions(scene: Sections) -> Problems:
         yield "operation.stage", "the last stage needs 'cycles', or give wear.until"
 
 
-def _calibrated(scene: Sections) -> Problems:
+def _calibrated(scene: sections.Sections) -> Problems:
     """A calibrated coefficient is one for all members, and its flank is one of the set's."""
     if scene.wear is None or scene.wear.coefficient is None:
         return
@@ -262,7 +260,7 @@ def _calibrated(scene: Sections) -> Problems:
         )
 
 
-def _start(scene: Sections) -> Problems:
+def _start(scene: sections.Sections) -> Problems:
     if scene.start is None:
         return
     members = scene.gears.toothed
@@ -273,7 +271,7 @@ def _start(scene: Sections) -> Problems:
         yield "start", "start and wear.initial both say how worn the flanks are: leave one out"
 
 
-def _needs(scene: Sections) -> Problems:
+def _needs(scene: sections.Sections) -> Problems:
     """What law, coefficients and films must know of oil and flanks stands in the scene."""
     if scene.wear is None or scene.wear.coefficient is None:
         return
@@ -289,12 +287,12 @@ def _needs(scene: Sections) -> Problems:
             yield from check(scene, who)
 
 
-def _needs_oil(scene: Sections, who: str) -> Problems:
+def _needs_oil(scene: sections.Sections, who: str) -> Problems:
     if scene.lubricant is None:
         yield "lubricant", f"{who} in wear.coefficient needs [lubricant]"
 
 
-def _needs_roughness(scene: Sections, who: str) -> Problems:
+def _needs_roughness(scene: sections.Sections, who: str) -> Problems:
     for member, gear in scene.gears.gears().items():
         if gear.roughness_ra is None:
             yield (
@@ -303,18 +301,18 @@ def _needs_roughness(scene: Sections, who: str) -> Problems:
             )
 
 
-def _needs_hardness(scene: Sections, who: str) -> Problems:
+def _needs_hardness(scene: sections.Sections, who: str) -> Problems:
     for member, gear in scene.gears.gears().items():
         if getattr(gear.material or scene.gears.material, "hardness", None) is None:
             yield f"gears.{member}.material", f"{who} needs the hardness of both flanks, such as '7 GPa'"
 
 
-def _needs_temperature(scene: Sections, who: str) -> Problems:
+def _needs_temperature(scene: sections.Sections, who: str) -> Problems:
     if getattr(scene.lubricant, "temperature", None) is None:
         yield "lubricant", f"{who} needs the temperature of the oil"
 
 
-def _needs_both(scene: Sections, who: str) -> Problems:
+def _needs_both(scene: sections.Sections, who: str) -> Problems:
     yield from _needs_oil(scene, who)
     yield from _needs_roughness(scene, who)
 

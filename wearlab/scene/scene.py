@@ -10,21 +10,15 @@ from typing import Any, cast
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from wearlab.options import Part
+from wearlab import options, slots
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
-from wearlab.scene.gears import kind_of
-from wearlab.scene.identity import canonical, identity, stored
-from wearlab.scene.merge import DropError, merge, nested, without
+from wearlab.scene import gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.problems import SceneError, problems_of
-from wearlab.scene.rules import broken_rules
-from wearlab.scene.sections import Sections, forget
 from wearlab.scene.wear import InitialWears, StartWear, WearSection
-from wearlab.slots import Slot, Variant, when_changed
 from wearlab.wear.coefficients import CalibrationLife
 
 
-def one_line(scene: Sections, written: Mapping[str, Any]) -> str:
+def one_line(scene: sections.Sections, written: Mapping[str, Any]) -> str:
     """Return the gears with their teeth, torque and speed as written, how they move and whether they wear."""
     teeth = " × ".join(
         str(member["teeth"]) for member in _tables(scene.gears.model_dump()) if member.get("teeth")
@@ -61,7 +55,7 @@ def _written(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]
     ]
 
 
-class Scene(Sections):
+class Scene(sections.Sections):
     """The sections of a campaign file that one run depends on, checked against each other.
 
     Made by `from_mapping`, `from_canonical` or `replace`. Values are SI: angles in rad, speeds in rad/s.
@@ -91,7 +85,7 @@ class Scene(Sections):
             return given
         own = {key: mesh[key] for key in OWN_MESHES if isinstance(mesh.get(key), dict)}
         general = {key: value for key, value in mesh.items() if key not in OWN_MESHES}
-        whole = {key: merge(general, table, ("mesh", key)) for key, table in own.items()}
+        whole = {key: merge.merge(general, table, ("mesh", key)) for key, table in own.items()}
         return {**given, "mesh": {**mesh, **whole}}
 
     @classmethod
@@ -111,18 +105,18 @@ class Scene(Sections):
         base = None if base_directory is None else Path(base_directory)
         raw = dict(mapping)
         try:
-            scene = cls.model_validate(raw, context={"base_directory": base, "kind": kind_of(raw)})
+            scene = cls.model_validate(raw, context={"base_directory": base, "kind": gears.kind_of(raw)})
         except ValidationError as error:
-            raise SceneError(problems_of(error)) from None
-        if broken := broken_rules(scene):
-            raise SceneError(broken)
+            raise problems.SceneError(problems.problems_of(error)) from None
+        if broken := rules.broken_rules(scene):
+            raise problems.SceneError(broken)
         scene._mapping, scene._base = raw, base
         return scene
 
     @classmethod
     def from_canonical(cls, text: str) -> "Scene":
         """Return the scene that a dataset stores as canonical JSON."""
-        return cls.from_mapping(stored(json.loads(text)))
+        return cls.from_mapping(identity.stored(json.loads(text)))
 
     def replace(self, key: str | Mapping[str, Any], value: Any = None) -> "Scene":
         """Return a scene in which some options differ; other models and alternatives make way.
@@ -152,9 +146,13 @@ class Scene(Sections):
         changed = self._mapping
         for name, new in (key if isinstance(key, Mapping) else {key: value}).items():
             try:
-                changed = without(changed, name) if new is None else merge(changed, nested(name, new))
-            except DropError as error:
-                raise SceneError((f"scene.{name}: {error}",)) from None
+                changed = (
+                    merge.without(changed, name)
+                    if new is None
+                    else merge.merge(changed, merge.nested(name, new))
+                )
+            except merge.DropError as error:
+                raise problems.SceneError((f"scene.{name}: {error}",)) from None
         return type(self).from_mapping(changed, self._base)
 
     @property
@@ -186,11 +184,11 @@ class Scene(Sections):
     @cached_property
     def id(self) -> str:
         """The identity of the run: a hash of what the scene says beyond defaults, and the model version."""
-        return identity(self)
+        return identity.identity(self)
 
     @cached_property
     def _canonical(self) -> str:
-        return canonical(self.model_dump())
+        return identity.canonical(self.model_dump())
 
     def __repr__(self) -> str:
         return f"<Scene {self.id[:10]}: {one_line(self, self._mapping)}>"
@@ -242,11 +240,11 @@ def _revived(plugins: tuple[Plugin, ...], pickled: bytes) -> Scene:
     return scene
 
 
-def parts_within(value: Any) -> Iterator[Variant]:
+def parts_within(value: Any) -> Iterator[slots.Variant]:
     """Yield every variant that stands anywhere in a part."""
-    if isinstance(value, Variant):
+    if isinstance(value, slots.Variant):
         yield value
-    if isinstance(value, Part):
+    if isinstance(value, options.Part):
         yield from (part for name in type(value).model_fields for part in parts_within(getattr(value, name)))
     elif isinstance(value, dict):
         yield from (part for inner in value.values() for part in parts_within(inner))
@@ -254,11 +252,13 @@ def parts_within(value: Any) -> Iterator[Variant]:
 
 def _renew() -> None:
     """Let the sections choose among the variants that are known now."""
-    parts: list[type[Part]] = [part for slot in Slot.all.values() for part in slot.variants.values()]
-    parts += [OneMesh, MeshSection, ErrorsSection, InitialWears, WearSection, Sections, Scene]
+    parts: list[type[options.Part]] = [
+        part for slot in slots.Slot.all.values() for part in slot.variants.values()
+    ]
+    parts += [OneMesh, MeshSection, ErrorsSection, InitialWears, WearSection, sections.Sections, Scene]
     for part in parts:
         part.model_rebuild(force=True)
-    forget()
+    sections.forget()
 
 
-when_changed(_renew)
+slots.when_changed(_renew)

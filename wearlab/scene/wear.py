@@ -14,24 +14,10 @@ from pydantic import (
     model_validator,
 )
 
+from wearlab import options, slots, units
 from wearlab.life.loads import LoadModel
 from wearlab.life.steps import AdaptiveStep, StepMethod
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Alternatives,
-    Depth,
-    Hours,
-    Number,
-    Part,
-    Switch,
-    named,
-    option,
-)
-from wearlab.scene.gears import ALL_FLANKS, ALL_TOOTHED, member_of, set_in
-from wearlab.scene.identity import canonical
-from wearlab.slots import implied
-from wearlab.units import rounded
+from wearlab.scene import gears, identity
 from wearlab.wear.coefficients import CoefficientModel
 from wearlab.wear.initials import InitialModel
 from wearlab.wear.laws import ArchardLaw, LawModel
@@ -39,13 +25,13 @@ from wearlab.wear.patches import ElasticPatch, PatchModel
 from wearlab.wear.pressures import MeanPressure, PressureModel
 from wearlab.wear.projections import NormalProjection, ProjectionModel
 
-NAMES = (*dict.fromkeys((*ALL_TOOTHED, *ALL_FLANKS)), "carrier")
-OneCoefficient = Annotated[CoefficientModel, *named()]
+NAMES = (*dict.fromkeys((*gears.ALL_TOOTHED, *gears.ALL_FLANKS)), "carrier")
+OneCoefficient = Annotated[CoefficientModel, *options.named()]
 
 
 def _per_member(value: Any, info: ValidationInfo) -> Any:
     """Read per-member tables as overrides of the general one."""
-    members = set_in(info.context).toothed
+    members = gears.set_in(info.context).toothed
     strangers = [name for name in NAMES if isinstance(value, dict) and name in value and name not in members]
     if strangers:
         raise ValueError(
@@ -70,12 +56,14 @@ def _one_if_equal(each: Any) -> Any:
     """Return one coefficient where both members have the same."""
     if not isinstance(each, dict):
         return each
-    different = {canonical(coefficient.model_dump()) for coefficient in each.values()}
+    different = {identity.canonical(coefficient.model_dump()) for coefficient in each.values()}
     return next(iter(each.values())) if len(different) == 1 else each
 
 
 def _one_or_each(value: Any) -> str:
-    return "each" if isinstance(value, dict) and any(member in value for member in ALL_TOOTHED) else "one"
+    return (
+        "each" if isinstance(value, dict) and any(member in value for member in gears.ALL_TOOTHED) else "one"
+    )
 
 
 Coefficient = Annotated[
@@ -86,31 +74,32 @@ Coefficient = Annotated[
 ]
 
 
-Positive = Annotated[Number, POSITIVE]
-PositiveDepth = Annotated[Depth, POSITIVE]
+Positive = Annotated[options.Number, options.POSITIVE]
+PositiveDepth = Annotated[options.Depth, options.POSITIVE]
 SOURCE = "Archard 1953"
 FLANK = "the flank whose largest depth counts"
 
 
 def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort values; those that identity does not tell apart are one."""
-    return tuple({rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
+    return tuple({units.rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
 
 
-Initial = Annotated[InitialModel, *named("worn", "shape"), implied(InitialModel)]
+Initial = Annotated[InitialModel, *options.named("worn", "shape"), slots.implied(InitialModel)]
 
 
 OF_FLANK: Any = {
-    flank: (Initial | None, option(None, f"initial wear of {flank}", derived="none")) for flank in ALL_FLANKS
+    flank: (Initial | None, options.option(None, f"initial wear of {flank}", derived="none"))
+    for flank in gears.ALL_FLANKS
 }
 InitialWears = create_model(
-    "InitialWears", __base__=Part, __doc__="Initial wear of each flank.", **OF_FLANK
+    "InitialWears", __base__=options.Part, __doc__="Initial wear of each flank.", **OF_FLANK
 )  # some flanks have names that Python could not spell
 
 
 def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
     """Return the name of a flank, or refuse one that this kind of gear set has not."""
-    flanks = set_in(info.context).flanks
+    flanks = gears.set_in(info.context).flanks
     if flank is None or flank in flanks:
         return flank
     raise ValueError(f"{flank!r} is no flank of this gear set; there are {', '.join(flanks)}")
@@ -119,18 +108,18 @@ def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
 Flank = Annotated[str, BeforeValidator(_of_the_set)]
 
 
-class Until(Part):
+class Until(options.Part):
     """Where the life ends: at the first limit reached."""
 
-    cycles: Positive | None = option(None, "revolutions of the pinion", derived="no such limit")
-    mesh_cycles: Positive | None = option(None, "mesh cycles", derived="no such limit")
-    hours: Annotated[Hours, POSITIVE] | None = option(
+    cycles: Positive | None = options.option(None, "revolutions of the pinion", derived="no such limit")
+    mesh_cycles: Positive | None = options.option(None, "mesh cycles", derived="no such limit")
+    hours: Annotated[options.Hours, options.POSITIVE] | None = options.option(
         None, "operating hours, a plain count or a time with its unit", derived="no such limit"
     )
-    depth: PositiveDepth | None = option(
+    depth: PositiveDepth | None = options.option(
         None, "largest wear depth", derived="no such limit", source="W23: 400 µm"
     )
-    flank: Flank | None = option(None, FLANK, derived="whichever is deepest")
+    flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
     def _some_limit(self) -> "Until":
@@ -142,21 +131,21 @@ class Until(Part):
         return self
 
 
-class SnapshotOptions(Part):
+class SnapshotOptions(options.Part):
     """Wear states stored on the way; asking for them changes nothing."""
 
-    alternatives: ClassVar[Alternatives] = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
+    alternatives: ClassVar[options.Alternatives] = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
 
-    cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = option(
+    cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = options.option(
         None, "at these revolutions of the pinion", derived="not by cycles"
     )
-    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = option(
-        None, "at these mesh cycles", derived="not by mesh cycles"
+    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = (
+        options.option(None, "at these mesh cycles", derived="not by mesh cycles")
     )
-    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), AfterValidator(_ascending)] | None = option(
-        None, "when the wear reaches these depths", derived="not by depth"
+    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), AfterValidator(_ascending)] | None = (
+        options.option(None, "when the wear reaches these depths", derived="not by depth")
     )
-    flank: Flank | None = option(None, FLANK, derived="whichever is deepest")
+    flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
     def _something(self) -> "SnapshotOptions":
@@ -165,7 +154,7 @@ class SnapshotOptions(Part):
         return self
 
 
-Step = Annotated[StepMethod, *named("adaptive", "method")]
+Step = Annotated[StepMethod, *options.named("adaptive", "method")]
 
 
 def _no_table(value: Any) -> Any:
@@ -174,53 +163,55 @@ def _no_table(value: Any) -> Any:
     return value
 
 
-class WearSection(Part):
+class WearSection(options.Part):
     """Archard's law along the path, stepped over cycles."""
 
-    alternatives: ClassVar[Alternatives] = ((("contact_patch",), ("average_over_contact_width",)),)
+    alternatives: ClassVar[options.Alternatives] = ((("contact_patch",), ("average_over_contact_width",)),)
 
-    coefficient: Coefficient | None = option(
+    coefficient: Coefficient | None = options.option(
         None, "wear coefficient k; required with until", derived="nothing wears", source="Archard 1953"
     )
-    law: Annotated[LawModel, *named("archard")] = option(
+    law: Annotated[LawModel, *options.named("archard")] = options.option(
         ArchardLaw(), "how much is worn away in a cycle", source=SOURCE
     )
-    load: Annotated[LoadModel, *named()] = option(
+    load: Annotated[LoadModel, *options.named()] = options.option(
         None,
         "force that wears: when the point is in contact, L16's Miner torque, or static",
         derived="instant with dynamics, static without",
         source="L16 Eq. 25",
     )
-    wohler_slope: Positive | None = option(
+    wohler_slope: Positive | None = options.option(
         None,
         "Wöhler slope of the equivalent load; not printed in L16",
         derived="no equivalent_load",
         source="L16 Eq. 25",
     )
-    pressure: Annotated[PressureModel, *named("mean")] = option(
+    pressure: Annotated[PressureModel, *options.named("mean")] = options.option(
         MeanPressure(), "Hertz pressure in the law; peak is 4/π times", source=SOURCE
     )
-    projection: Annotated[ProjectionModel, *named("normal")] = option(
+    projection: Annotated[ProjectionModel, *options.named("normal")] = options.option(
         NormalProjection(), "direction of the depth: along the normal, or W23's h/cos α", source="W23 Eq. 33"
     )
-    contact_patch: Annotated[PatchModel, *named("elastic")] = option(
+    contact_patch: Annotated[PatchModel, *options.named("elastic")] = options.option(
         ElasticPatch(),
         "over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and "
         "levelled by the pressure that redistributes inside",
         source="Johnson 1985",
     )
-    average_over_contact_width: Switch | None = option(
+    average_over_contact_width: options.Switch | None = options.option(
         None,
         "another word: true for contact_patch = one-way, false for none",
         derived="as contact_patch says",
         source=SOURCE,
     )
-    initial: Annotated[InitialWears | None, BeforeValidator(_no_table)] = option(
+    initial: Annotated[InitialWears | None, BeforeValidator(_no_table)] = options.option(
         None, "wear before the first cycle", derived="new flanks"
     )
-    until: Until | None = option(None, "where the life ends", derived="one wear state")
-    snapshots: SnapshotOptions | None = option(None, "states stored on the way", derived="accepted steps")
-    step: Step = option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
+    until: Until | None = options.option(None, "where the life ends", derived="one wear state")
+    snapshots: SnapshotOptions | None = options.option(
+        None, "states stored on the way", derived="accepted steps"
+    )
+    step: Step = options.option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
 
     @model_validator(mode="before")
     @classmethod
@@ -237,7 +228,7 @@ class WearSection(Part):
     def coefficient_of(self, flank: str) -> Any:
         """Return the coefficient of one flank, that of its member, None when nothing wears."""
         each = self.coefficient
-        return each[member_of(flank)] if isinstance(each, dict) else each
+        return each[gears.member_of(flank)] if isinstance(each, dict) else each
 
     def initial_of(self, flank: str) -> Any:
         """Return the initial wear of one flank, None when it is new."""
@@ -277,37 +268,37 @@ def _identity(text: str) -> str:
     return text
 
 
-class Start(Part):
+class Start(options.Part):
     """Another run's wear at one of its cycles; ``cycle`` counts from 0 again, ``parent_cycle`` is kept.
 
     A campaign file may name the run by ``campaign`` and ``select`` instead of ``run``.
     """
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives: ClassVar[options.Alternatives] = (
         (("run",), ("campaign", "select")),
         (("cycle",), ("life_fraction",)),
     )
 
-    run: Annotated[str, AfterValidator(_identity)] | None = option(
+    run: Annotated[str, AfterValidator(_identity)] | None = options.option(
         None, "identity of the run to continue", derived="named by campaign and select", source="wearlab"
     )
-    campaign: str | None = option(
+    campaign: str | None = options.option(
         None, "campaign file whose run is continued", derived="named by run", source="wearlab", identity=False
     )
-    select: dict[str, Any] | None = option(
+    select: dict[str, Any] | None = options.option(
         None,
         "axis = value or case = label, of the run in that campaign",
         derived="its only run",
         source="wearlab",
         identity=False,
     )
-    cycle: Annotated[Number, NOT_NEGATIVE] | None = option(
+    cycle: Annotated[options.Number, options.NOT_NEGATIVE] | None = options.option(
         None, "cycle of that run at which this one begins", derived="its last state", source="wearlab"
     )
-    life_fraction: Annotated[Number, NOT_NEGATIVE, Le(1.0)] | None = option(
+    life_fraction: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] | None = options.option(
         None, "the same as a fraction of that run's life", derived="its last state", source="wearlab"
     )
-    replace: tuple[str, ...] = option((), "members that get new flanks", source="wearlab")
+    replace: tuple[str, ...] = options.option((), "members that get new flanks", source="wearlab")
 
     @model_validator(mode="after")
     def _one_run(self) -> "Start":
@@ -318,4 +309,4 @@ class Start(Part):
 
 def is_replaced(flank: str, replaced: tuple[str, ...]) -> bool:
     """Say whether a flank belongs to one of the replaced members."""
-    return member_of(flank) in replaced
+    return gears.member_of(flank) in replaced

@@ -13,7 +13,7 @@ from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
 from wearlab.life.state import WearState
 from wearlab.scene.build import Parts
-from wearlab.simulation.work import most_searched
+from wearlab.simulation.living import most_searched
 
 Values = dict[str, Any]
 

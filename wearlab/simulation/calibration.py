@@ -5,12 +5,8 @@ from typing import NamedTuple
 
 from wearlab.life.limits import WORN_OUT
 from wearlab.options import Stored
-from wearlab.scene import Scene
-from wearlab.scene.calibration import calibrated_coefficient, calibrating
-from wearlab.simulation.errors import Refused
-from wearlab.simulation.estimates import estimated
-from wearlab.simulation.living import live_through
-from wearlab.simulation.operating import stages_of
+from wearlab.scene import Scene, calibration
+from wearlab.simulation import estimates, label, living, operating
 from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
 
 
@@ -46,12 +42,12 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
     Refused
         When these gears do not reach that depth.
     """
-    wear, given = scene.wear, calibrated_coefficient(scene)
+    wear, given = scene.wear, calibration.calibrated_coefficient(scene)
     if wear is None or given is None:
         return scene, None
     life = scene.calibration or _lived(scene)
     if life.end_reason != WORN_OUT:
-        raise Refused(
+        raise label.Refused(
             f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the {given.flank}: "
             f"their life ends before, by {life.end_reason}"
         )
@@ -72,14 +68,14 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
 
 def _lived(scene: Scene) -> CalibrationLife:
     """Return the life that calibrates a scene, lived here: no store is at hand, or it has none."""
-    alone = calibrating(scene)
+    alone = calibration.calibrating(scene)
     assert alone is not None
     if alone.id not in _LIVES:
-        stages = stages_of(alone)
-        lived = live_through(alone, stages)
+        stages = operating.stages_of(alone)
+        lived = living.live_through(alone, stages)
         life = lived.life
         assert life is not None
-        error = estimated(stages[0], lived.stages[0]).life or 0.0
+        error = estimates.estimated(stages[0], lived.stages[0]).life or 0.0
         _LIVES[alone.id] = CalibrationLife(alone.id, float(life.cycle[-1]), error, life.end_reason)
     return _LIVES[alone.id]
 

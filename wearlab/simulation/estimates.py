@@ -11,13 +11,10 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
+from wearlab.life import limits, record
 from wearlab.life.history import History
-from wearlab.life.limits import ENDS_OF_WORK
-from wearlab.life.record import Life
 from wearlab.life.state import WearState
-from wearlab.scene.build import Parts
-from wearlab.scene.build.wear import build_limits
-from wearlab.simulation.end_of_life import DEEPEST, End, end_of, late_rate
+from wearlab.scene.build import Parts, wear
 from wearlab.simulation.force_errors import force_errors
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import (
@@ -27,7 +24,7 @@ from wearlab.simulation.twins import (
     together,
     twins_of,
 )
-from wearlab.simulation.wear_off import ErrorOfWear, WornFurther
+from wearlab.simulation.wear_off import DEEPEST, End, ErrorOfWear, WornFurther, end_of, late_rate
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of drawn scenes."""
@@ -121,7 +118,7 @@ def _doubts(
     ]
     missing = sum(twin is None for twin in joint)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
-    unfinished = lived.life is not None and lived.life.end_reason in ENDS_OF_WORK
+    unfinished = lived.life is not None and lived.life.end_reason in limits.ENDS_OF_WORK
     hurried = lived.life is not None and lived.life.hurried
     waves = lived.life is not None and lived.life.wave_growth > 0.0
     hardest = max((_hardest(stage, state) for state in lived.samples.state), default=0.0)
@@ -206,7 +203,7 @@ def _carried(lived: History, known: list[WornFurther]) -> Array:
     return np.interp(lived.cycle, [worn.cycle for worn in known], largest)
 
 
-def _worn_at_most(life: Life, cycle: Array | float) -> Array:
+def _worn_at_most(life: record.Life, cycle: Array | float) -> Array:
     """Return the wear at the fastest rate that any place has shown: no depth is further off [m]."""
     return np.asarray(float(life.rate.max(initial=0.0)) * np.asarray(cycle))
 
@@ -254,7 +251,7 @@ def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Ro
     life = lived.life
     if life is None or not life.worn_out:
         return None
-    counts = build_limits(stage.scenes[0], stage.first.gears, stage.coupling).flank
+    counts = wear.build_limits(stage.scenes[0], stage.first.gears, stage.coupling).flank
     rate = life.rate[-1] if is_periodic(lived.samples.state[-1]) else late_rate(life.cycle, life.depth)
     end = end_of(life.depth[-1], rate, flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth

@@ -23,7 +23,7 @@ from wearlab.mesh.exact.relation import (
 from wearlab.mesh.profile import Lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
-from wearlab.simulation.diagnostics import diagnosed
+from wearlab.simulation.label import diagnosed
 
 Values = dict[str, Any]
 

@@ -10,14 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.forces.mesh_forces import mesh_forces, within_steps
+from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState
+from wearlab.mesh import excitation, force
 from wearlab.mesh.clock import Instants, look_within
-from wearlab.mesh.excitation import Touching
-from wearlab.mesh.force import Deflections
 from wearlab.scene.build import Parts
 
 FORCE_SHARE = 2.0
@@ -82,7 +80,7 @@ def _of_responses(
     parts: Parts, rough: Parts, states: tuple[WearState, WearState, WearState], at: int, weight: float
 ) -> ForceErrors:
     assert parts.vibration is not None
-    phase, segment, _ = within_steps(parts.vibration.sampling.grid, NODES)
+    phase, segment, _ = mesh_forces.within_steps(parts.vibration.sampling.grid, NODES)
     when = Instants(phase, segment)
     own, twin, worse = (
         forces_of(physics, state, state.responses[at], when)
@@ -97,7 +95,10 @@ def _of_responses(
     )
     both = ForcesAtInstants(*(weight * steps + wear for steps, wear in zip(by_steps, by_wear, strict=True)))
     errors = _largest(own, both)
-    read = extremes(states[0].responses[at]).largest - extremes(states[1].responses[at]).largest
+    read = (
+        extremes.extremes(states[0].responses[at]).largest
+        - extremes.extremes(states[1].responses[at]).largest
+    )
     return errors._replace(largest=max(errors.largest, weight * float(np.abs(read).max())))
 
 
@@ -148,13 +149,13 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
 
 
 def _mesh_force(
-    parts: Parts, touching: list[Touching], mesh: int, when: Instants, motions: Deflections
+    parts: Parts, touching: list[excitation.Touching], mesh: int, when: Instants, motions: force.Deflections
 ) -> Array:
     """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
     own_mesh, vibration = parts.meshes[mesh], parts.vibration
     assert vibration is not None
     inside = when.phase.reshape(-1, NODES)
     where = look_within(touching[own_mesh.kind].analysis.grid, [own_mesh.lag], inside, inside.mean(axis=1))
-    motion = Deflections(*(values[:, mesh] for values in motions))
+    motion = force.Deflections(*(values[:, mesh] for values in motions))
     flanks = touching[own_mesh.kind]
-    return mesh_forces(vibration.system, mesh, flanks, where, motion, vibration.period).elastic
+    return mesh_forces.mesh_forces(vibration.system, mesh, flanks, where, motion, vibration.period).elastic

@@ -1,12 +1,51 @@
-"""Physics arrays become variables of a dataset, by the one table of variables."""
+"""Physics arrays become variables of a dataset, by the one table of variables; what fails is said."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
 
+from wearlab.results import OF_PLUGINS, RESULTS
 from wearlab.schema import VARIABLES, attributes
+from wearlab.variable import Result
+
+
+class Refused(ValueError):
+    """A scene that cannot be: its gears cannot exist, or cannot run as told."""
+
+
+Found = TypeVar("Found")
+
+
+def diagnosed(name: str, find: Callable[[], Found], instead: Found, failures: list[str]) -> Found:
+    """Return what is found of a run that has ended, or what stands for it where the search fails.
+
+    Any error counts: hours of life are not lost for a number that describes them.
+
+    Parameters
+    ----------
+    name : what is found, in words
+    find : finds it
+    instead : what stands for it after a failure
+    failures : gets a line that names what is missing and why
+    """
+    try:
+        return find()
+    except Exception as error:
+        reason = str(error).split("\n")[0] or type(error).__name__
+        failures.append(f"not computed: {name}: {reason}")
+        return instead
+
+
+def with_told(run: xr.Dataset, lines: list[str]) -> xr.Dataset:
+    """Return the dataset of a run whose ``validity`` tells more, a line each."""
+    if not lines:
+        return run
+    told = [run["validity"].item(), *dict.fromkeys(lines)]
+    return run.assign(validity=run["validity"].copy(data="\n".join(filter(None, told))))
+
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
@@ -74,12 +113,42 @@ def _attributes(name: str, value: np.ndarray) -> dict[str, str]:
     return {"long_name": name.replace("_", " "), **counts}
 
 
-def padded(arrays: list[np.ndarray], axis: int) -> np.ndarray:
-    """Stack arrays that differ in length along ``axis``, NaN where one is shorter."""
-    longest = max(array.shape[axis] for array in arrays)
-    stacked = []
-    for array in arrays:
-        width = [(0, 0)] * array.ndim
-        width[axis] = (0, longest - array.shape[axis])
-        stacked.append(np.pad(array, width, constant_values=np.nan) if width[axis][1] else array)
-    return np.stack(stacked)
+def padded(arrays: Sequence[np.ndarray], axis: int = 0, fill: float = np.nan) -> np.ndarray:
+    """Stack arrays along a new axis, ``fill`` where one is shorter than another."""
+    shape = tuple(np.max([array.shape for array in arrays], axis=0))
+    return np.stack(
+        [
+            array
+            if array.shape == shape
+            else np.pad(
+                array, [(0, n - own) for n, own in zip(shape, array.shape, strict=True)], constant_values=fill
+            )
+            for array in arrays
+        ],
+        axis,
+    )
+
+
+def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()) -> xr.Dataset:
+    """Return the dataset with what `wearlab.results` finds from its variables, labelled as declared.
+
+    Parameters
+    ----------
+    run : the dataset
+    failures : gets a line for each result that fails, which is missing then; None: its error is raised
+    added : names of the results of plug-ins that the run has besides
+    """
+    for result in (*RESULTS.values(), *(OF_PLUGINS[name] for name in added)):
+        if all(name in run for name in result.needs):
+            find = partial(_variable, result, run)
+            found = find() if failures is None else diagnosed(result.name, find, None, failures)
+            run = run if found is None else run.assign({result.name: found})
+    return run
+
+
+def _variable(result: Result, run: xr.Dataset) -> xr.Variable:
+    """Return a result as declared; what conditions or errors move has their dimension after the first."""
+    dims, values = result.variable.dims, result.of(run)
+    beside = [dim for dim in values.dims if dim not in dims]
+    order = (*dims[:1], *beside, *dims[1:])
+    return xr.Variable(order, np.asarray(values.transpose(*order).values), attributes(result.name))

@@ -1,4 +1,7 @@
-"""The life of a scene: its initial wear, then stage after stage to the end."""
+"""The life of a scene: its initial wear, its own or of another run, then stage after stage to the end.
+
+What a run may do is bounded by the cost of its right-hand sides, never by seconds.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,31 +9,137 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.life.coupled import Coupled
-from wearlab.life.history import History, SetRate, history, most_evaluations, single_state, worn_by_law
-from wearlab.life.integrate import integrate
+from wearlab.dynamics.steps.kernel import is_small
+from wearlab.dynamics.system import System
+from wearlab.life import coupled, history, integrate, record
 from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.record import Life
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.wear import build_limits, build_snapshots
-from wearlab.simulation.continued import continued_wear
-from wearlab.simulation.errors import Refused
-from wearlab.simulation.operating import Stage
-from wearlab.simulation.work import KEPT_SHARE, most_work
+from wearlab.scene.wear import is_replaced
+from wearlab.simulation import label, operating
+from wearlab.simulation.label import Refused
+
+APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart
+BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
 
 
-def live(scene: Scene, parts: Parts) -> History:
+def continued_wear(scene: Scene, parts: Parts) -> Wear:
+    """Return the wear that a run starts from, of every kind of mesh [m]; replaced flanks are new.
+
+    Depths are taken over by position on the path, linear between the parent's nodes; where the parent's path
+    did not reach, its flank is not worn.
+
+    Raises
+    ------
+    Refused : the parent's wear was not handed over, or the parent has other flanks or wore the other side
+    """
+    assert scene.start is not None
+    given = scene.start_wear
+    if given is None:
+        raise Refused(
+            f"this scene continues run {scene.start.run}: run it with the store that holds that one, "
+            "or hand over the wear: scene.with_start_wear(start_wear(parent, scene.start))"
+        )
+    wear = parts.coupling.unworn()
+    for name in parts.gears.flanks:
+        if is_replaced(name, scene.start.replace):
+            continue
+        if name not in given.depth:
+            raise Refused(f"run {scene.start.run} has no flank {name!r}: it has {', '.join(given.depth)}")
+        if given.side.get(name) not in ("", None, parts.drive_flank):
+            raise Refused(
+                f"run {scene.start.run} wore the {given.side[name]} flanks, this one loads the "
+                f"{parts.drive_flank} ones: they are new; leave [start] out"
+            )
+        kind, gear = parts.gears.flank(name)
+        position = parts.kinds[kind].analysis.grid.position
+        wear[kind][gear] = moved(np.array(given.position[name]), np.array(given.depth[name]), position)
+    return wear
+
+
+def inherited_error(scene: Scene, parts: Parts) -> float:
+    """Return the error of the wear that a run starts from [m]: its parent's, and of reading between states.
+
+    It is 0 where nothing is inherited; NaN where the parent has no estimate.
+    """
+    given = scene.start_wear
+    if scene.start is None or given is None:
+        return 0.0
+    if all(is_replaced(name, scene.start.replace) for name in parts.gears.flanks):
+        return 0.0
+    return given.error + given.estimate
+
+
+def moved(own: Array, depth: Array, wanted: Array) -> Array:
+    """Return depths at other nodes, steps kept as steps, 0 beyond the ends, (m,) [m]."""
+    if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
+        return depth.copy()
+    span = float(own.max() - own.min())
+    inside = (wanted >= own.min() - BEYOND * span) & (wanted <= own.max() + BEYOND * span)
+    return np.where(inside, np.interp(_set_apart(wanted, span), _set_apart(own, span), depth), 0.0)
+
+
+def _set_apart(position: Array, span: float) -> Array:
+    """Return positions in which the node before a step lies before the one after it."""
+    twin = np.abs(np.diff(position)) < 1e-3 * APART * span
+    apart = position.copy()
+    apart[:-1][twin] -= APART * span
+    apart[1:][twin] += APART * span
+    return apart
+
+
+MOST_WORK = 2e9
+"""Bound on the work of a march over cycles, units of about 15 ns. Kept states, estimates and the search for
+other attractors come on top."""
+KEPT_SHARE = 0.1
+"""Work on kept states that nobody asked for, over the former; what is read off them takes as long again."""
+SEARCH_SHARE = 0.4
+"""Work of all searches for other attractors in one condition of operation, over the former."""
+RHS_PER_STEP = 4
+USUAL = 1e-4
+"""Tolerance below which a march may do more, as it has to."""
+IN_REGISTERS = 8.0
+"""Units of a right-hand side of a system in registers, of one coordinate or four: 0.04 µs where flanks hardly
+part, 0.25 µs where they chatter."""
+OF_A_LARGE_STEP, LARGE = 90.0, 0.1
+"""The same for a system too large for registers, and its units for the square, which goes by whole vectors:
+measured on planetary sets of 6, 18 and 21 coordinates whose teeth part; of 6 that chatter 1.5 µs."""
+FRICTIONAL = 2.0
+"""What tooth friction multiplies a right-hand side by: two more channels a mesh, 1.3 to 1.7 times as long."""
+
+
+def most_work(scene: Scene, parts: Parts) -> float:
+    """Return the right-hand sides after which a life ends."""
+    if scene.numerics.most_right_hand_sides is not None:
+        return float(scene.numerics.most_right_hand_sides)
+    if parts.vibration is None:
+        return np.inf
+    return MOST_WORK / units(parts.vibration.system) * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
+
+
+def most_searched(system: System) -> int:
+    """Return the integration steps of all searches for other attractors in one condition of operation."""
+    return int(SEARCH_SHARE * MOST_WORK / (RHS_PER_STEP * units(system)))
+
+
+def units(system: System) -> float:
+    """Return the work of a right-hand side."""
+    work = IN_REGISTERS if is_small(system) else LARGE * len(system.load) ** 2 + OF_A_LARGE_STEP
+    return work if system.friction_constant is None else FRICTIONAL * work
+
+
+def live(scene: Scene, parts: Parts) -> history.History:
     """March the wear of a scene in one condition to its end, or evaluate its one state."""
     wear = initial_wear(scene, parts)
     if scene.wear is None or scene.wear.until is None:
-        return single_state(parts.coupling, wear)
+        return history.single_state(parts.coupling, wear)
     limits = build_limits(scene, parts.gears, parts.coupling)
     return _marched(scene, parts, parts.coupling, wear, limits)
 
 
-def marched(scene: Scene, parts: Parts, rate: SetRate, wear: Wear) -> Life | None:
+def marched(scene: Scene, parts: Parts, rate: history.SetRate, wear: Wear) -> record.Life | None:
     """March a wear rate of a scene in one condition to its end, no state kept; None where nothing wears on.
 
     Parameters
@@ -42,13 +151,13 @@ def marched(scene: Scene, parts: Parts, rate: SetRate, wear: Wear) -> Life | Non
     if scene.wear is None or scene.wear.until is None:
         return None
     tolerance = cycle_tolerance(scene)
-    return integrate(
+    return integrate.integrate(
         rate,
         parts.coupling.flat(wear),
         limits=build_limits(scene, parts.gears, parts.coupling),
         method=scene.wear.step.build(),
         tolerance=tolerance,
-        most_evaluations=most_evaluations(tolerance),
+        most_evaluations=history.most_evaluations(tolerance),
         most_work=most_work(scene, parts),
     )
 
@@ -58,7 +167,7 @@ def cycle_tolerance(scene: Scene) -> float:
     return scene.numerics.cycle_tolerance or scene.numerics.tolerance
 
 
-def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
+def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.History:
     """March the wear of a scene through all its stages, or evaluate its one state.
 
     Raises
@@ -69,9 +178,9 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
     first = stages[0]
     wear = initial_wear(scene, first.first, first.coupling)
     if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
-        only = single_state(first.coupling, wear)
+        only = history.single_state(first.coupling, wear)
         return only._replace(stages=(only,), seconds=np.zeros(1))
-    histories: list[History] = []
+    histories: list[history.History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
         limits, ends = _limits(scene, stage, cycles, seconds)
@@ -93,11 +202,11 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> History:
     return _joined(histories, stages, reason)
 
 
-def _seconds(stage: Stage, cycles: float) -> float:
+def _seconds(stage: operating.Stage, cycles: float) -> float:
     return cycles * 2 * np.pi / stage.speed if stage.speed > 0.0 else np.nan
 
 
-def _limits(scene: Scene, stage: Stage, cycles: float, seconds: float) -> tuple[Limits, bool]:
+def _limits(scene: Scene, stage: operating.Stage, cycles: float, seconds: float) -> tuple[Limits, bool]:
     """Return where a stage ends, and whether the scene ends with its cycles."""
     gears = stage.first.gears
     if scene.wear is not None and scene.wear.until is not None:
@@ -112,11 +221,11 @@ def _limits(scene: Scene, stage: Stage, cycles: float, seconds: float) -> tuple[
 
 
 def _marched(
-    scene: Scene, parts: Parts, coupling: Coupled, wear: Wear, limits: Limits, before: float = 0.0
-) -> History:
+    scene: Scene, parts: Parts, coupling: coupled.Coupled, wear: Wear, limits: Limits, before: float = 0.0
+) -> history.History:
     assert scene.wear is not None
     most = most_work(scene, parts)
-    return history(
+    return history.history(
         coupling,
         wear,
         limits=limits,
@@ -134,7 +243,9 @@ def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
     return snapshots._replace(cycles=left, only=snapshots.asked)
 
 
-def _joined(histories: list[History], stages: Sequence[Stage], reason: str) -> History:
+def _joined(
+    histories: list[history.History], stages: Sequence[operating.Stage], reason: str
+) -> history.History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
     lasted = [float(_life(lived).cycle[-1]) for lived in histories]
     starts = np.cumsum([0.0, *lasted])
@@ -155,12 +266,12 @@ def _joined(histories: list[History], stages: Sequence[Stage], reason: str) -> H
     )
 
 
-def _life(lived: History) -> Life:
+def _life(lived: history.History) -> record.Life:
     assert lived.life is not None
     return lived.life
 
 
-def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
+def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Life:
     """Return marches one after another as one."""
     if len(lives) == 1:
         return lives[0]
@@ -192,7 +303,7 @@ def _one_life(lives: list[Life], starts: Array, reason: str) -> Life:
     )
 
 
-def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) -> Wear:
+def initial_wear(scene: Scene, parts: Parts, coupling: coupled.Coupled | None = None) -> Wear:
     """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 
     Parameters
@@ -218,7 +329,7 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
     if not by_law:
         return wear
     try:
-        return worn_by_law(
+        return history.worn_by_law(
             coupling or parts.coupling,
             wear,
             by_law,
@@ -226,4 +337,4 @@ def initial_wear(scene: Scene, parts: Parts, coupling: Coupled | None = None) ->
             most_work=most_work(scene, parts),
         )
     except ValueError as error:
-        raise Refused(str(error)) from error
+        raise label.Refused(str(error)) from error

@@ -202,7 +202,6 @@ def _over(values: Array, size: Array) -> Array:
 def _stacked(rows: list[list[Array]]) -> Array:
     """Stack states and, where there are several, error angles; shorter responses are padded with NaN."""
     flat = [signal for row in rows for signal in row]
-    same = len({signal.shape for signal in flat}) == 1
-    each = np.stack(flat) if same else padded(flat, 1)
+    each = padded(flat)
     angles = len(rows[0])
     return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])

@@ -6,15 +6,12 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits.continuation import JumpOfResponse, Point
-from wearlab.life.state import WearState
-from wearlab.life.vibration import Vibration
+from wearlab.life import state, vibration
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts
-from wearlab.scene.build.modes import OverSpeed, build_over_speed
+from wearlab.scene.build import Parts, modes
 from wearlab.simulation.vibration import transmission_error
 
 Values = dict[str, Any]
@@ -26,10 +23,10 @@ LINES = 24
 ORDERS = 5
 
 
-def over_speed_values(scene: Scene, parts: Parts, state: WearState) -> Values:
+def over_speed_values(scene: Scene, parts: Parts, state: state.WearState) -> Values:
     """Follow the response of one wear state over speed and return what is read off it."""
     clock = time.perf_counter()
-    wanted = build_over_speed(scene, parts, state)
+    wanted = modes.build_over_speed(scene, parts, state)
     branches = _branches(wanted)
     jumps = [wanted.continuation.jumps(wanted.mesh_at, points) for points in branches]
     ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
@@ -54,7 +51,7 @@ def over_speed_values(scene: Scene, parts: Parts, state: WearState) -> Values:
 ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
-def _branches(wanted: OverSpeed) -> list[list[Point]]:
+def _branches(wanted: modes.OverSpeed) -> list[list[Point]]:
     """Follow each direction; the second one starts where the first has ended."""
     start = _first_state(wanted)
     branches: list[list[Point]] = []
@@ -65,13 +62,13 @@ def _branches(wanted: OverSpeed) -> list[list[Point]]:
     return branches
 
 
-def _first_state(wanted: OverSpeed) -> Array:
+def _first_state(wanted: modes.OverSpeed) -> Array:
     """Return the state from which the first speed starts: the steady response there, (2n,)."""
     first = wanted.speeds[ORDER[wanted.directions[0]]][0]
     return wanted.continuation.method.solve(*wanted.mesh_at(float(first))).end
 
 
-def _described(wanted: OverSpeed, point: Point) -> Values:
+def _described(wanted: modes.OverSpeed, point: Point) -> Values:
     parts, response = wanted.parts, point.response
     vibration = wanted.vibration(point.speed)
     phases = np.arange(SAMPLES) / SAMPLES
@@ -79,9 +76,9 @@ def _described(wanted: OverSpeed, point: Point) -> Values:
     motion = Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
     touching = parts.coupling.touching(wanted.state)
-    force = mesh_forces(vibration.system, 0, touching[0], where, motion, vibration.period).elastic
+    force = mesh_forces.mesh_forces(vibration.system, 0, touching[0], where, motion, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
-    static, extreme = parts.kinds[0].analysis.load, extremes(response)
+    static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
     poincare = _strobed(vibration, point)
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
     return {
@@ -100,7 +97,7 @@ def _described(wanted: OverSpeed, point: Point) -> Values:
     }
 
 
-def _strobed(vibration: Vibration, point: Point) -> tuple[Array, Array]:
+def _strobed(vibration: vibration.Vibration, point: Point) -> tuple[Array, Array]:
     """Return δ and its rate at phase 0 of the strobed states, (n_strobe,) each."""
     response, direction = point.response, vibration.system.direction[0]
     n = len(direction)

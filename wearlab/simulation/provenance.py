@@ -1,4 +1,4 @@
-"""Where a dataset comes from: scene, code, packages, machine, time."""
+"""Attributes of a dataset: what it is of, and where it comes from (scene, code, packages, machine, time)."""
 
 import platform
 import subprocess
@@ -6,9 +6,9 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-from wearlab.scene import Scene
-from wearlab.scene.identity import MODEL_VERSION
+from wearlab.scene import Scene, identity
 from wearlab.sources import used_hash
 from wearlab.version import __version__
 from wearlab.wear.coefficients import CalibrationLife
@@ -30,7 +30,7 @@ def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None =
         "scene": scene.canonical(),
         "id": scene.id,
         **_lineage(scene, calibration),
-        "model_version": str(MODEL_VERSION),
+        "model_version": str(identity.MODEL_VERSION),
         "source": f"wearlab {__version__}",
         "wearlab_version": __version__,
         "source_hash": used_hash(scene.dynamics is not None),
@@ -86,3 +86,38 @@ def _git(top: Path, *words: str) -> str:
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
+
+
+SUBJECTS = {
+    "dynamics": "gear dynamics",
+    "wear": "tooth wear",
+    "errors": "gear errors",
+    "lubricant": "lubricant film",
+}
+ALWAYS = ("gears", "mesh stiffness", "static transmission error")
+
+
+def discovery(scene: Scene, begun: float) -> dict[str, str]:
+    """Return title, summary, keywords and history of a run, told from its scene alone.
+
+    Parameters
+    ----------
+    scene : the scene
+    begun : start of the run, seconds since the epoch [s]
+    """
+    kind = _kind(scene)
+    present = [subject for name, subject in SUBJECTS.items() if getattr(scene, name, None) is not None]
+    about = ", ".join(["contact and mesh stiffness", *present])
+    when = datetime.fromtimestamp(begun, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    return {
+        "title": f"{kind[0].upper()}{kind[1:]}: {about}",
+        "summary": f"One computed run of a gear set ({kind}): {about}. "
+        "The attribute 'scene' holds all that was asked for, as JSON in SI units.",
+        "keywords": ", ".join([kind, *ALWAYS, *present]),
+        "history": f"{when} wearlab {__version__}: computed from its scene",
+    }
+
+
+def _kind(scene: Scene) -> str:
+    gears: Any = scene.gears
+    return str(getattr(gears, "kind", "gear set")).replace("-", " ")

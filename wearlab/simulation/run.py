@@ -14,25 +14,13 @@ from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.build.modes import build_modes
+from wearlab.simulation import attractors, exact, label, over_speed, provenance, trust
 from wearlab.simulation import static as named
 from wearlab.simulation import vibration as vibrating
-from wearlab.simulation.attractors import Searched, attractor_values, other_attractors
 from wearlab.simulation.calibration import Calibration, calibrated, calibrated_values
-from wearlab.simulation.conditions import along_duty, condition_coordinates, in_order
-from wearlab.simulation.continued import inherited_error
-from wearlab.simulation.departures import departures
-from wearlab.simulation.diagnostics import diagnosed, with_told
-from wearlab.simulation.discovery import discovery
-from wearlab.simulation.errors import Refused
 from wearlab.simulation.estimates import Estimates, estimated, not_estimated
-from wearlab.simulation.exact import exact_values
-from wearlab.simulation.following import with_results
-from wearlab.simulation.label import CONVENTIONS, Labelled, joined, labelled, parts_of
-from wearlab.simulation.living import initial_wear, live, live_through
-from wearlab.simulation.operating import Stage, stages_of
-from wearlab.simulation.over_speed import over_speed_values
-from wearlab.simulation.provenance import provenance
-from wearlab.simulation.trust import trust_values
+from wearlab.simulation.living import inherited_error, initial_wear, live, live_through
+from wearlab.simulation.operating import Stage, along_duty, condition_coordinates, in_order, stages_of
 
 __all__ = ["initial_wear", "live", "simulate"]
 
@@ -72,13 +60,13 @@ def simulate(scene: Scene) -> xr.Dataset:
         stages = stages_of(settled)
         lived = live_through(settled, stages)
     except GearError as error:
-        raise Refused(str(error)) from error
+        raise label.Refused(str(error)) from error
     except StopWear as stop:
         reason = FIRST_STATE.get(stop.reason, stop.reason)
-        raise Refused(f"the gears cannot run in their first state: {reason}") from stop
+        raise label.Refused(f"the gears cannot run in their first state: {reason}") from stop
     dataset = _dataset(settled, stages, lived, calibration, clock)
-    dataset.attrs = {"Conventions": CONVENTIONS, **discovery(scene, begun)}
-    dataset.attrs |= provenance(scene, begun, None if calibration is None else calibration.life)
+    dataset.attrs = {"Conventions": label.CONVENTIONS, **provenance.discovery(scene, begun)}
+    dataset.attrs |= provenance.provenance(scene, begun, None if calibration is None else calibration.life)
     return dataset
 
 
@@ -95,7 +83,7 @@ def _dataset(
         for k, stage in enumerate(reached)
     ]
     estimates = [
-        diagnosed("estimates", partial(estimated, stage, own, inherited), not_estimated(own), failures)
+        label.diagnosed("estimates", partial(estimated, stage, own, inherited), not_estimated(own), failures)
         for stage, own in zip(reached, lived.stages, strict=True)
     ]
     each = [
@@ -107,9 +95,9 @@ def _dataset(
     ]
     conditions = each[0][0]
     if scene.operation.duty is not None:
-        conditions = parts_of(along_duty([joined(parts) for parts in each[0]]))
+        conditions = label.parts_of(along_duty([label.joined(parts) for parts in each[0]]))
     elif scene.operation.stage is not None:
-        conditions = parts_of(in_order([joined(parts) for (parts,) in each]))
+        conditions = label.parts_of(in_order([label.joined(parts) for (parts,) in each]))
     sizes = conditions.sizes
     first = stages[0].first
     values = named.life_values(scene, lived)
@@ -119,8 +107,10 @@ def _dataset(
         values |= {} if preset is None else {"preset_depth": preset}
     if first.vibration is not None:
         values["attractor"] = vibrating.attractor(lived)
-    values |= trust_values(reached, lived, estimates, others, calibration, inherited)
-    values["model_error"] = diagnosed("model error", partial(departures, scene, first), "", failures)
+    values |= trust.trust_values(reached, lived, estimates, others, calibration, inherited)
+    values["model_error"] = label.diagnosed(
+        "model error", partial(trust.departures, scene, first), "", failures
+    )
     values |= calibrated_values(calibration)
     coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
@@ -128,8 +118,10 @@ def _dataset(
     if "mode" in sizes:
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
-    dataset = with_results(joined(conditions, labelled(values, coordinates)), failures, scene.store.results)
-    dataset = with_told(dataset, [*contact_lost(dataset), *failures])
+    dataset = label.with_results(
+        label.joined(conditions, label.labelled(values, coordinates)), failures, scene.store.results
+    )
+    dataset = label.with_told(dataset, [*contact_lost(dataset), *failures])
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
     return dataset.drop_vars(left_out) if left_out else dataset
 
@@ -153,26 +145,26 @@ def _of_condition(
     states = lived.kept(number).in_block(block).state
 
     def found(name: str, find: Callable[[], Values]) -> Values:
-        return find() if lived.life is None else diagnosed(name, find, {}, failures)
+        return find() if lived.life is None else label.diagnosed(name, find, {}, failures)
 
     values = found("quasi-static contact", lambda: named.mesh_values(parts, states))
     values |= found("values along the path", lambda: named.path_values(parts, states))
-    values |= exact_values(scene, parts, states, failures)
+    values |= exact.exact_values(scene, parts, states, failures)
     if parts.vibration is not None:
         values |= found("dynamics of the states", lambda: vibrating.dynamic_values(parts, states))
         values |= found("modes", lambda: vibrating.mode_values(build_modes(parts)))
         values["count_steps_per_period"] = len(parts.vibration.sampling.grid.width)
-    coexisting: list[Searched] = diagnosed(
-        "search for other attractors", partial(other_attractors, parts, states), [], failures
+    coexisting: list[attractors.Searched] = label.diagnosed(
+        "search for other attractors", partial(attractors.other_attractors, parts, states), [], failures
     )
     others += [one.search for one in coexisting]
-    values |= attractor_values(coexisting)
+    values |= attractors.attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
-        values |= found("response over speed", lambda: over_speed_values(scene, parts, states[0]))
+        values |= found("response over speed", lambda: over_speed.over_speed_values(scene, parts, states[0]))
     return values
 
 
-def _with_errors(values: Values, estimates: Estimates, block: int, kept: int) -> Labelled:
+def _with_errors(values: Values, estimates: Estimates, block: int, kept: int) -> label.Labelled:
     """Return the values of so many kept states in one condition with the errors of their forces."""
     if estimates.force is not None:
         mesh, largest, bearing = (error[-kept:] for error in estimates.force[block])
@@ -180,4 +172,4 @@ def _with_errors(values: Values, estimates: Estimates, block: int, kept: int) ->
         if "bearing_force" in values:
             values["error_estimate_bearing_force"] = bearing
     along = {name: values.pop(name) for name in ALONG_SPEED if name in values}
-    return labelled(values, along)
+    return label.labelled(values, along)

@@ -8,14 +8,12 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.life.history import History
 from wearlab.life.state import WearState
-from wearlab.mesh.contact import Quasistatic
+from wearlab.mesh import contact, force, harmonics, profile
 from wearlab.mesh.exact.flank import wear_slope
-from wearlab.mesh.force import load_share
-from wearlab.mesh.harmonics import Harmonics, harmonics
-from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
 from wearlab.scene.build.wear import build_limits, build_snapshots
+from wearlab.simulation.label import padded
 from wearlab.wear.film import film_thickness
 from wearlab.wear.law import effective_coefficient, lambda_ratio
 from wearlab.wear.path import mean_pressure, sliding_velocity, worn_mass
@@ -45,34 +43,18 @@ def coordinates(parts: Parts) -> Values:
         "phase": parts.phase,
         "pair": np.arange(1, slots + 1),
         "harmonic": np.arange(1, parts.harmonics + 1),
-        "path_position": along(position),
-        "diameter": 2.0 * along(radius),
-        "roll_angle": along(roll),
-        "distance_to_pitch_circle": along(beyond),
+        "path_position": padded(position, -2),
+        "diameter": 2.0 * padded(radius, -2),
+        "roll_angle": padded(roll, -2),
+        "distance_to_pitch_circle": padded(beyond, -2),
         "characteristic_point": characteristic_points(parts),
         "flank_side": [parts.drive_flank] * len(parts.gears.flanks),
     }
 
 
-def along(values: Sequence[Array]) -> Array:
-    """Stack values along the nodes of each flank, NaN where one kind of mesh has fewer nodes than another."""
-    longest = max(value.shape[-1] for value in values)
-    return np.stack(
-        [
-            np.pad(
-                value, [(0, 0)] * (value.ndim - 1) + [(0, longest - value.shape[-1])], constant_values=np.nan
-            )
-            if value.shape[-1] < longest
-            else value
-            for value in values
-        ],
-        axis=-2,
-    )
-
-
 def by_flank(parts: Parts, of_kind: Sequence[Array]) -> Array:
     """Return values of every kind of mesh, each (…, 2, n), flank after flank, (…, n_flanks, n)."""
-    return along([of_kind[kind][..., gear, :] for kind, gear in parts.gears.flank_places])
+    return padded([of_kind[kind][..., gear, :] for kind, gear in parts.gears.flank_places], -2)
 
 
 def characteristic_points(parts: Parts) -> list[Any]:
@@ -94,7 +76,7 @@ def characteristic_points(parts: Parts) -> list[Any]:
 def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return what the quasi-static contact analysis says at the stored phases."""
     each = [_of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
-    values: Values = {name: _meshes_together([values_of[name] for values_of in each]) for name in each[0]}
+    values: Values = {name: padded([own[name] for own in each], 1, 0.0) for name in each[0]}
     gears = parts.gears
     values |= {
         "mesh_frequency": [gears.mesh_frequency] * len(each),
@@ -124,50 +106,45 @@ def _of_mesh(parts: Parts, mesh: int, states: tuple[WearState, ...]) -> dict[str
         "static_transmission_error": np.stack([shared.deflection for shared in solved]) + prescribed,
         "unloaded_transmission_error": np.stack([shared.unloaded for shared in solved]) + prescribed,
         "pair_stiffness": np.stack([pair_slots(shared.stiffness, kind.analysis.grid) for shared in solved]),
-        "load_share": np.stack([pair_slots(load_share(shared), kind.analysis.grid) for shared in solved]),
+        "load_share": np.stack(
+            [pair_slots(force.load_share(shared), kind.analysis.grid) for shared in solved]
+        ),
     }
     return values | _static_harmonics(parts, mesh, [state.kind[own.kind].static for state in states])
 
 
-def _meshes_together(values: Sequence[Array]) -> Array:
-    """Stack (n_updates, …) of every mesh along a new second axis; absent pair slots are 0."""
-    shape = np.max([value.shape for value in values], axis=0)
-    padded = [
-        np.pad(value, [(0, n - m) for n, m in zip(shape, value.shape, strict=True)]) for value in values
-    ]
-    return np.stack(padded, axis=1)
-
-
-def _secant(load: float, state: Quasistatic) -> Array:
+def _secant(load: float, state: contact.Quasistatic) -> Array:
     """Return F/(δ − e), (n_phases,); without load its limit, the tangent [N/m]."""
     if load == 0.0:
         return state.tangent
     return np.asarray(load / (state.deflection - state.unloaded))
 
 
-def _share_residual(load: float, state: Quasistatic) -> float:
+def _share_residual(load: float, state: contact.Quasistatic) -> float:
     """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
-    return float(np.max(np.abs(load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
+    return float(np.max(np.abs(force.load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
 
 
-def pair_slots(values: Array, grid: ProfileGrid) -> Array:
+def pair_slots(values: Array, grid: profile.ProfileGrid) -> Array:
     """Return values (n_phases, n_pairs), 0 where absent, as (slots, n_phases)."""
     return grid.into_slots(values.T, 0.0)
 
 
-def _static_harmonics(parts: Parts, mesh: int, states: Sequence[Quasistatic]) -> dict[str, Array]:
+def _static_harmonics(parts: Parts, mesh: int, states: Sequence[contact.Quasistatic]) -> dict[str, Array]:
     own = parts.meshes[mesh]
     phase, weight = parts.kinds[own.kind].analysis.grid.phase_nodes
     prescribed = own.error.value(phase) + parts.constant_error[mesh]
     clock = phase + own.lag
-    stiffness = [harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
-    ste = [harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states]
+    stiffness = [harmonics.harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
+    ste = [
+        harmonics.harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states
+    ]
     values = _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
     errors = [state.deflection + prescribed for state in states]
     return values | {"ste_peak_to_peak": np.ptp(errors, axis=1), "ste_max": np.max(errors, axis=1)}
 
 
-def _harmonic_values(name: str, amplitude: list[Harmonics]) -> dict[str, Array]:
+def _harmonic_values(name: str, amplitude: list[harmonics.Harmonics]) -> dict[str, Array]:
     return {
         f"{name}_mean": np.array([state.mean for state in amplitude]),
         f"{name}_rms": np.array([state.rms for state in amplitude]),

@@ -1,6 +1,10 @@
-"""What a run says of itself: verdict, validity, error estimates, time and work."""
+"""What a run says of itself: verdict, validity, errors, time and work; and how far its models are off.
 
-from collections.abc import Sequence
+Model errors are measurements, not estimates for this very scene; `docs/model_error.md` says how each was
+made.
+"""
+
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,12 +12,10 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life.history import History
-from wearlab.scene.build import Parts
-from wearlab.scene.build.contact import cut_short, reached_limits
-from wearlab.simulation.calibration import Calibration
-from wearlab.simulation.estimates import Estimates
-from wearlab.simulation.monitoring import uncarried
-from wearlab.simulation.operating import Stage
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, contact
+from wearlab.simulation import calibration, estimates, monitoring, operating
+from wearlab.wear.coefficients import CoefficientModel
 
 Values = dict[str, Any]
 
@@ -34,11 +36,11 @@ ENDS_OF_WORK = {
 
 
 def trust_values(
-    stages: Sequence[Stage],
+    stages: Sequence[operating.Stage],
     lived: History,
-    estimates: Sequence[Estimates],
+    estimates: Sequence[estimates.Estimates],
     searches: Sequence[Search] = (),
-    calibration: Calibration | None = None,
+    calibration: calibration.Calibration | None = None,
     inherited: float = 0.0,
 ) -> Values:
     """Return verdict, validity, error estimates, run times and counts.
@@ -75,7 +77,7 @@ def trust_values(
 
 
 def accumulated(
-    estimates: Sequence[Estimates], whole: History, inherited: float = 0.0
+    estimates: Sequence[estimates.Estimates], whole: History, inherited: float = 0.0
 ) -> tuple[Array, float | None]:
     """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up.
 
@@ -93,7 +95,7 @@ def accumulated(
     return np.concatenate(depths), of_life
 
 
-def _flags(stages: Sequence[Stage], lived: History) -> list[str]:
+def _flags(stages: Sequence[operating.Stage], lived: History) -> list[str]:
     """Return the flags of every condition of operation."""
     return [
         flag
@@ -143,11 +145,11 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
     for kind, mesh_kind in enumerate(parts.kinds):
         state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
         worst = state.kind[kind]
-        flags += reached_limits(
+        flags += contact.reached_limits(
             mesh_kind.pair, mesh_kind.analysis, state.wear[kind], worst.nodes.gap, worst.static.deflection
         )
-        flags += cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
-    flags += uncarried(parts, lived.state)
+        flags += contact.cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
+    flags += monitoring.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:
@@ -161,3 +163,47 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
             "where they end is not foreseeable; only what they do on the average is"
         )
     return tuple(flags)
+
+
+TABLE = "tests/validation/defaults_table.py"
+SHARE_OFF, ERROR_OFF, FORCE_OFF = 0.027, 0.007, 0.08
+"""Largest departures of the defaults from elements: of the share of a pair, of the mean static transmission
+error, of the largest vibrating mesh force [1]."""
+EXTENDED = (
+    f"onset of contact: pairs carry within {100 * SHARE_OFF:.2g} % of the load of what elements alone give "
+    f"them, the mean transmission error is within {100 * ERROR_OFF:.2g} %, the largest vibrating mesh force "
+    f"within {100 * FORCE_OFF:.2g} % ({TABLE}, fresh_pairs.py)"
+)
+JUMP = (
+    "onset of contact: a jump at A, which overstates forces and wear at A of vibrating pairs 1.2 to 2.8 "
+    "times (campaigns/extended_contact.toml, two meshes)"
+)
+SERIES = "excitation: a truncated series; forces and lives move by tens of per cent with its harmonics"
+EVERYWHERE = (
+    "load: even across the face, every tooth alike, isothermal; misalignment raises wear where the face "
+    "carries most, in proportion (mesh.face_load_factor)"
+)
+
+
+def departures(scene: Scene, parts: Parts) -> str:
+    """Return the known departures of a scene's models with size and source, one a line."""
+    return "\n".join(dict.fromkeys(_lines(scene, parts)))
+
+
+def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
+    sections = {kind.section: kind for kind in parts.gears.kinds}
+    for section, part in sections.items():
+        mesh = scene.mesh.of(section)
+        name = " and ".join(gear.name for gear in part.pair.gears)
+        stiffness = f"stiffness: {mesh.stiffness.departure}"
+        yield f"{name}, {stiffness}" if len(sections) > 1 else stiffness
+        if mesh.excitation.by_pairs:
+            yield EXTENDED if mesh.extended_contact else JUMP
+        else:
+            yield SERIES
+        if mesh.contact.departure and scene.wear is not None:
+            yield f"gaps: {mesh.contact.departure}"
+    if scene.wear is not None and scene.wear.coefficient is not None:
+        told = getattr(scene.wear.coefficient, "departure", CoefficientModel.departure)
+        yield f"wear coefficient: {told}"
+    yield EVERYWHERE

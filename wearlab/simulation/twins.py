@@ -6,14 +6,11 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.gears.specification import GearError
-from wearlab.life.history import History
-from wearlab.life.limits import StopWear
+from wearlab.life import history, limits, vibration
 from wearlab.life.state import Wear, WearState
-from wearlab.life.vibration import Responses
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
-from wearlab.scene.build.mesh import profile_points
+from wearlab.scene.build import Parts, build, mesh
 
 COARSENED = 0.5
 LESS_COARSENED = 0.75
@@ -53,7 +50,7 @@ class Rougher(NamedTuple):
 
 def rough_parts(scene: Scene, parts: Parts, share: float = COARSENED) -> Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
-    changed: dict[str, int] = {"profile_points": max(9, int(share * profile_points(scene)))}
+    changed: dict[str, int] = {"profile_points": max(9, int(share * mesh.profile_points(scene)))}
     if parts.vibration is not None:
         changed["steps_per_period"] = max(4, int(share * len(parts.vibration.sampling.grid.width)))
     numerics = scene.numerics.model_copy(update=changed)
@@ -95,7 +92,7 @@ def rougher(
     try:
         wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
         again = rough.coupling.evaluate(wear, start)
-    except (StopWear, GearError):  # or its steps are too rough for any motion
+    except (limits.StopWear, GearError):  # or its steps are too rough for any motion
         return None
     if [response.period for response in again.responses] != [response.period for response in responses]:
         return None
@@ -107,7 +104,7 @@ def rougher(
     return Rougher(cycle, flat, rate, flank_of_nodes(rough), rough, again, between=between)
 
 
-def _touch_all_along(responses: Responses) -> bool:
+def _touch_all_along(responses: vibration.Responses) -> bool:
     """Whether one pass was exact: no flank parted."""
     return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 
@@ -131,7 +128,7 @@ def flank_of_nodes(parts: Parts) -> Index:
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rougher | None]:
+def twins_of(scene: Scene, parts: Parts, block: int, lived: history.History) -> list[Rougher | None]:
     """Return the rougher twins of the sampled states in one condition."""
     own = lived.in_block(block).samples
     twins = _of_share(scene, parts, own, COARSENED)
@@ -142,7 +139,7 @@ def twins_of(scene: Scene, parts: Parts, block: int, lived: History) -> list[Rou
     ]
 
 
-def _of_share(scene: Scene, parts: Parts, own: History, share: float) -> list[Rougher | None]:
+def _of_share(scene: Scene, parts: Parts, own: history.History, share: float) -> list[Rougher | None]:
     rough = rough_parts(scene, parts, share)
     if rough is None:
         return [None] * len(own.state)

@@ -1,4 +1,4 @@
-"""The arrays of a gear set's steady responses, named as the dataset names them."""
+"""The arrays of a gear set's steady responses, named as the dataset names them; its energy and its modes."""
 
 from itertools import pairwise
 from typing import Any
@@ -6,73 +6,59 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.forces.mesh_forces import (
-    friction_force,
-    load_factors,
-    mean_force_residual,
-    mesh_forces,
-    moments,
-    within_steps,
-)
+from wearlab.dynamics.forces import extremes, mesh_forces
+from wearlab.dynamics.forces.energy import energy_balance
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
-from wearlab.life.history import History
-from wearlab.life.load import equivalent_force
-from wearlab.life.state import WearState
+from wearlab.gears.specification import GearError
+from wearlab.life import history, load, state, vibration
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import Instants, look_within
-from wearlab.mesh.excitation import Touching
-from wearlab.mesh.force import Deflections
-from wearlab.mesh.harmonics import Harmonics, harmonics
-from wearlab.scene.build import Parts
-from wearlab.scene.build.modes import SceneModes
-from wearlab.simulation.energy import energy_values
-from wearlab.simulation.label import padded
-from wearlab.simulation.monitoring import monitoring_values
-from wearlab.simulation.static import pair_slots
+from wearlab.mesh import clock, excitation, force, harmonics
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build, modes
+from wearlab.simulation import label, monitoring, static
+from wearlab.simulation.label import Refused
 
 Values = dict[str, Any]
 
 
-def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+def energy_values(parts: Parts, vibration: Vibration, response: Response) -> Values:
+    """Return every term of the balance of energy [W], its residual and the efficiency, where flanks rub."""
+    if vibration.nominal is None or parts.friction is None:
+        return {}
+    balance = energy_balance(response, vibration.nominal)
+    values: Values = {f"energy_{name}": power for name, power in balance._asdict().items()}
+    return values | {"residual_energy": balance.residual, "efficiency": balance.efficiency}
+
+
+def dynamic_values(parts: Parts, states: tuple[state.WearState, ...]) -> Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
     """
     vibration = parts.vibration
     assert vibration is not None
-    along_periods = {"bearing_force": 2, "pair_force": 2, "pair_normal_force": 2}
     angles = len(states[0].responses)
     each = []
     for angle in range(angles):
         responses = [_response_values(parts, vibration, state, state.responses[angle]) for state in states]
         each.append(
             {
-                name: stacked(
-                    [np.asarray(response[name]) for response in responses], along_periods.get(name, 1)
-                )
+                name: label.padded([np.asarray(response[name]) for response in responses])
                 for name in responses[0]
             }
         )
-    asked = monitoring_values(parts, states)
+    asked = monitoring.monitoring_values(parts, states)
     if angles == 1:
         return each[0] | asked
     return {
-        name: np.moveaxis(stacked([values[name] for values in each], None), 0, 1) for name in each[0]
+        name: np.moveaxis(label.padded([values[name] for values in each]), 0, 1) for name in each[0]
     } | asked
 
 
-def stacked(arrays: list[Array], along: int | None) -> Array:
-    """Stack arrays; those that differ in length along the mesh periods are padded with NaN."""
-    if arrays[0].ndim == 0 or len({array.shape for array in arrays}) == 1:
-        return np.stack(arrays)
-    if along is None:
-        along = next(i for i in range(arrays[0].ndim) if len({array.shape[i] for array in arrays}) > 1)
-    return padded(arrays, along)
-
-
-def _response_values(parts: Parts, vibration: Vibration, state: WearState, response: Response) -> Values:
+def _response_values(
+    parts: Parts, vibration: vibration.Vibration, state: state.WearState, response: Response
+) -> Values:
     when = vibration.look(parts.phase)
     motions = vibration.motions(response, when)
     position, velocity = vibration.coordinates(response, when)
@@ -95,12 +81,14 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
     if parts.gears.shares:
         of_kinds = zip(parts.gears.kinds, means, strict=True)
-        values["mesh_load_factor"] = np.concatenate([load_factors(*mesh_kind) for mesh_kind in of_kinds])
+        values["mesh_load_factor"] = np.concatenate(
+            [mesh_forces.load_factors(*mesh_kind) for mesh_kind in of_kinds]
+        )
     values |= {
         **extreme_values(parts, response),
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
-        "residual_mean_force": mean_force_residual(
+        "residual_mean_force": mesh_forces.mean_force_residual(
             parts.gears.kinds, [mine.analysis.load for mine in touching], means, parts.friction is not None
         ),
         "residual_orbit": response.residual,
@@ -109,7 +97,7 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     if parts.wohler_slope is not None:
         equivalent = [
             parts.gears.lever(k)
-            * equivalent_force(
+            * load.equivalent_force(
                 parts.kinds[k].analysis, kind_state.weight, kind_state.drive, parts.wohler_slope
             )
             for k, kind_state in enumerate(state.kind)
@@ -121,14 +109,14 @@ def _response_values(parts: Parts, vibration: Vibration, state: WearState, respo
     return values
 
 
-def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
+def phase_forces(parts: Parts, state: state.WearState, response: Response) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
     vibration = parts.vibration
     assert vibration is not None
     motions = vibration.motions(response, vibration.look(parts.phase))
     touching = parts.coupling.touching(state)
     each = [
-        mesh_forces(
+        mesh_forces.mesh_forces(
             vibration.system, mesh, touching[own.kind], parts.look(mesh, parts.phase),
             _of_mesh(motions, mesh), vibration.period,
         ).elastic
@@ -137,18 +125,22 @@ def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
     return np.stack(each, axis=1)
 
 
-def _of_mesh(motions: Deflections, mesh: int) -> Deflections:
+def _of_mesh(motions: force.Deflections, mesh: int) -> force.Deflections:
     """Return the motion of one mesh, (n_periods, n) each."""
-    return Deflections(motions.deflection[:, mesh], motions.rate[:, mesh])
+    return force.Deflections(motions.deflection[:, mesh], motions.rate[:, mesh])
 
 
 def _mesh_response(
-    parts: Parts, vibration: Vibration, touching: list[Touching], mesh: int, motion: Deflections
+    parts: Parts,
+    vibration: vibration.Vibration,
+    touching: list[excitation.Touching],
+    mesh: int,
+    motion: force.Deflections,
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = touching[own_mesh.kind]
-    forces = mesh_forces(vibration.system, mesh, mine, where, motion, vibration.period)
+    forces = mesh_forces.mesh_forces(vibration.system, mesh, mine, where, motion, vibration.period)
     deflection, rate = motion
     values = {
         "dynamic_mesh_force": forces.elastic,
@@ -156,15 +148,15 @@ def _mesh_response(
         "mesh_damping_force": forces.normal - forces.elastic,
         "mesh_deflection": deflection,
         "mesh_deflection_rate": rate,
-        "pair_force": np.stack([pair_slots(row, mine.analysis.grid) for row in forces.pair], axis=1),
+        "pair_force": np.stack([static.pair_slots(row, mine.analysis.grid) for row in forces.pair], axis=1),
         "pair_normal_force": np.stack(
-            [pair_slots(row, mine.analysis.grid) for row in forces.pair_normal], axis=1
+            [static.pair_slots(row, mine.analysis.grid) for row in forces.pair_normal], axis=1
         ),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
     }
     if parts.friction is not None:
-        values["friction_force"] = friction_force(forces, mine, where, parts.friction)
+        values["friction_force"] = mesh_forces.friction_force(forces, mine, where, parts.friction)
     if mine.series is not None:
         own = where.phase
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
@@ -174,7 +166,7 @@ def _mesh_response(
 
 def extreme_values(parts: Parts, response: Response) -> Values:
     """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
-    extremes_found = extremes(response)
+    extremes_found = extremes.extremes(response)
     static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
     return {
         "mesh_force_min": extremes_found.least,
@@ -190,25 +182,31 @@ def extreme_values(parts: Parts, response: Response) -> Values:
 
 
 def mean_moments(
-    parts: Parts, vibration: Vibration, touching: list[Touching], kind: int, response: Response
+    parts: Parts,
+    vibration: vibration.Vibration,
+    touching: list[excitation.Touching],
+    kind: int,
+    response: Response,
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     mine, grid = touching[kind], vibration.sampling.grid
-    phase, segment, weight = within_steps(grid)
+    phase, segment, weight = mesh_forces.within_steps(grid)
     middle = grid.start + 0.5 * grid.width
-    motions = vibration.motions(response, Instants(phase, segment))
+    motions = vibration.motions(response, clock.Instants(phase, segment))
     values = []
     for mesh in parts.coupling.kinds[kind].meshes:
-        where = look_within(
+        where = clock.look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
-        forces = mesh_forces(vibration.system, mesh, mine, where, _of_mesh(motions, mesh), vibration.period)
-        each = moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
+        forces = mesh_forces.mesh_forces(
+            vibration.system, mesh, mine, where, _of_mesh(motions, mesh), vibration.period
+        )
+        each = mesh_forces.moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
         values.append((each @ weight).mean(axis=1))
     return np.array(values)
 
 
-def transmission_error(vibration: Vibration, position: Array) -> Array:
+def transmission_error(vibration: vibration.Vibration, position: Array) -> Array:
     """Return r_b1 θ1 − r_b2 θ2 of every mesh, (n_periods, n_mesh, n_phases) [m].
 
     What the rotations alone do along each line of action; in a planetary set those beside the carrier's.
@@ -223,10 +221,10 @@ def transmission_error(vibration: Vibration, position: Array) -> Array:
     return np.asarray(np.einsum("pi...,mi->pm...", position, np.where(turns, system.direction, 0.0)))
 
 
-def _over_periods(values: Array, phase: Array, count: int) -> Harmonics:
+def _over_periods(values: Array, phase: Array, count: int) -> harmonics.Harmonics:
     periods = len(values)
     turned = (np.arange(periods)[:, None] + phase).ravel()
-    return harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
+    return harmonics.harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
 
 
 def has_bearings(parts: Parts) -> bool:
@@ -247,7 +245,7 @@ def _as_parts(response: Response, count: int) -> Array:
     return values
 
 
-def mode_values(modes: SceneModes) -> Values:
+def mode_values(modes: modes.SceneModes) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     values = {
         "natural_frequency": modes.modes.frequency,
@@ -257,7 +255,7 @@ def mode_values(modes: SceneModes) -> Values:
     return values if modes.kinds is None else values | {"mode_kind": list(modes.kinds)}
 
 
-def attractor(lived: History) -> Array:
+def attractor(lived: history.History) -> Array:
     """Return which branch each kept response is on, counted from 1 along the life, (n_updates,).
 
     The count rises where the wear rate jumped, and where the period of the response changes.
@@ -269,3 +267,48 @@ def attractor(lived: History) -> Array:
         passed = sum(start < jump <= end for jump in jumps)
         branch.append(branch[-1] + max(passed, int(before != after)))
     return np.array(branch, float)
+
+
+def modes_table(scene: Scene) -> list[dict[str, Any]]:
+    """Return one row a mode: frequency, what moves, whether the mesh excites it, and its critical speeds.
+
+    A critical speed is that of the input member, as ``operation.speed`` is.
+
+    Parameters
+    ----------
+    scene : a scene with dynamics
+
+    Raises
+    ------
+    Refused
+        When the scene has no dynamics, or no such gears can exist.
+    """
+    if scene.dynamics is None:
+        raise Refused("the scene has no [dynamics]: nothing vibrates")
+    try:
+        table = modes.build_modes(build(scene))
+    except GearError as error:
+        raise Refused(str(error)) from error
+    rows, excited = [], table.modes.excited()
+    for mode in range(len(table.modes.frequency)):
+        shape = np.abs(table.modes.shape[mode])
+        share = table.modes.participation[mode].max()
+        rows.append(
+            {
+                "mode": mode + 1,
+                "natural_frequency [Hz]": float(table.modes.frequency[mode]),
+                **({} if table.kinds is None else {"kind": table.kinds[mode]}),
+                "moves": ", ".join(
+                    name
+                    for name, size in zip(table.coordinates, shape, strict=True)
+                    if size > 0.3 * shape.max()
+                ),
+                "excited by the mesh": bool(excited[mode]),
+                "participation": float(share),
+            }
+            | {
+                f"critical speed, order {order + 1} [rpm]": float(speeds[mode] * 30.0 / np.pi)
+                for order, speeds in enumerate(table.critical_speed)
+            }
+        )
+    return rows

@@ -7,17 +7,137 @@ up to twenty times what is left of it. One look at the rate of a state worn by i
 over within the step and is no longer small, an implicit step, see `levelled`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.gears.specification import GearError
-from wearlab.life.limits import StopWear
-from wearlab.life.state import WearState
-from wearlab.simulation.levelled import levelled
+from wearlab.life import limits, state
+from wearlab.life.limits import Flanks
 from wearlab.simulation.twins import Rougher
+
+DEEPEST = 0.95
+"""Share of the largest depth from which a node counts as one that may end the life."""
+BETWEEN = 1.5
+"""Weight of what the nodes miss of the deepest place: a parabola is right but for the third difference."""
+
+LATE = 0.9
+"""Share of the last depth since which a late rate is the mean."""
+
+
+class End(NamedTuple):
+    """The last state of a life, on the flanks whose depth may end it.
+
+    Parameters
+    ----------
+    rate : wear rate where they are worn deepest [m per cycle]
+    between : by how much a flank may be worn deeper between its nodes [m]
+    flanks : (k,) numbers of the flanks that are as deep
+    nodes : (m,) entries on these flanks where they are
+    """
+
+    rate: float
+    between: float
+    flanks: Index
+    nodes: Index
+
+
+def end_of(depth: Array, rate: Array, flank: Index, counts: Flanks) -> End:
+    """Return the end of a life.
+
+    Parameters
+    ----------
+    depth, rate : (n,) at the nodes of all flanks, flat [m], [m per cycle]
+    flank : (n,) which flank each node is on
+    counts : entries of the flanks whose depth the limit is about
+    """
+    numbers = np.unique(flank[counts])
+    largest = np.array([depth[flank == number].max() for number in numbers])
+    deep = numbers[largest >= DEEPEST * largest.max()]
+    at = int(np.argmax(np.where(np.isin(flank, numbers), depth, -np.inf)))
+    between = BETWEEN * max(above_nodes(depth[flank == number]) for number in deep)
+    nodes = np.flatnonzero(np.isin(flank, deep) & (depth >= DEEPEST * largest.max()))
+    return End(float(rate[at]), between, deep, nodes)
+
+
+def late_rate(cycle: Array, depth: Array) -> Array:
+    """Return the mean wear rate since the deepest place had nine tenths of its depth, (n,) [m per cycle].
+
+    One rate of a motion that does not repeat says little of what an error is worth in cycles.
+
+    Parameters
+    ----------
+    cycle, depth : (m,), (m, n) of the accepted states [1], [m]
+    """
+    deepest = depth.max(axis=1)
+    since = max(0, int(np.searchsorted(deepest, LATE * deepest[-1])) - 1)
+    way = cycle[-1] - cycle[since]
+    return np.asarray((depth[-1] - depth[since]) / way if way > 0.0 else np.zeros_like(depth[-1]))
+
+
+def above_nodes(depth: Array) -> float:
+    """Return by how much a profile rises above its highest node [m].
+
+    ``y(t) = y₀ + b t + c t²`` has its vertex ``−b²/4c`` higher, if it has one within an interval. Through
+    that node and the next two on one side, because a node may be a corner; next to an end its neighbours.
+
+    Parameters
+    ----------
+    depth : (n,) at evenly spaced nodes [m]
+    """
+    top = int(np.argmax(depth))
+    after, before = depth[top : top + 3], depth[max(0, top - 2) : top + 1][::-1]
+    rises = [_vertex(*_parabola(*side)) for side in (after, before) if len(side) == 3]
+    if 2 in (len(after), len(before)):
+        left, middle, right = depth[top - 1 : top + 2]
+        rises.append(_vertex(0.5 * abs(right - left), 0.5 * (left + right) - middle))
+    return max(rises)
+
+
+def _parabola(first: float, second: float, third: float) -> tuple[float, float]:
+    return (4.0 * second - 3.0 * first - third) / 2.0, (first + third - 2.0 * second) / 2.0
+
+
+def _vertex(b: float, c: float) -> float:
+    return float(-b * b / (4.0 * c)) if 0.0 < b < -2.0 * c else 0.0
+
+
+MOST_ANSWERS, CLOSE = 10, 0.05
+"""Most rates that one step asks for, and the residual over the drive at which it asks for no more."""
+
+
+def levelled(drive: Array, step: float, answer: Callable[[Array], Array | None]) -> Array:
+    """Return the error at the end of an implicit step, ``(1 − ΔN ∂r/∂h) e = drive``, by a Krylov method.
+
+    The derivative is taken over as much as the drive: gaps close and open within it. The drive itself comes
+    back where the rate does not tell, or levels nothing.
+
+    Parameters
+    ----------
+    drive : (n,) error when nothing levels it [m]
+    step : ΔN [1]
+    answer : what an error (n,) [m] changes of the rate (n,) [m per cycle], None where it cannot be told
+    """
+    size, told = float(np.abs(drive).max(initial=0.0)), True
+
+    def product(v: Array) -> Array:
+        nonlocal told
+        unit = float(np.abs(v).max()) / size
+        answered = answer(v / unit) if unit > 0.0 and told else None
+        if answered is None:
+            told = told and unit == 0.0
+            return v
+        return np.asarray(v - step * unit * answered)
+
+    if size == 0.0:
+        return drive
+    system = LinearOperator((len(drive), len(drive)), matvec=product, dtype=np.float64)
+    error, _ = gmres(system, drive, rtol=CLOSE, restart=MOST_ANSWERS, maxiter=1)
+    return np.asarray(error) if told and float(np.abs(error).max()) < size else drive
+
 
 WORN_FORCE_SHARE = 1.2
 """Weight of the error of the wear in what wear changes of the forces, set on seed 1."""
@@ -40,7 +160,7 @@ class WornFurther(NamedTuple):
     cycle: float
     error: Array
     drive: Array | None
-    worse: tuple[WearState | None, ...]
+    worse: tuple[state.WearState | None, ...]
     between: float = 0.0
 
 
@@ -94,7 +214,7 @@ class ErrorOfWear:
         step = joint.cycle - (self.before.cycle if self.before else 0.0)
         return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
 
-    def _answer(self, twins: Sequence[Rougher], worse: Sequence[WearState | None]) -> Array | None:
+    def _answer(self, twins: Sequence[Rougher], worse: Sequence[state.WearState | None]) -> Array | None:
         """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
         total: Array | None = None
         for share, twin, moved in zip(self.weight, twins, worse, strict=True):
@@ -113,11 +233,11 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
     return np.asarray(own - alike if own @ alike < 0.0 else own + alike)
 
 
-def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ...]:
+def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[state.WearState | None, ...]:
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
-    states: list[WearState | None] = []
+    states: list[state.WearState | None] = []
     for twin in twins:
-        worse: WearState | None = twin.state
+        worse: state.WearState | None = twin.state
         if not np.isfinite(off).all():
             worse = None
         elif off.any():
@@ -130,7 +250,7 @@ def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ..
                     response.period for response in twin.state.responses
                 ]:
                     worse = None
-            except (StopWear, GearError):
+            except (limits.StopWear, GearError):
                 worse = None
         states.append(worse)
     return tuple(states)

@@ -7,19 +7,14 @@ from typing import Any
 
 from wearlab.query.evaluate import HISTORY
 from wearlab.query.keys import key_of
-from wearlab.store.catalogue import Entry
-from wearlab.store.database import understood
-from wearlab.store.description import ForeignRun, facts_of, kind_of, outcome_of, stored
-from wearlab.store.errors import Problem, StoreError, stray
-from wearlab.store.files import RunFiles, hash_of, refuse_links
-from wearlab.store.kept_runs import KeptRuns
+from wearlab.store import catalogue, database, description, errors, files, kept_runs
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome, calibration_of
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
-def verify(store: KeptRuns) -> Iterator[Problem]:
+def verify(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
     """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
     A file has its recorded size and hash, and what the catalogue says of a run follows from its file. Files
@@ -34,7 +29,7 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     for run_id in [run_id for run_id in entries if not store.files.is_name(run_id)]:
         del entries[run_id]
         said = f"names {run_id[:40]!r}, which is no identity of a run"
-        yield Problem(store.catalogue.path, "foreign", said)
+        yield errors.Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
     layouts = dict(store.catalogue.read("SELECT key, layout FROM layouts"))
     for path, entry in done.items():
@@ -52,12 +47,14 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
 
-    from wearlab.store.updates import verify_updates
+    from wearlab.store import updates
 
-    yield from verify_updates(store)
+    yield from updates.verify_updates(store)
 
 
-def _uncalibrated(done: Mapping[Path, Entry], entries: Mapping[str, Entry]) -> Iterator[Problem]:
+def _uncalibrated(
+    done: Mapping[Path, catalogue.Entry], entries: Mapping[str, catalogue.Entry]
+) -> Iterator[errors.Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(calibration_of(entry))
@@ -66,29 +63,31 @@ def _uncalibrated(done: Mapping[Path, Entry], entries: Mapping[str, Entry]) -> I
             continue
         if not math.isclose(used, lived, rel_tol=SAME):
             said = f"was calibrated by run {by.id}, whose life has become another: run it again"
-            yield Problem(path, "altered", said)
+            yield errors.Problem(path, "altered", said)
 
 
-def check_file(path: Path, entry: Entry) -> Problem | None:
+def check_file(path: Path, entry: catalogue.Entry) -> errors.Problem | None:
     """Return what is wrong with a run's file, by the catalogue's size and hash."""
     try:
-        refuse_links(path)
+        files.refuse_links(path)
         size = path.stat().st_size
         if size != entry.size:
             kind = "truncated" if size < (entry.size or 0) else "altered"
-            return Problem(path, kind, f"{size} bytes instead of {entry.size}")
-        if hash_of(path) != entry.sha256:
-            return Problem(path, "altered", "its bytes are not those that were written")
+            return errors.Problem(path, kind, f"{size} bytes instead of {entry.size}")
+        if files.hash_of(path) != entry.sha256:
+            return errors.Problem(path, "altered", "its bytes are not those that were written")
     except FileNotFoundError:
-        return Problem(path, "missing", "the catalogue says done, but there is no file")
-    except StoreError as error:
-        return Problem(path, "foreign", _reason(error, path))
+        return errors.Problem(path, "missing", "the catalogue says done, but there is no file")
+    except errors.StoreError as error:
+        return errors.Problem(path, "foreign", _reason(error, path))
     except OSError as error:
-        return Problem(path, "unreadable", str(error.strerror or error))
+        return errors.Problem(path, "unreadable", str(error.strerror or error))
     return None
 
 
-def check_entry(store: KeptRuns, path: Path, entry: Entry, layouts: Mapping[str, str]) -> Problem | None:
+def check_entry(
+    store: kept_runs.KeptRuns, path: Path, entry: catalogue.Entry, layouts: Mapping[str, str]
+) -> errors.Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -98,36 +97,36 @@ def check_entry(store: KeptRuns, path: Path, entry: Entry, layouts: Mapping[str,
     layouts : the catalogue's tables of variables by their key
     """
     try:
-        outcome = outcome_of(path)
-    except StoreError as error:
-        kind = "foreign" if isinstance(error, ForeignRun) else "altered"
-        return Problem(path, kind, _reason(error, path))
+        outcome = description.outcome_of(path)
+    except errors.StoreError as error:
+        kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
+        return errors.Problem(path, kind, _reason(error, path))
     own = {name: getattr(outcome, name) for name in OF_FILE}
     wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
     if layouts.get(entry.layout or "") != outcome.layout:
         wrong.append("variables")
     told = store.catalogue.facts(entry.id)
-    for source, name, value in facts_of(outcome.scene, outcome.summary, outcome.histories):
-        known_source, kind, known = told.pop(name, (source, kind_of(value), None))
-        if known_source != source or not _same(known, stored(value, kind)):
+    for source, name, value in description.facts_of(outcome.scene, outcome.summary, outcome.histories):
+        known_source, kind, known = told.pop(name, (source, description.kind_of(value), None))
+        if known_source != source or not _same(known, description.stored(value, kind)):
             wrong.append(name if known is None else f"{name} = {_shown(known)}, not {_shown(value)}")
     wrong += told
     if not wrong:
         return None
     some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
     said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
-    return Problem(path, "altered", said)
+    return errors.Problem(path, "altered", said)
 
 
-def _other_units(store: KeptRuns) -> Iterator[Problem]:
+def _other_units(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
     for name, source, kind, *told in store.catalogue.read(
         "SELECT name, source, kind, unit, quantity FROM keys"
     ):
-        key = understood("a key in the catalogue", key_of, name.removesuffix(HISTORY), source, kind)
+        key = database.understood("a key in the catalogue", key_of, name.removesuffix(HISTORY), source, kind)
         if key.unit and told != [key.unit, key.quantity]:
             said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
-            yield Problem(store.catalogue.path, "altered", said)
+            yield errors.Problem(store.catalogue.path, "altered", said)
 
 
 def _same(known: Any, value: Any) -> bool:
@@ -138,22 +137,24 @@ def _shown(value: Any) -> str:
     return "a history" if isinstance(value, bytes) else str(value)[:40]
 
 
-def _unknown(path: Path, files: RunFiles) -> Problem:
-    if problem := stray(path, held=files.holds(path)):
+def _unknown(path: Path, files: files.RunFiles) -> errors.Problem:
+    if problem := errors.stray(path, held=files.holds(path)):
         return problem
     try:
-        outcome_of(path)
-    except StoreError as error:
-        kind = "foreign" if isinstance(error, ForeignRun) else "altered"
-        return Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
-    return Problem(path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in")
+        description.outcome_of(path)
+    except errors.StoreError as error:
+        kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
+        return errors.Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
+    return errors.Problem(
+        path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in"
+    )
 
 
-def _reason(error: StoreError, path: Path) -> str:
+def _reason(error: errors.StoreError, path: Path) -> str:
     return str(error).removeprefix(f"{path}: ")
 
 
-def reindex(store: KeptRuns) -> list[Problem]:
+def reindex(store: kept_runs.KeptRuns) -> list[errors.Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
     A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
@@ -163,7 +164,7 @@ def reindex(store: KeptRuns) -> list[Problem]:
     if store.catalogue.exists() and not store.catalogue.is_sound():
         store.catalogue.set_aside()
     store.create()
-    problems: list[Problem] = []
+    problems: list[errors.Problem] = []
     before, adopted = store.catalogue.begin_anew(), set[str]()
     for path in store.files:
         if store.files.holds(path):
@@ -173,14 +174,14 @@ def reindex(store: KeptRuns) -> list[Problem]:
                 adopted.add(outcome.id)
     store.catalogue.end_anew(before, adopted, store.is_alive)
 
-    from wearlab.store.updates import reindex_updates
+    from wearlab.store import updates
 
-    return problems + reindex_updates(store)
+    return problems + updates.reindex_updates(store)
 
 
-def _adopted(path: Path, problems: list[Problem]) -> Outcome | None:
+def _adopted(path: Path, problems: list[errors.Problem]) -> Outcome | None:
     try:
-        return outcome_of(path)
-    except StoreError as error:
-        problems.append(Problem(path, "unreadable", str(error)))
+        return description.outcome_of(path)
+    except errors.StoreError as error:
+        problems.append(errors.Problem(path, "unreadable", str(error)))
         return None

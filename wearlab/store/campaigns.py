@@ -8,8 +8,7 @@ from datetime import UTC, datetime, timedelta
 from operator import itemgetter
 from typing import Any, Literal
 
-from wearlab.store.database import Database, optional_text, place, understood
-from wearlab.store.outcome import Comparison
+from wearlab.store import database, outcome
 
 
 @dataclass(frozen=True)
@@ -25,12 +24,12 @@ class Member:
     run: str
     label: str
     position: dict[str, Any]
-    comparison: Comparison | None = None
+    comparison: outcome.Comparison | None = None
     reference: str = ""
     metadata: dict[str, str] = field(default_factory=dict)
 
 
-class Campaigns(Database):
+class Campaigns(database.Database):
     """The campaigns of a catalogue."""
 
     def record_campaign(
@@ -63,7 +62,7 @@ class Campaigns(Database):
             with self._transaction() as connection:
                 connection.executemany(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", rows)
 
-    def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
+    def record_comparisons(self, campaign: str, comparisons: Sequence[outcome.Comparison | None]) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""
         rows = [
             (campaign, number, *comparison)
@@ -74,10 +73,10 @@ class Campaigns(Database):
             connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
             connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
 
-    def _comparisons(self) -> dict[tuple[str, int], Comparison]:
+    def _comparisons(self) -> dict[tuple[str, int], outcome.Comparison]:
         """Return the comparisons by campaign and case."""
         rows = self.read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
-        return {(row[0], row[1]): Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
+        return {(row[0], row[1]): outcome.Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
 
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
@@ -93,21 +92,21 @@ class Campaigns(Database):
         rows.sort(key=itemgetter(5, 6))
         rows.sort(key=lambda row: str(row[7]), reverse=True)
         return [
-            understood("a campaign in the catalogue", _member, row, compared.get((row[5], row[6])))
+            database.understood("a campaign in the catalogue", _member, row, compared.get((row[5], row[6])))
             for row in rows
         ]
 
 
-def _member(row: tuple[Any, ...], comparison: Comparison | None) -> Member:
+def _member(row: tuple[Any, ...], comparison: outcome.Comparison | None) -> Member:
     title, path, run, label, position, _, _, _, reference, metadata = row
     return Member(
-        campaign=optional_text(title) or "",
-        path=optional_text(path),
-        run=optional_text(run) or "",
-        label=optional_text(label) or "",
-        position=place(position),
+        campaign=database.optional_text(title) or "",
+        path=database.optional_text(path),
+        run=database.optional_text(run) or "",
+        label=database.optional_text(label) or "",
+        position=database.place(position),
         comparison=comparison,
-        reference=optional_text(reference) or "",
+        reference=database.optional_text(reference) or "",
         metadata=_texts(metadata),
     )
 

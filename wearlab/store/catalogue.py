@@ -8,13 +8,13 @@ import sqlite3
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 from wearlab.store import database as rows
+from wearlab.store import description, errors
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
-from wearlab.store.database import CHUNK, VERSION, make_tables, understood
-from wearlab.store.description import Facts, facts_of
-from wearlab.store.errors import StoreError
+from wearlab.store.database import CHUNK, VERSION, Read, make_tables, understood
 from wearlab.store.outcome import Outcome, State
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
@@ -89,7 +89,7 @@ class Catalogue(Campaigns):
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise StoreError(
+            raise errors.StoreError(
                 f"{self.path.parent}: no store can be made here ({error.strerror or error})"
             ) from error
         with self._transaction(create=True) as connection:
@@ -134,7 +134,7 @@ class Catalogue(Campaigns):
             "SELECT scene, seconds, size FROM runs JOIN documents USING (number) "
             "WHERE state = 'done' ORDER BY number DESC LIMIT ?"
         )
-        return [understood("a run in the catalogue", _cost, *row) for row in self.read(question, [most])]
+        return [understood("a run in the catalogue", _cost, row) for row in self.read(question, [most])]
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
         """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
@@ -186,12 +186,12 @@ class Catalogue(Campaigns):
         The ids taken, each with the owner it was taken over from (None when it was new).
         """
         with self._transaction() as connection:
-            facts = Facts(connection)
+            facts = description.Facts(connection)
             for outcome in outcomes:
                 self._record(facts, outcome)
             return self._claim(connection, wanted, owner, free)
 
-    def _record(self, facts: Facts, outcome: Outcome) -> None:
+    def _record(self, facts: description.Facts, outcome: Outcome) -> None:
         key = None if outcome.layout is None else key_of(outcome.layout)
         if key:
             facts.connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
@@ -213,7 +213,7 @@ class Catalogue(Campaigns):
         )
         return taken
 
-    def _keep(self, facts: Facts, row: tuple[Any, ...], histories: Mapping[str, bytes]) -> None:
+    def _keep(self, facts: description.Facts, row: tuple[Any, ...], histories: Mapping[str, bytes]) -> None:
         """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
         marks = ", ".join("?" * 10)
         renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
@@ -226,7 +226,7 @@ class Catalogue(Campaigns):
             "INSERT OR REPLACE INTO documents VALUES (?, ?, ?, ?, ?, ?, ?)", (number, *row[10:])
         )
         summary, scene = row[-2:]
-        facts.write(number, facts_of(scene, json.loads(summary or "{}"), histories))
+        facts.write(number, description.facts_of(scene, json.loads(summary or "{}"), histories))
 
     def _upgrade(self) -> None:
         """Turn the tables of an earlier version into these: every run is recorded anew."""
@@ -241,7 +241,7 @@ class Catalogue(Campaigns):
                 connection.execute(f"ALTER TABLE {table} RENAME TO older_{table}")
             make_tables(connection)
             connection.execute("INSERT INTO layouts SELECT key, layout FROM older_layouts")
-            facts = Facts(connection)
+            facts = description.Facts(connection)
             for row, histories in _older_rows(connection, version):
                 self._keep(facts, row, histories)
             for table in tables:
@@ -264,7 +264,7 @@ class Catalogue(Campaigns):
     def _delete(self, connection: sqlite3.Connection, condition: str, *values: str) -> int:
         run_numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", values)
         numbers = [row[0] for row in run_numbers.fetchall()]
-        facts = Facts(connection)
+        facts = description.Facts(connection)
         for number in numbers:
             facts.forget(number)
         for table in ("runs", "documents"):
@@ -292,7 +292,7 @@ class Catalogue(Campaigns):
             row = connection.execute(question, (outcome.id,)).fetchone()
             if row is None or (row == before.get(outcome.id) and not _is_busy(row, alive)):
                 connection.execute("DELETE FROM layouts WHERE key = ?", (key_of(outcome.layout or ""),))
-                self._record(Facts(connection), outcome)
+                self._record(description.Facts(connection), outcome)
 
     def end_anew(
         self, before: Mapping[str, Row], adopted: Collection[str], alive: Callable[[str], bool]
@@ -359,45 +359,42 @@ def _of(run_id: Any) -> str:
     return f"the catalogue's entry of run {str(run_id)[:40]!r}"
 
 
-def _head(row: tuple[Any, ...]) -> Head:
-    run_id, state, owner, size, source_hash, warned = row
-    plain = (rows.optional_text(owner), rows.optional_number(size), rows.optional_text(source_hash))
-    return Head(rows.optional_text(run_id) or "", state, *plain, bool(warned))
+def _as_it_is(value: Any) -> Any:
+    return value
 
 
-def _entry(row: tuple[Any, ...]) -> Entry:
-    run_id, state, owner, size, sha256, started, seconds, source, version, layout = row[:10]
-    reason, warnings, sizes, digests, summary, scene = row[10:]
-    rows.table(scene)
-    return Entry(
-        id=rows.optional_text(run_id) or "",
-        state=state,
-        owner=rows.optional_text(owner),
-        size=rows.optional_number(size),
-        sha256=rows.optional_text(sha256),
-        started=rows.optional_text(started),
-        seconds=rows.optional_number(seconds),
-        source_hash=rows.optional_text(source),
-        wearlab_version=rows.optional_text(version),
-        layout=rows.optional_text(layout),
-        reason=rows.optional_text(reason),
-        warnings=rows.texts(warnings),
-        sizes=rows.lengths(sizes),
-        digests=rows.table(digests),
-        summary=rows.table(summary),
-        scene=scene or None,
-    )
+def _id(value: Any) -> str:
+    return rows.optional_text(value) or ""
 
 
-def _placed(row: tuple[Any, ...]) -> Placed:
-    run_id, state, sha256, layout, sizes, digests, reason, summary = row
-    rows.lengths(sizes), rows.table(digests), rows.optional_text(summary)
-    return Placed(run_id, state, sha256, layout, sizes or None, digests or None, reason, summary)
+def _of_table(value: Any) -> str | None:
+    """Return the text of a table as it is, None where there is none."""
+    rows.table(value)
+    return value or None
 
 
-def _cost(scene: Any, seconds: Any, size: Any) -> tuple[str, float | None, int | None]:
-    rows.table(scene)
-    return scene or "{}", rows.optional_number(seconds), rows.optional_number(size)
+def _of_lengths(value: Any) -> str | None:
+    rows.lengths(value)
+    return value or None
+
+
+TEXT, NUMBER = rows.optional_text, rows.optional_number
+HEAD = (_id, _as_it_is, TEXT, NUMBER, TEXT, bool)
+ENTRY = (
+    *(_id, _as_it_is, TEXT, NUMBER, TEXT, TEXT, NUMBER, TEXT, TEXT, TEXT),
+    *(TEXT, rows.texts, rows.lengths, rows.table, rows.table, _of_table),
+)
+PLACED = (_as_it_is, _as_it_is, _as_it_is, _as_it_is, _of_lengths, _of_table, _as_it_is, TEXT)
+COST = (lambda scene: _of_table(scene) or "{}", NUMBER, NUMBER)
+"""What reads each value of a row, which anybody may have written."""
+
+
+def _read(made: Callable[..., Read], readers: Sequence[Callable[[Any], Any]], row: Row) -> Read:
+    return made(*(read(value) for read, value in zip(readers, row, strict=True)))
+
+
+_head, _entry = partial(_read, Head, HEAD), partial(_read, Entry, ENTRY)
+_placed, _cost = partial(_read, Placed, PLACED), partial(_read, lambda *told: told, COST)
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:

@@ -13,11 +13,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.query.evaluate import HISTORY
-from wearlab.query.keys import flat, key_of
+from wearlab.query import evaluate, keys
+from wearlab.store import files, outcome
 from wearlab.store.errors import StoreError
-from wearlab.store.files import hash_of
-from wearlab.store.outcome import CALIBRATION, CALIBRATION_LIFE, Outcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,9 +79,9 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
     import numpy as np
 
     summary: dict[str, Any] = {
-        name: str(dataset.attrs[name]) for name in (*CODE, CALIBRATION) if name in dataset.attrs
+        name: str(dataset.attrs[name]) for name in (*CODE, outcome.CALIBRATION) if name in dataset.attrs
     }
-    for key in (PARENT_CYCLE, CALIBRATION_LIFE):
+    for key in (PARENT_CYCLE, outcome.CALIBRATION_LIFE):
         with suppress(KeyError, ValueError, TypeError):
             summary[key] = plain(float(dataset.attrs[key]))
     histories: dict[str, bytes] = {}
@@ -170,7 +168,7 @@ class Facts:
             known = self.connection.execute(question, (name,)).fetchone()
             if known is None:
                 kind = kind_of(value)
-                key = key_of(name.removesuffix(HISTORY), source, kind)
+                key = keys.key_of(name.removesuffix(evaluate.HISTORY), source, kind)
                 self.connection.execute(
                     "INSERT INTO keys (name, source, kind, unit, quantity, display_unit) "
                     "VALUES (?, ?, ?, ?, ?, ?)",
@@ -201,14 +199,14 @@ def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, byt
     histories : per variable its values at all wear states, the lower ones first where there are two of each
     """
     taken = set()
-    for name, value in flat(json.loads(scene or "{}")):
+    for name, value in keys.flat(json.loads(scene or "{}")):
         taken.add(name)
         yield from _fact("scene", name, value)
     for name, value in summary.items():
         if name not in taken:
             yield from _fact("result", name, value)
     for name, values in histories.items():
-        yield "history", name + HISTORY, values
+        yield "history", name + evaluate.HISTORY, values
 
 
 def _fact(source: str, name: str, value: Any) -> Iterator[Fact]:
@@ -225,16 +223,16 @@ class ForeignRun(StoreError):
     """A file that bears another run's name."""
 
 
-def outcome_of(path: Path) -> Outcome:
+def outcome_of(path: Path) -> outcome.Outcome:
     """Return the outcome of a run from its file alone.
 
     Raises
     ------
     StoreError : the file cannot be read, does not hold what was sealed, or is another run's
     """
-    from wearlab.store.reading import read_run
+    from wearlab.store import reading
 
-    dataset = read_run(path)
+    dataset = reading.read_run(path)
     try:
         return _outcome(path, dataset)
     except StoreError:
@@ -245,24 +243,24 @@ def outcome_of(path: Path) -> Outcome:
         ) from error
 
 
-def _outcome(path: Path, dataset: "xr.Dataset") -> Outcome:
-    from wearlab.store.netcdf import is_intact
+def _outcome(path: Path, dataset: "xr.Dataset") -> outcome.Outcome:
+    from wearlab.store import netcdf
 
     attributes = dataset.attrs
     for dim, size in dataset.sizes.items():
         if dim in dataset.coords and size > MOST_LABELS:
             raise StoreError(f"{path}: the dimension {str(dim)[:40]} has {size} labels, more than any run")
-    if is_intact(dataset) is False:
+    if netcdf.is_intact(dataset) is False:
         raise StoreError(f"{path}: its content is not what was sealed in it")
     if "id" in attributes and str(attributes["id"]) != path.stem:
         raise ForeignRun(f"{path}: holds run {attributes['id']}, which is not its name")
     seconds = float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
     image = path.read_bytes()
-    return Outcome(
+    return outcome.Outcome(
         *(path.stem, "done", str(attributes.get("date_created", "")), seconds),
         scene=str(attributes.get("scene", json.dumps({}))),
         image=image,
-        sha256=hash_of(path),
+        sha256=files.hash_of(path),
         **describe(dataset)._asdict(),
         source_hash=str(attributes.get("source_hash", "")),
         wearlab_version=str(attributes.get("wearlab_version", "")),

@@ -18,13 +18,11 @@ from numpy.typing import NDArray
 
 from wearlab.arrays import Array
 from wearlab.query.keys import declared_key, flat, scene_key
-from wearlab.store.errors import StoreError
-from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.reading import read_variables
+from wearlab.store import errors, kept_runs, reading
 from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
-    from wearlab.store.catalogue import Entry, Placed
+    from wearlab.store import catalogue
 
 ORDERS = 5
 STILL = 1e-12  # of the mean: what moves less does not move
@@ -182,7 +180,7 @@ TIMES = (Column("cycle", "1", "1"), Column("operating_hours", "s", "h"))
 Values = dict[Column, list[Any]]
 
 
-def features(store: KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
+def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
     """Return the features of the runs that meet a condition.
 
     Parameters
@@ -204,7 +202,9 @@ def features(store: KeptRuns, where: str = "", variables: Sequence[str] | None =
     ids = store.query(where, columns=())["id"]
     done = {key: entry for key, entry in store.entries(ids).items() if entry.state == "done"}
     if not done:
-        raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
+        raise errors.StoreError(
+            f"features: no run {'that is done meets the condition' if where else 'is done'}"
+        )
     inputs = _differing(done)
     runs = store.catalogue.placed(done)
     layouts = store.catalogue.layouts(run.layout for run in runs if run.layout)
@@ -234,14 +234,14 @@ def _plan(
 
 
 def _block(
-    run: "Placed",
+    run: "catalogue.Placed",
     plan: tuple[int, tuple[Column, ...], list[Source]],
     path: str,
     given: Mapping[Column, Any],
 ) -> tuple[int, Values]:
     """Return the rows of one run: their number, and the values of each column."""
     states, times, of = plan
-    stored = read_variables(
+    stored = reading.read_variables(
         path, [*(time.name for time in times), *(feature.name for feature in of)], run.sha256
     )
     block: Values = {RUN: [run.id] * states, NUMBER: list(range(states))}
@@ -270,12 +270,12 @@ def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], 
         if declared_key(name) is None:
             near = get_close_matches(name, sorted(known), 1)
             meant = f"did you mean {near[0]!r}?" if near else "'wearlab variables' lists them"
-            raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
+            raise errors.StoreError(f"features: {name!r}: there is no such variable; {meant}")
         if not any(feature.startswith(name) for feature in present):
-            raise StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
+            raise errors.StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
 
 
-def _differing(entries: Mapping[str, "Entry"]) -> dict[str, dict[Column, Any]]:
+def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Column, Any]]:
     """Return torque, speed and every value of the scenes that is not the same in all of them."""
     scenes = {run_id: dict(flat(json.loads(entry.scene or "{}"))) for run_id, entry in entries.items()}
     keys = dict.fromkeys(key for scene in scenes.values() for key in scene)

@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 
 from wearlab.query.evaluate import met
 from wearlab.query.keys import differences, flat, quantity_at
-from wearlab.store.catalogue import Placed
+from wearlab.store import catalogue, outcome
 from wearlab.store.files import number_type, refuse_oversized
 from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup
-from wearlab.store.outcome import last_line, value_text
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from wearlab.campaign import Axis, Campaign, Coordinate
 
 BASE = "base"
@@ -70,7 +71,7 @@ class Grid:
 
 def open_grid(
     campaign: "Campaign",
-    runs: Sequence[Placed],
+    runs: Sequence[catalogue.Placed],
     layouts: Mapping[str, dict[str, Any]],
     folder: Path,
     scenes: Mapping[str, str],
@@ -101,7 +102,7 @@ def open_grid(
         tuple(axes), points, [case.id for case in campaign.cases], list(done.values()), layouts, folder
     )
     status = [MISSING if run is None else run.state for run in cases]
-    reasons = ["" if run is None else last_line(run.reason) for run in cases]
+    reasons = ["" if run is None else outcome.last_line(run.reason) for run in cases]
     variables = _states(campaign, axes, grid, points, status, reasons)
     coordinates = _axis_coordinates(campaign, axes)
     if words := _base_words(campaign, scenes):
@@ -232,7 +233,7 @@ def _grid(
     dims: tuple[str, ...],
     points: NDArray[np.intp],
     ids: Sequence[str],
-    done: Sequence[Placed],
+    done: Sequence[catalogue.Placed],
     layouts: Mapping[str, dict[str, Any]],
     folder: Path,
 ) -> Grid:
@@ -256,7 +257,7 @@ def _grid(
     )
 
 
-def _texts(done: Sequence[Placed], groups: Sequence[RunGroup]) -> dict[str, NDArray[np.object_]]:
+def _texts(done: Sequence[catalogue.Placed], groups: Sequence[RunGroup]) -> dict[str, NDArray[np.object_]]:
     """Return the texts that runs have one of, such as the verdict, as the catalogue has them."""
     of_group = [
         {n for n, v in group.variables.items() if v["dtype"] == "str" and not v["dims"]} for group in groups
@@ -432,7 +433,31 @@ def _missing(
     for point in lacking[:MOST_MISSING]:
         number = points[tuple(point)]
         places = zip(axes, point, strict=True)
-        where = ", ".join(f"{name}={value_text(axes[name][i], None)}" for name, i in places)
+        where = ", ".join(f"{name}={outcome.value_text(axes[name][i], None)}" for name, i in places)
         names.append(f"{where or campaign.cases[number].id}: {status[number]}")
     more = len(lacking) - len(names)
     return [*names, f"and {more} more, by status"] if more > 0 else names
+
+
+def axes_in_si(grid: "xr.Dataset") -> "xr.Dataset":
+    """Return a grid whose sweep axes, and what advances along them, are in SI units.
+
+    Parameters
+    ----------
+    grid : as `wearlab.store.grid.open_grid` gives it, axes in the units of the campaign file
+    """
+    changed: dict[str, Any] = {}
+    for name, axis in grid.coords.items():
+        kind = quantity_at(str(axis.attrs["key"])) if "key" in axis.attrs else None
+        if kind is not None and "units" in axis.attrs:
+            unit = KINDS[kind].unit
+            values = [convert(float(value), axis.attrs["units"], unit) for value in axis.values]
+            changed[str(name)] = (axis.dims, values, {**axis.attrs, "units": unit})
+    if "computed" in grid.coords:
+        own = json.loads(grid["computed"].attrs["own_values"])
+        for values in own.values():
+            for name in changed.keys() & values.keys():
+                values[name] = convert(values[name], grid[name].attrs["units"], changed[name][2]["units"])
+        attributes = {**grid["computed"].attrs, "own_values": json.dumps(own, ensure_ascii=False)}
+        changed["computed"] = grid["computed"].assign_attrs(attributes)
+    return grid.assign_coords(changed)

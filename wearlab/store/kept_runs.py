@@ -6,17 +6,14 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.store.catalogue import Catalogue, Entry, Head
+from wearlab.store import catalogue, files, outcome, remote
 from wearlab.store.errors import StoreError
-from wearlab.store.files import Image, RunFiles
-from wearlab.store.outcome import Outcome
 from wearlab.store.presence import Checkpoints, Presence, alive
-from wearlab.store.remote import address_of, copy_of, fetch
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.store.table import Table
+    from wearlab.store import table
 
 CONDITION = " =<>("  # signs that are in every condition and in no id
 
@@ -37,10 +34,10 @@ class KeptRuns:
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
-        self.address = address_of(path)
-        self.path = Path(path) if self.address is None else copy_of(self.address)
-        self.catalogue = Catalogue(self.path / "catalogue.sqlite", self.address)
-        self.files = RunFiles(self.path / "runs")
+        self.address = remote.address_of(path)
+        self.path = Path(path) if self.address is None else remote.copy_of(self.address)
+        self.catalogue = catalogue.Catalogue(self.path / "catalogue.sqlite", self.address)
+        self.files = files.RunFiles(self.path / "runs")
         self.checkpoints = Checkpoints(self.path / "checkpoints")
         self._presences = self.path / "runners"
 
@@ -60,7 +57,7 @@ class KeptRuns:
         columns: Sequence[str] | None = None,
         sort: str | None = None,
         limit: int | None = None,
-    ) -> "Table":
+    ) -> "table.Table":
         """Return the runs that meet a condition, such as ``"torque > 100 N*m and life < 2e7"``.
 
         Parameters
@@ -75,15 +72,15 @@ class KeptRuns:
         QueryError : the condition cannot be read, or a name is unknown
         StoreError : there is no store
         """
-        from wearlab.store.search import CatalogueSearch
+        from wearlab.store import search
 
-        return CatalogueSearch(self.catalogue).table(where, columns, sort, limit)
+        return search.CatalogueSearch(self.catalogue).table(where, columns, sort, limit)
 
     def names(self) -> list[str]:
         """Return everything that a condition of `query` may ask for here."""
-        from wearlab.store.search import CatalogueSearch
+        from wearlab.store import search
 
-        return sorted(CatalogueSearch(self.catalogue).vocabulary.keys)
+        return sorted(search.CatalogueSearch(self.catalogue).vocabulary.keys)
 
     def run(self, run_id: str) -> "xr.Dataset":
         """Return one run, loaded, its file closed.
@@ -96,14 +93,14 @@ class KeptRuns:
         ------
         StoreError : no such run, more than one, not done, or its file is damaged
         """
-        from wearlab.store.reading import read_run
+        from wearlab.store import reading
 
         head = self.find(run_id)
         if head.state != "done":
             raise StoreError(f"run {head.id} has no data: {head.state}")
-        return read_run(self.files.path(head.id), head.sha256)
+        return reading.read_run(self.files.path(head.id), head.sha256)
 
-    def find(self, prefix: str) -> Entry:
+    def find(self, prefix: str) -> catalogue.Entry:
         """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.
 
         Raises
@@ -124,11 +121,11 @@ class KeptRuns:
             raise StoreError(f"run {prefix!r}: {many if matches else 'no such run'}")
         return self.entries(matches)[matches[0]]
 
-    def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
+    def entries(self, ids: Iterable[str] | None = None) -> dict[str, catalogue.Entry]:
         """Return what the catalogue knows of these runs (of all when None), by id."""
         return self.catalogue.entries(ids)
 
-    def heads(self, ids: Iterable[str]) -> dict[str, Head]:
+    def heads(self, ids: Iterable[str]) -> dict[str, catalogue.Head]:
         """Return the states of the known runs among these, by id."""
         return self.catalogue.heads(ids)
 
@@ -136,15 +133,15 @@ class KeptRuns:
         """Say whether the process that took runs under this name still runs."""
         return self.address is not None or alive(self._presences, owner)
 
-    def is_stale(self, entry: Entry | Head) -> bool:
+    def is_stale(self, entry: catalogue.Entry | catalogue.Head) -> bool:
         """Say whether a run is marked as running by a process that is no more."""
         return entry.state == "running" and not self.is_alive(entry.owner or "")
 
-    def is_lost(self, entry: Entry | Head) -> bool:
+    def is_lost(self, entry: catalogue.Entry | catalogue.Head) -> bool:
         """Say whether a finished run's file has gone or changed its length."""
         return self.address is None and entry.state == "done" and self.files.size(entry.id) != entry.size
 
-    def state_of(self, entry: Entry | Head) -> str:
+    def state_of(self, entry: catalogue.Entry | catalogue.Head) -> str:
         """Return the state of a run; "interrupted" if its process died, "lost" if its file went."""
         if self.is_stale(entry):
             return "interrupted"
@@ -154,7 +151,7 @@ class KeptRuns:
         """Return the file of a run, copied here first where the store is elsewhere."""
         path = self.files.path(run_id)
         if self.address is not None and not path.exists():
-            fetch(path)
+            remote.fetch(path)
         return path
 
     # -- writing ------------------------------------------------------------------------------------------
@@ -171,7 +168,7 @@ class KeptRuns:
         """Take a name under which this process claims runs."""
         return Presence(self._presences)
 
-    def claim(self, ids: Sequence[str], owner: str, free: Callable[[Head], bool]) -> list[str]:
+    def claim(self, ids: Sequence[str], owner: str, free: Callable[[catalogue.Head], bool]) -> list[str]:
         """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
 
         Returns
@@ -180,7 +177,7 @@ class KeptRuns:
         """
         return self.save_and_claim((), ids, owner, free)
 
-    def save(self, outcomes: Sequence[Outcome], owner: str) -> None:
+    def save(self, outcomes: Sequence[outcome.Outcome], owner: str) -> None:
         """Write finished runs: each file in full, then the catalogue.
 
         Raises
@@ -190,7 +187,11 @@ class KeptRuns:
         self.save_and_claim(outcomes, (), owner, lambda entry: False)
 
     def save_and_claim(
-        self, outcomes: Sequence[Outcome], ids: Sequence[str], owner: str, free: Callable[[Head], bool]
+        self,
+        outcomes: Sequence[outcome.Outcome],
+        ids: Sequence[str],
+        owner: str,
+        free: Callable[[catalogue.Head], bool],
     ) -> list[str]:
         """Write finished runs as `save` does and take others as `claim` does, in one transaction.
 
@@ -200,7 +201,7 @@ class KeptRuns:
         """
         self.files.write(
             [
-                Image(outcome.id, outcome.image, outcome.sha256)
+                files.Image(outcome.id, outcome.image, outcome.sha256)
                 for outcome in outcomes
                 if outcome.image is not None and outcome.sha256 is not None
             ],
@@ -229,16 +230,16 @@ class KeptRuns:
         owner : the process
         more : ids of finished runs that it had taken again
         """
-        from wearlab.store.description import outcome_of
+        from wearlab.store import description
 
         wanted = {*self.catalogue.release(owner), *more}
         known = self.heads(wanted)
         for run_id in wanted:
             if run_id not in known and self.files.path(run_id).is_file():
                 with suppress(StoreError):
-                    self.catalogue.record([outcome_of(self.files.path(run_id))])
+                    self.catalogue.record([description.outcome_of(self.files.path(run_id))])
 
-    def _take_back(self, outcomes: Sequence[Outcome]) -> None:
+    def _take_back(self, outcomes: Sequence[outcome.Outcome]) -> None:
         """Remove new files that the catalogue has no room for; those of runs computed again stay."""
         with suppress(StoreError):
             for head in self.heads(outcome.id for outcome in outcomes).values():

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wearlab.store.outcome import CALIBRATION, calibration_of
 
 if TYPE_CHECKING:
-    from wearlab.store.catalogue import Entry
-    from wearlab.store.kept_runs import KeptRuns
+    from wearlab.store import catalogue, kept_runs
 
 LONGEST = 100  # runs of a chain
 
@@ -40,7 +39,7 @@ class Ancestor:
         return f"run {self.run}{name} from {self.at}{new}{there}"
 
 
-def lineage(store: "KeptRuns", entry: "Entry") -> tuple[Ancestor, ...]:
+def lineage(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> tuple[Ancestor, ...]:
     """Return the runs that a run goes on from: its parent, that one's parent, and so on.
 
     Parameters
@@ -51,8 +50,8 @@ def lineage(store: "KeptRuns", entry: "Entry") -> tuple[Ancestor, ...]:
     return tuple(_steps(store, entry))
 
 
-def _steps(store: "KeptRuns", entry: "Entry") -> Iterator[Ancestor]:
-    current: Entry | None = entry
+def _steps(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> Iterator[Ancestor]:
+    current: catalogue.Entry | None = entry
     for _ in range(LONGEST):
         start = start_of(current.scene) if current is not None else {}
         if current is None or not start:
@@ -64,21 +63,21 @@ def _steps(store: "KeptRuns", entry: "Entry") -> Iterator[Ancestor]:
         yield Ancestor(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
 
 
-def children(store: "KeptRuns", run_id: str) -> list[str]:
+def children(store: "kept_runs.KeptRuns", run_id: str) -> list[str]:
     """Return the ids of the runs that go on from a run, by their start."""
     if "start.run" not in store.names():
         return []
     return [row["id"] for row in store.query(f"start.run = '{run_id}'", columns=(), sort="started")]
 
 
-def calibrated_by(store: "KeptRuns", run_id: str) -> list[str]:
+def calibrated_by(store: "kept_runs.KeptRuns", run_id: str) -> list[str]:
     """Return the ids of the runs whose wear coefficient a run calibrated."""
     if CALIBRATION not in store.names():
         return []
     return [row["id"] for row in store.query(f"{CALIBRATION} = '{run_id}'", columns=(), sort="started")]
 
 
-def rests_on(store: "KeptRuns", entry: "Entry") -> set[str]:
+def rests_on(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
     before = {step.run for step in lineage(store, entry)}
     known = store.entries(before)
@@ -87,7 +86,7 @@ def rests_on(store: "KeptRuns", entry: "Entry") -> set[str]:
     }
 
 
-def name_of(store: "KeptRuns", run_id: str) -> str:
+def name_of(store: "kept_runs.KeptRuns", run_id: str) -> str:
     """Return what the campaign recorded last calls a run: its title, the label and the place."""
     member = next(iter(store.catalogue.members([run_id])), None)
     if member is None:

@@ -15,8 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
-from wearlab.store.errors import StoreError
-from wearlab.store.files import NAME, WRITER
+from wearlab.store import errors, files
 
 LONGEST_HOST = 100
 MOST_TIDIED = 100  # locks looked at when a process begins
@@ -42,7 +41,7 @@ class Presence:
             self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
             self._connection.execute("BEGIN EXCLUSIVE")
         except (OSError, sqlite3.Error) as error:
-            raise StoreError(f"{folder}: cannot be written ({error})") from error
+            raise errors.StoreError(f"{folder}: cannot be written ({error})") from error
 
     def __enter__(self) -> "Presence":
         return self
@@ -61,7 +60,7 @@ def alive(folder: Path, token: str) -> bool:
     A lock of another user that cannot be looked at counts as held: nothing of theirs is taken.
     """
     file = _lock_file(folder, token)
-    if not WRITER.fullmatch(token) or file.is_symlink():
+    if not files.WRITER.fullmatch(token) or file.is_symlink():
         return False  # a name that no process of ours took
     try:
         connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=rw", uri=True, timeout=0)
@@ -154,6 +153,6 @@ class Checkpoints:
             self.folder.rmdir()  # when nothing is left
 
     def _path(self, run_id: str) -> Path:
-        if not NAME.fullmatch(run_id):
+        if not files.NAME.fullmatch(run_id):
             raise ValueError(f"{run_id!r} is no identity of a run: letters and digits only")
         return self.folder / f"{run_id}.life"

@@ -15,16 +15,12 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from wearlab import __version__
-from wearlab.store.files import part_of, written
-from wearlab.store.lineage import lineage
-from wearlab.store.netcdf import SEAL
-from wearlab.store.outcome import calibration_of
+from wearlab.store import files, lineage, netcdf, outcome
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
-    from wearlab.store.campaigns import Member
+    from wearlab.store import campaigns, updates
     from wearlab.store.store import Store
-    from wearlab.store.updates import KeptUpdate
 
 SPECIAL = re.compile(r"([&%$#_{}])")
 WHO = ("author", "orcid", "institution", "licence")
@@ -45,9 +41,9 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     ------
     StoreError : no such run, or it has no data
     """
-    from wearlab.store.updates import find_update
+    from wearlab.store import updates
 
-    update = find_update(store, prefix)
+    update = updates.find_update(store, prefix)
     if update is not None:
         return _of_update(store, update)
     entry = store.find(prefix)
@@ -62,11 +58,11 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
         "reference": member.reference if member else "",
         "date": (entry.started or str(attributes.get("date_created", "")))[:10],
         "sha256": entry.sha256 or "",
-        SEAL: str(attributes.get(SEAL, "")),
+        netcdf.SEAL: str(attributes.get(netcdf.SEAL, "")),
         "wearlab_version": entry.wearlab_version or "",
         "source_hash": entry.source_hash or "",
-        "lineage": "; ".join(map(str, lineage(store, entry))),
-        "calibration": calibration_of(entry),
+        "lineage": "; ".join(map(str, lineage.lineage(store, entry))),
+        "calibration": outcome.calibration_of(entry),
         **{name: str(attributes[name]) for name in CODE if attributes.get(name)},
     }
     if member is not None:
@@ -74,11 +70,11 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
-def _of_update(store: "Store", update: "KeptUpdate") -> dict[str, str]:
+def _of_update(store: "Store", update: "updates.KeptUpdate") -> dict[str, str]:
     """Return what a citation of an update needs: who and what, and the runs that it was made from."""
-    from wearlab.store.updates import read_update
+    from wearlab.store import updates
 
-    tree = read_update(store, update.id)
+    tree = updates.read_update(store, update.id)
     attributes = {} if tree is None else tree.attrs
     metadata = {key: str(attributes[key]) for key in WHO if attributes.get(key)}
     facts = {
@@ -89,7 +85,7 @@ def _of_update(store: "Store", update: "KeptUpdate") -> dict[str, str]:
         "reference": str(attributes.get("references", "")),
         "date": update.recorded[:10],
         "sha256": update.sha256,
-        SEAL: str(attributes.get(SEAL, "")),
+        netcdf.SEAL: str(attributes.get(netcdf.SEAL, "")),
         "wearlab_version": str(attributes.get("wearlab_version", "")),
         "source_hash": str(attributes.get("source_hash", "")),
         "made_from": " ".join(update.runs),
@@ -98,18 +94,18 @@ def _of_update(store: "Store", update: "KeptUpdate") -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
-def _standing(member: "Member") -> tuple[bool, bool]:
+def _standing(member: "campaigns.Member") -> tuple[bool, bool]:
     """Return what lets a campaign speak for its runs: that it names its authors, that it is a file."""
     return "author" in member.metadata, member.path is not None
 
 
-def _case(member: "Member") -> str:
+def _case(member: "campaigns.Member") -> str:
     """Return the case's label, unless it is the file itself, and its place on every axis."""
     label = [] if member.label == BASE else [member.label]
     return ", ".join([*label, *(f"{name} {value}" for name, value in member.position.items())])
 
 
-def _other_titles(members: "Sequence[Member]", chosen: "Member") -> list[str]:
+def _other_titles(members: "Sequence[campaigns.Member]", chosen: "campaigns.Member") -> list[str]:
     return list(dict.fromkeys(member.campaign for member in members if member.campaign != chosen.campaign))
 
 
@@ -149,7 +145,7 @@ def citation(facts: dict[str, str]) -> str:
     return (
         f"{head}. {what}, computed by {code}.{onward}{end}{licence}\n"
         f"provenance: {code}{commit}{changed}; SHA-256 of the file {facts.get('sha256', '?')}, "
-        f"of its content {facts.get(SEAL, '?')}"
+        f"of its content {facts.get(netcdf.SEAL, '?')}"
     )
 
 
@@ -210,11 +206,11 @@ def export_crate(
     ------
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
-    from wearlab.store.export import export, export_attributes
+    from wearlab.store import export
 
-    said = export_attributes(campaign, store)
+    said = export.export_attributes(campaign, store)
     with TemporaryDirectory(prefix="wearlab-") as folder:
-        data = export(campaign, store, Path(folder) / "runs.nc", tell)
+        data = export.export(campaign, store, Path(folder) / "runs.nc", tell)
         parts: dict[str, tuple[bytes | Path, str]] = {
             "runs.nc": (data, "all runs of the campaign, by its sweeps and cases"),
             "CITATION.txt": (_citation(said).encode(), "how to cite it"),
@@ -228,9 +224,9 @@ def export_crate(
 
 
 def _write(out: Path, parts: Mapping[str, tuple[bytes | Path, str]], metadata: str) -> None:
-    part = part_of(out)
+    part = files.part_of(out)
     try:
-        with written(out):
+        with files.written(out):
             out.parent.mkdir(parents=True, exist_ok=True)
             with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
                 for name, (content, _) in {DESCRIPTOR: (metadata.encode(), ""), **parts}.items():

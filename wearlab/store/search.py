@@ -8,11 +8,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from wearlab.query import Key, QueryError, Vocabulary, holds, read_column, read_condition
-from wearlab.query.evaluate import CYCLE, HISTORY, value_of
-from wearlab.query.grammar import All, Compare, FirstCycle, Missing, Not, Some
-from wearlab.store.catalogue import Catalogue
-from wearlab.store.database import understood
+from wearlab.query import Key, QueryError, Vocabulary, evaluate, grammar, holds, read_column, read_condition
+from wearlab.store import catalogue, database
 from wearlab.store.table import Column, Table
 from wearlab.units import KINDS, split
 
@@ -45,21 +42,21 @@ class CatalogueSearch:
     catalogue : where the runs are
     """
 
-    def __init__(self, catalogue: Catalogue) -> None:
+    def __init__(self, catalogue: catalogue.Catalogue) -> None:
         self.catalogue = catalogue
         rows = catalogue.read("SELECT name, number, source, kind, unit, quantity, display_unit FROM keys")
         self.numbers = {row[0]: row[1] for row in rows}
         own = [row for row in rows if row[3] != "history"]
-        keys = [understood("a key in the catalogue", _key, row[0], *row[2:]) for row in own]
-        named = [replace(key, history=key.name + HISTORY in self.numbers) for key in keys]
+        keys = [database.understood("a key in the catalogue", _key, row[0], *row[2:]) for row in own]
+        named = [replace(key, history=key.name + evaluate.HISTORY in self.numbers) for key in keys]
         self.axes: set[str] = set()
         self.vocabulary = Vocabulary([*named, *OWN_KEYS], ALIASES, self._elsewhere)
 
     def _elsewhere(self, name: str) -> Key | str | None:
         """Return the key of a result or a scene's value that no run here has, or of a campaign's axis."""
-        from wearlab.query.keys import declared_key, declared_scene_key
+        from wearlab.query import keys
 
-        if (declared := declared_key(name) or declared_scene_key(name)) is not None:
+        if (declared := keys.declared_key(name) or keys.declared_scene_key(name)) is not None:
             return declared
         if not any(name in member.position for member in self.catalogue.members()):
             return None
@@ -84,7 +81,7 @@ class CatalogueSearch:
         asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
         named = keys_of(condition)
         if columns is None:
-            asked = [(key.name, key) for key in named if not key.name.endswith(HISTORY)]
+            asked = [(key.name, key) for key in named if not key.name.endswith(evaluate.HISTORY)]
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
         shown = dict(first + asked)
@@ -95,7 +92,11 @@ class CatalogueSearch:
             found = _sorted(found, by, sort or "")
         heads = tuple(_column(text, column) for text, column in shown.items())
         return Table(
-            heads, [tuple(_cell(value_of(column, run)) for column in shown.values()) for run in found[:limit]]
+            heads,
+            [
+                tuple(_cell(evaluate.value_of(column, run)) for column in shown.values())
+                for run in found[:limit]
+            ],
         )
 
     def _values(self, names: Iterable[str]) -> list[dict[str, Any]]:
@@ -158,13 +159,13 @@ def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any
 def keys_of(tree: Any) -> list[Key]:
     """Return the keys that a condition or a column names, each once; histories marked by their names."""
     match tree:
-        case All(conditions) | Some(conditions):
+        case grammar.All(conditions) | grammar.Some(conditions):
             names = [key for condition in conditions for key in keys_of(condition)]
-        case Not(inner) | Missing(inner):
+        case grammar.Not(inner) | grammar.Missing(inner):
             names = keys_of(inner)
-        case FirstCycle(Compare(_, left, _)):
-            names = [left, Key(left.name + HISTORY), Key(CYCLE + HISTORY)]
-        case Compare(_, left, right):
+        case grammar.FirstCycle(grammar.Compare(_, left, _)):
+            names = [left, Key(left.name + evaluate.HISTORY), Key(evaluate.CYCLE + evaluate.HISTORY)]
+        case grammar.Compare(_, left, right):
             names = keys_of(left) + keys_of(right)
         case Key():
             names = [tree]
@@ -175,7 +176,7 @@ def keys_of(tree: Any) -> list[Key]:
 
 def _sorted(runs: list[dict[str, Any]], by: Any, sort: str) -> list[dict[str, Any]]:
     """Return runs in the order of a column; equal ones stay as they are."""
-    ranked = [(_rank(value_of(by, run)), run) for run in runs]
+    ranked = [(_rank(evaluate.value_of(by, run)), run) for run in runs]
     known = [(rank, run) for rank, run in ranked if rank is not None]
     known.sort(key=lambda pair: pair[0], reverse=sort.startswith("-"))
     return [run for _, run in known] + [run for rank, run in ranked if rank is None]
@@ -205,6 +206,6 @@ def _cell(value: Any) -> Any:
 
 
 def _column(text: str, column: Any) -> Column:
-    if isinstance(column, FirstCycle):
+    if isinstance(column, grammar.FirstCycle):
         return Column(text)
     return Column(text, column.unit, column.display_unit, column.is_path)

@@ -5,22 +5,19 @@ from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from wearlab.store.audit import reindex, verify
-from wearlab.store.errors import Problem, StoreError
-from wearlab.store.kept_runs import KeptRuns
+from wearlab.store import audit, errors, kept_runs
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign.reading import Given
-    from wearlab.store.catalogue import Placed
-    from wearlab.store.table import Table
+    from wearlab.store import catalogue, table
 
 
 LATEST = 20  # runs that a notebook shows
 
 
-class Store(KeptRuns):
+class Store(kept_runs.KeptRuns):
     """A folder of runs.
 
     Nothing is written before the first run is: naming a store that does not exist makes nothing.
@@ -54,8 +51,7 @@ class Store(KeptRuns):
         StoreError : there is no store
         """
         from wearlab.campaign.reading import campaign_of
-        from wearlab.store.grid import named_runs, open_grid
-        from wearlab.store.si import axes_in_si
+        from wearlab.store.grid import axes_in_si, named_runs, open_grid
 
         campaign = campaign_of(campaign)
         runs = self._with_interrupted(self.catalogue.placed(case.id for case in campaign.cases))
@@ -64,19 +60,19 @@ class Store(KeptRuns):
             scenes = {i: entry.scene or "" for i, entry in self.entries(named_runs(campaign)).items()}
             grid = open_grid(campaign, runs, layouts, self.files.folder.absolute(), scenes)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise StoreError(
+            raise errors.StoreError(
                 f"{self.catalogue.path}: what it says of these runs cannot be understood "
                 f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
             ) from error
         return axes_in_si(grid) if si else grid
 
-    def _with_interrupted(self, runs: "list[Placed]") -> "list[Placed]":
+    def _with_interrupted(self, runs: "list[catalogue.Placed]") -> "list[catalogue.Placed]":
         """Return the runs, those marked as running by a process that is no more as interrupted."""
         heads = self.heads(run.id for run in runs if run.state == "running")
         left = {head.id for head in heads.values() if self.is_stale(head)}
         return [run._replace(state="interrupted") if run.id in left else run for run in runs]
 
-    def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "Table":
+    def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "table.Table":
         """Return one row for each wear state of each run: harmonics, indicators, orders as columns.
 
         Parameters
@@ -89,19 +85,19 @@ class Store(KeptRuns):
         QueryError : the condition cannot be read, or a name is unknown
         StoreError : there is no store, no such run, or no run has a variable
         """
-        from wearlab.store.features import features
+        from wearlab.store import features
 
-        return features(self, where, variables)
+        return features.features(self, where, variables)
 
-    def verify(self) -> list[Problem]:
+    def verify(self) -> list[errors.Problem]:
         """Return everything wrong with the run files, nothing when all is well."""
         if self.address is not None:
-            raise StoreError(f"{self.address}: files are compared with their hashes where they lie")
-        return list(verify(self))
+            raise errors.StoreError(f"{self.address}: files are compared with their hashes where they lie")
+        return list(audit.verify(self))
 
-    def reindex(self) -> list[Problem]:
+    def reindex(self) -> list[errors.Problem]:
         """Make the catalogue anew from the run files; return the files that could not be read."""
-        return reindex(self)
+        return audit.reindex(self)
 
 
 def open_store(path: str | PathLike[str]) -> Store:
@@ -117,20 +113,18 @@ def open_store(path: str | PathLike[str]) -> Store:
     """
     store = Store(path)
     if not store.catalogue.exists() and not store.files.folder.is_dir():
-        raise StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
+        raise errors.StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
     return store
 
 
-def store_html(store: KeptRuns) -> str:
+def store_html(store: kept_runs.KeptRuns) -> str:
     """Return what a store holds: how many runs in which state, and the latest of them.
 
     Parameters
     ----------
     store : states are those that ``wearlab ls`` lists
     """
-    from wearlab.store.lineage import name_of
-    from wearlab.store.outcome import headlines
-    from wearlab.store.table import table_html
+    from wearlab.store import lineage, outcome, table
 
     name = escape(repr(store))
     if not store.catalogue.exists():
@@ -141,11 +135,11 @@ def store_html(store: KeptRuns) -> str:
         sizes.setdefault(store.state_of(head), []).append(head.size or 0)
     states = [(state, len(some), f"{sum(some) / 1e6:.1f} MB") for state, some in sizes.items()]
     latest = store.entries(list(heads)[: -LATEST - 1 : -1]).values()
-    results = (next((told.text for told in headlines(entry.summary)), "") for entry in latest)
+    results = (next((told.text for told in outcome.headlines(entry.summary)), "") for entry in latest)
     rows = [
-        (entry.id[:10], name_of(store, entry.id), store.state_of(entry), result, entry.reason or "")
+        (entry.id[:10], lineage.name_of(store, entry.id), store.state_of(entry), result, entry.reason or "")
         for entry, result in zip(latest, results, strict=True)
     ]
     more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""
-    runs = table_html(("run", "what", "state", "result", "reason"), rows)
-    return f"<p><b>{name}</b></p>{table_html(('state', 'runs', 'size'), states)}{runs}{more}"
+    runs = table.table_html(("run", "what", "state", "result", "reason"), rows)
+    return f"<p><b>{name}</b></p>{table.table_html(('state', 'runs', 'size'), states)}{runs}{more}"

@@ -9,17 +9,10 @@ from typing import TYPE_CHECKING
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
-from wearlab.store.audit import check_file
-from wearlab.store.database import CHUNK, batched
-from wearlab.store.description import outcome_of
-from wearlab.store.errors import StoreError
-from wearlab.store.files import write_whole
-from wearlab.store.lineage import rests_on
-from wearlab.store.outcome import Outcome
-from wearlab.store.updates import adopt_update, kept_updates
+from wearlab.store import audit, database, description, errors, files, lineage, outcome, updates
 
 if TYPE_CHECKING:
-    from wearlab.store.catalogue import Entry
+    from wearlab.store import catalogue
     from wearlab.store.store import Store
 
 LARGEST = 10_000_000  # bytes of what a plug-in declares
@@ -64,7 +57,7 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
     """
     theirs = other.entries()
     if store.path.resolve() == other.path.resolve():
-        raise StoreError(f"{other.path}: a store cannot be merged into itself")
+        raise errors.StoreError(f"{other.path}: a store cannot be merged into itself")
     store.create()
     made = Merged()
     with store.presence() as presence:
@@ -81,7 +74,7 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
     return made
 
 
-def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merged) -> None:
+def _take(store: "Store", other: "Store", entry: "catalogue.Entry", owner: str, made: Merged) -> None:
     if not store.files.is_name(entry.id):
         made.damaged[entry.id[:40]] = "is no identity of a run"
         return
@@ -94,14 +87,14 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
         return
     try:
         path = other.file_of(entry.id)
-        if problem := check_file(path, entry):
-            raise StoreError(problem.message)
+        if problem := audit.check_file(path, entry):
+            raise errors.StoreError(problem.message)
         whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
-        if ours is not None and whole and check_file(store.file_of(entry.id), ours) is None:
+        if ours is not None and whole and audit.check_file(store.file_of(entry.id), ours) is None:
             _compare(store, other, entry.id, made)
             return
-        outcome = outcome_of(path)
-    except StoreError as error:
+        outcome = description.outcome_of(path)
+    except errors.StoreError as error:
         made.damaged[entry.id] = str(error)
         return
     # a file that appears is never one that nobody knows, wherever this is interrupted
@@ -112,14 +105,14 @@ def _take(store: "Store", other: "Store", entry: "Entry", owner: str, made: Merg
 
 def _updates(store: "Store", other: "Store", made: Merged) -> int:
     """Copy the updates that we do not have, each compared with its hash; return how many came."""
-    ours, count = kept_updates(store), 0
-    for update in kept_updates(other).values():
+    ours, count = updates.kept_updates(store), 0
+    for update in updates.kept_updates(other).values():
         if update.id in ours:
             continue
         try:
-            adopt_update(store, other, update)
+            updates.adopt_update(store, other, update)
             count += 1
-        except (StoreError, OSError) as error:
+        except (errors.StoreError, OSError) as error:
             made.damaged[update.id[:40]] = str(error)
     return count
 
@@ -136,19 +129,19 @@ def _plugins(store: "Store", other: "Store") -> None:
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue
         if hashlib.sha256(source.encode()).hexdigest() == file.stem:
-            write_whole(mine, content)
+            files.write_whole(mine, content)
 
 
 def _compare(store: "Store", other: "Store", run_id: str, made: Merged) -> None:
-    from wearlab.store.netcdf import results_hash
+    from wearlab.store import netcdf
 
-    same = results_hash(store.run(run_id)) == results_hash(other.run(run_id))
+    same = netcdf.results_hash(store.run(run_id)) == netcdf.results_hash(other.run(run_id))
     (made.same if same else made.conflicting).append(run_id)
 
 
-def _without_data(entry: "Entry") -> Outcome:
+def _without_data(entry: "catalogue.Entry") -> outcome.Outcome:
     """Return the outcome of a case that failed or was refused elsewhere."""
-    return Outcome(
+    return outcome.Outcome(
         *(entry.id, entry.state, entry.started or "", entry.seconds or 0.0, entry.scene or "{}"),
         reason=entry.reason,
         warnings=entry.warnings,
@@ -202,13 +195,13 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
     entries = store.entries()
     kept = set(kept)
     if entries and not kept and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-        raise StoreError(
+        raise errors.StoreError(
             f"{store.path}: its catalogue knows no campaign, as after a reindex without the old one, so that "
             "every run would go: 'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
         )
     wanted = referred(store) | kept
     for run_id in [asked for asked in wanted if asked in entries]:
-        wanted |= rests_on(store, entries[run_id])
+        wanted |= lineage.rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
     return [
         Prunable(
@@ -235,7 +228,7 @@ def prune(store: "Store", runs: Iterable[Prunable]) -> int:
     Whatever interrupts it leaves files that ``verify`` names, never entries without data.
     """
     freed = 0
-    for some in batched(runs, CHUNK):
+    for some in database.batched(runs, database.CHUNK):
         store.catalogue.forget([run.id for run in some])
         for run in some:
             with suppress(FileNotFoundError):

@@ -6,21 +6,16 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import GearPair
-from wearlab.gears.outline import contact_depth
-from wearlab.gears.specification import GearError
-from wearlab.gears.tolerances import allowed
-from wearlab.mesh.contact import ContactAnalysis, Nodes
+from wearlab.gears import gear, outline, specification, tolerances
+from wearlab.mesh import contact, gear_set, profile
 from wearlab.mesh.corners import FURTHEST, FoldedFlank, reach_beyond, unworn_extension
 from wearlab.mesh.errors import AT_REST, MemberError, MeshError, Realisation, mesh_error, realised
 from wearlab.mesh.exact.gaps import WornFlanks
-from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.profile import Extension, ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import modifications
 
 
-def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
+def build_errors(scene: Scene, gears: gear_set.GearSet) -> list[MeshError]:
     """Return one realisation of the errors of each mesh, drawn member after member from the seed."""
     if gears.angles:
         return _of_planetary(scene, gears)
@@ -31,7 +26,7 @@ def build_errors(scene: Scene, gears: GearSet) -> list[MeshError]:
     return [mesh_error(members, _harmonics(scene, gears.mesh_names[0]), errors.seed)]
 
 
-def _member(scene: Scene, gears: GearSet, name: str) -> MemberError:
+def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> MemberError:
     """Return the errors that the file gives a toothed member, or that its ISO 1328 class allows."""
     gear = gears.gears[name]
     teeth = gear.teeth
@@ -43,7 +38,7 @@ def _member(scene: Scene, gears: GearSet, name: str) -> MemberError:
         ratio = min(
             kind.pair.contact_ratio for kind in gears.kinds if gear.name in {g.name for g in kind.pair.gears}
         )
-        *_, tooth, total = allowed(grade, gear.module, 2.0 * gear.reference_radius, ratio)
+        *_, tooth, total = tolerances.allowed(grade, gear.module, 2.0 * gear.reference_radius, ratio)
     if given is None:
         return MemberError(teeth, total, tooth, eccentricity=eccentricity)
     said = given.model_fields_set
@@ -64,7 +59,7 @@ def iso_1328_class(scene: Scene, name: str) -> int | None:
     return scene.errors.iso_1328_class if own is None else own
 
 
-def class_flags(scene: Scene, gears: GearSet) -> tuple[str, ...]:
+def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
     """Return what each member's ISO 1328 class allows it, in words."""
     lines = []
     for name in gears.gears:
@@ -87,7 +82,7 @@ def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
     )
 
 
-def _of_planetary(scene: Scene, gears: GearSet) -> list[MeshError]:
+def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[MeshError]:
     """Return the errors of all meshes: gears seen where each planet stands, pins where they are held.
 
     Seen from the carrier the sun brings its once-per-revolution error to planet n later by ψ_n, the ring,
@@ -153,12 +148,14 @@ CHECKED_POINTS = 101
 """Points of a flank at which the wear it starts with is looked at before anything runs."""
 
 
-def flanks_of(pair: GearPair, grid: ProfileGrid) -> WornFlanks:
+def flanks_of(pair: gear.GearPair, grid: profile.ProfileGrid) -> WornFlanks:
     """Return what makes worn flanks of wear depths at the nodes."""
     return WornFlanks(pair, grid, modifications(pair, grid.position))
 
 
-def extension_wanted(pair: GearPair, plain: ContactAnalysis, *, vibrates: bool) -> Extension:
+def extension_wanted(
+    pair: gear.GearPair, plain: contact.ContactAnalysis, *, vibrates: bool
+) -> profile.Extension:
     """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
 
     Conditions that take turns, or come in order, share their flanks and so their nodes.
@@ -173,10 +170,12 @@ def extension_wanted(pair: GearPair, plain: ContactAnalysis, *, vibrates: bool) 
     times = LARGEST_DYNAMIC if vibrates else LARGEST_STATIC
     reach = unworn_extension(pair, times * float(static.deflection.max()))
     step = STEP * pair.base_pitch
-    return Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
+    return profile.Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
 
 
-def contact_flags(scene: Scene, section: str, pair: GearPair, analysis: ContactAnalysis) -> tuple[str, ...]:
+def contact_flags(
+    scene: Scene, section: str, pair: gear.GearPair, analysis: contact.ContactAnalysis
+) -> tuple[str, ...]:
     """Return what a run must say of its contact, in words.
 
     Parameters
@@ -202,7 +201,7 @@ def contact_flags(scene: Scene, section: str, pair: GearPair, analysis: ContactA
 
 
 def reached_limits(
-    pair: GearPair, analysis: ContactAnalysis, wear: Array, gap: Array, deflection: Array
+    pair: gear.GearPair, analysis: contact.ContactAnalysis, wear: Array, gap: Array, deflection: Array
 ) -> tuple[str, ...]:
     """Return how the contact of one state left what was computed of it, in words.
 
@@ -226,7 +225,9 @@ def reached_limits(
     return (f"deflection would extend the path of contact by {100 * share:.0f} %",)
 
 
-def cut_short(pair: GearPair, analysis: ContactAnalysis, nodes: Nodes) -> tuple[str, ...]:
+def cut_short(
+    pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: contact.Nodes
+) -> tuple[str, ...]:
     """Return where the ranges of an exact mesh relationship end with the nodes, not with the contact.
 
     Parameters
@@ -250,7 +251,9 @@ def cut_short(pair: GearPair, analysis: ContactAnalysis, nodes: Nodes) -> tuple[
     )
 
 
-def extended_length(pair: GearPair, analysis: ContactAnalysis, wear: Array, deflection: Array) -> Extension:
+def extended_length(
+    pair: gear.GearPair, analysis: contact.ContactAnalysis, wear: Array, deflection: Array
+) -> profile.Extension:
     """Return how far beyond A and E a deflection would keep tip corners touching.
 
     Parameters
@@ -267,7 +270,7 @@ def extended_length(pair: GearPair, analysis: ContactAnalysis, wear: Array, defl
     return reach_beyond(pair, grid.position, depth, (float(deflection[-1]), float(deflection[after])))
 
 
-def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:
+def _cut_off(analysis: contact.ContactAnalysis, gap: Array, deflection: float) -> bool:
     """Whether pairs still touch where extended contact ends."""
     inside = analysis.grid.on_flank
     outermost = [gap[0]] if inside.start > 0 else []
@@ -275,7 +278,7 @@ def _cut_off(analysis: ContactAnalysis, gap: Array, deflection: float) -> bool:
     return any(deflection > corner for corner in outermost)
 
 
-def check_initial_wear(scene: Scene, gears: GearSet) -> None:
+def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
     """Refuse wear a scene starts with that its gears cannot have, before anything runs.
 
     Raises
@@ -293,10 +296,10 @@ def check_initial_wear(scene: Scene, gears: GearSet) -> None:
         position = np.linspace(pair.path.A, pair.path.E, CHECKED_POINTS)
         depth = flank.at_nodes(pair, gear, position)
         body = pair.gears[gear]
-        thickness = 2.0 * contact_depth(body, pair.radius(gear, position))
+        thickness = 2.0 * outline.contact_depth(body, pair.radius(gear, position))
         if np.any(depth >= thickness):
             worst = int(np.argmax(depth - thickness))
-            raise GearError(
+            raise specification.GearError(
                 f"{name}: wear of {1e3 * depth[worst]:.4g} mm is deeper than the tooth, "
                 f"{1e3 * thickness[worst]:.4g} mm thick there along its normal; give less initial wear"
             )

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.gears.gear import GearPair
-from wearlab.mesh.clock import Mesh
+from wearlab.mesh import clock, gear_set
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.contacts import ContactModel
 from wearlab.mesh.excitation import Excitation
-from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
 from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.scene import Scene
@@ -27,7 +26,7 @@ KEPT_ANALYSES = 8
 
 
 def build_analyses(
-    scene: Scene, gears: GearSet, reach: Sequence[Extension] | None = None
+    scene: Scene, gears: gear_set.GearSet, reach: Sequence[Extension] | None = None
 ) -> tuple[ContactAnalysis, ...]:
     """Return the contact analysis of every kind of mesh at the static load of the scene.
 
@@ -63,13 +62,13 @@ def matched_points(pairs: Sequence[GearPair], points: int, reach: Sequence[Exten
     return [points] * len(pairs)
 
 
-def build_analysis(scene: Scene, kind: PairOfSet, points: int | None = None) -> ContactAnalysis:
+def build_analysis(scene: Scene, kind: gear_set.PairOfSet, points: int | None = None) -> ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
     points = points or profile_points(scene)
     return _analysis(scene, kind, points, _reach(scene, kind, points))
 
 
-def _reach(scene: Scene, kind: PairOfSet, points: int) -> Extension:
+def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int) -> Extension:
     """Return how far beyond A and E the nodes of a mesh reach."""
     if not scene.mesh.of(kind.section).extended_contact:
         return NO_EXTENSION
@@ -80,7 +79,7 @@ def _reach(scene: Scene, kind: PairOfSet, points: int) -> Extension:
     return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
 
 
-def largest_load(scene: Scene, kind: PairOfSet) -> float:
+def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
     """Return the static normal force of a mesh in the heaviest of conditions that share its flanks [N]."""
     here, most = scene.operation.torque, scene.operation.largest_torque
     if most == here:
@@ -91,7 +90,7 @@ def largest_load(scene: Scene, kind: PairOfSet) -> float:
     return next(kinds.load for kinds in build_set(heaviest).kinds if kinds.section == kind.section)
 
 
-def _analysis(scene: Scene, kind: PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
+def _analysis(scene: Scene, kind: gear_set.PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
     asked = scene.mesh.of(kind.section)
     initial = [None if scene.wear is None else scene.wear.initial_of(flank) for flank in kind.flanks]
     backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
@@ -162,16 +161,16 @@ def profile_points(scene: Scene) -> int:
     return int(np.clip(NODES_AT_DEFAULT * ratio ** (1 / 3), 81, 1601))
 
 
-def build_excitation(scene: Scene, gears: GearSet) -> Excitation:
+def build_excitation(scene: Scene, gears: gear_set.GearSet) -> Excitation:
     """Return how the mesh force reaches the dynamics, the same for every kind of mesh."""
     excitation: Excitation = scene.mesh.of(gears.kinds[0].section).excitation.build()
     return excitation
 
 
-def build_meshes(scene: Scene, gears: GearSet) -> tuple[Mesh, ...]:
+def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:
     """Return the meshes on their clock, each with one realisation of its errors."""
     errors = build_errors(scene, gears)
     return tuple(
-        Mesh(kind, float(lag), error)
+        clock.Mesh(kind, float(lag), error)
         for kind, lag, error in zip(gears.mesh_kinds, gears.mesh_lags, errors, strict=True)
     )

@@ -12,9 +12,8 @@ from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.system import System
 from wearlab.life.state import WearState
 from wearlab.life.vibration import Vibration
+from wearlab.mesh import stages, tabulation
 from wearlab.mesh.clock import sampling
-from wearlab.mesh.stages import StageTables
-from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
 from wearlab.scene.build.parts import Parts
 from wearlab.scene.build.vibration import OnClock, build_friction, fluctuation, mean_stiffness, steps_grid
@@ -95,10 +94,12 @@ class OverSpeed:
             fluctuation=fluctuation(scene, grid, 1, period),
         )
 
-    def mesh_at(self, speed: float) -> tuple[System, StageTables, float]:
+    def mesh_at(self, speed: float) -> tuple[System, stages.StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = self.vibration(speed)
-        tables = stage_tables(self.parts.coupling.touching(self.state), moving.sampling, moving.fluctuation)
+        tables = tabulation.stage_tables(
+            self.parts.coupling.touching(self.state), moving.sampling, moving.fluctuation
+        )
         return moving.system, tables, moving.period
 
 

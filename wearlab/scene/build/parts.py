@@ -11,17 +11,12 @@ from wearlab.gears.gear import GearPair
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import Mesh, breaks_on_clock, look
-from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.profile import Extension, Lookup
-from wearlab.scene import Scene
+from wearlab.mesh import clock, contact, gear_set, profile
+from wearlab.scene import Scene, presence
+from wearlab.scene.build import mesh, sets
 from wearlab.scene.build.contact import class_flags, contact_flags
-from wearlab.scene.build.mesh import build_analyses, build_meshes
-from wearlab.scene.build.sets import build_set, modifications
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
-from wearlab.scene.presence import oversights
 from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
@@ -45,7 +40,7 @@ class KindParts:
     """
 
     pair: GearPair
-    analysis: ContactAnalysis
+    analysis: contact.ContactAnalysis
     modification: Array
     path: WearPath
     law: PreparedLaw | None
@@ -74,9 +69,9 @@ class Parts:
     validity : assumed values and limits this scene touches, in words
     """
 
-    gears: GearSet
+    gears: gear_set.GearSet
     kinds: tuple[KindParts, ...]
-    meshes: tuple[Mesh, ...]
+    meshes: tuple[clock.Mesh, ...]
     edges: Array
     constant_error: Array
     coupling: Coupling
@@ -99,13 +94,13 @@ class Parts:
         """Speed of the reference gear relative to the carrier [rad/s]."""
         return self.gears.speed
 
-    def look(self, mesh: int, phases: Array) -> Lookup:
+    def look(self, mesh: int, phases: Array) -> profile.Lookup:
         """Return the look-up of clock phases (n,) among the nodes of a mesh."""
         own = self.meshes[mesh]
-        return look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
+        return clock.look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
 
 
-def build(scene: Scene, reach: Sequence[Extension] | None = None) -> Parts:
+def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Parts:
     """Turn a scene into physics.
 
     Parameters
@@ -118,10 +113,10 @@ def build(scene: Scene, reach: Sequence[Extension] | None = None) -> Parts:
     GearError
         When no such gears can exist or run.
     """
-    gears = build_set(scene)
-    analyses = build_analyses(scene, gears, reach)
-    meshes = build_meshes(scene, gears)
-    edges = breaks_on_clock([contact.grid for contact in analyses], meshes)
+    gears = sets.build_set(scene)
+    analyses = mesh.build_analyses(scene, gears, reach)
+    meshes = mesh.build_meshes(scene, gears)
+    edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
     patches = [
         None
@@ -160,7 +155,7 @@ def _friction(scene: Scene) -> float | None:
     return None if given is None else given.coefficient
 
 
-def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) -> KindParts:
+def _kind(scene: Scene, gears: gear_set.GearSet, kind: int, analysis: contact.ContactAnalysis) -> KindParts:
     gears_of_kind = gears.kinds[kind]
     path = build_path(
         gears_of_kind, analysis.grid.position, scene.mesh.of(gears_of_kind.section).face_load_factor
@@ -168,21 +163,23 @@ def _kind(scene: Scene, gears: GearSet, kind: int, analysis: ContactAnalysis) ->
     return KindParts(
         pair=gears_of_kind.pair,
         analysis=analysis,
-        modification=modifications(gears_of_kind.pair, analysis.grid.position),
+        modification=sets.modifications(gears_of_kind.pair, analysis.grid.position),
         path=path,
         law=build_law(scene, gears_of_kind.pair, path),
         film=build_film(scene, gears_of_kind.pair),
     )
 
 
-def _constant_error(scene: Scene, meshes: Sequence[Mesh]) -> Array:
+def _constant_error(scene: Scene, meshes: Sequence[clock.Mesh]) -> Array:
     """Return the once-per-revolution errors that are held [m]; others enter elsewhere."""
     return np.zeros(len(meshes)) if scene.errors is None else scene.errors.slow.constant(meshes)
 
 
-def _validity(scene: Scene, gears: GearSet, analyses: Sequence[ContactAnalysis]) -> tuple[str, ...]:
+def _validity(
+    scene: Scene, gears: gear_set.GearSet, analyses: Sequence[contact.ContactAnalysis]
+) -> tuple[str, ...]:
     """Return assumed values and limits of validity that the scene touches, one line each."""
-    flags = [*oversights(scene), *gears.assumed]
+    flags = [*presence.oversights(scene), *gears.assumed]
     for kind, analysis in zip(gears.kinds, analyses, strict=True):
         flags += contact_flags(scene, kind.section, kind.pair, analysis)
         stiffness = scene.mesh.of(kind.section).stiffness

@@ -6,13 +6,9 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.external import external_pair
+from wearlab.gears import external, internal, planetary, sets, train
 from wearlab.gears.gear import Gear, GearPair
-from wearlab.gears.internal import internal_pair
-from wearlab.gears.planetary import Carrier, PlanetarySet, planetary_set
-from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SetDescriptor
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
-from wearlab.gears.train import Train, TrainSpeeds
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
 
@@ -51,14 +47,14 @@ def basics_of(gears: Any) -> Basics:
     return Basics(gears.module, gears.pressure_angle, gears.face_width, material(gears.material))
 
 
-PAIRS: dict[SetDescriptor, Callable[..., GearPair]] = {
-    EXTERNAL_PAIR: external_pair,
-    INTERNAL_PAIR: internal_pair,
+PAIRS: dict[sets.SetDescriptor, Callable[..., GearPair]] = {
+    sets.EXTERNAL_PAIR: external.external_pair,
+    sets.INTERNAL_PAIR: internal.internal_pair,
 }
 """Who shapes the two gears of a pair."""
 
 
-def build_planetary(scene: Scene, *, sun_drives: bool) -> PlanetarySet:
+def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet:
     """Return the planetary set of ``[gears]``.
 
     Parameters
@@ -69,11 +65,11 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> PlanetarySet:
     gears: Any = scene.gears
     distances = gears.centre_distance
     pins = gears.carrier.pin_circle_diameter
-    return planetary_set(
+    return planetary.planetary_set(
         specification("sun", gears.sun),
         specification("planet", gears.planet),
         specification("ring", gears.ring),
-        Carrier(gears.carrier.mass, gears.carrier.inertia, None if pins is None else 0.5 * pins),
+        planetary.Carrier(gears.carrier.mass, gears.carrier.inertia, None if pins is None else 0.5 * pins),
         basics_of(gears),
         planets=gears.planets,
         planet_angles=gears.planet_angles,
@@ -137,11 +133,11 @@ def build_set(scene: Scene) -> GearSet:
     return BUILDERS[scene.gears.descriptor](scene)
 
 
-def train_of(scene: Scene) -> Train:
+def train_of(scene: Scene) -> train.Train:
     """Return the train of a planetary set: its speeds and torques."""
     gears: Any = scene.gears
     given: Any = scene.operation
-    return Train(
+    return train.Train(
         gears.sun.teeth, gears.planet.teeth, gears.ring.teeth, given.input, given.output, given.fixed
     )
 
@@ -206,7 +202,7 @@ def _body(gear: Gear) -> Body:
 
 
 def _nominal_speeds(
-    speeds: TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
+    speeds: train.TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
 ) -> dict[str, float]:
     """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
     speed = {
@@ -253,9 +249,9 @@ def _of_pair(scene: Scene) -> GearSet:
     )
 
 
-BUILDERS: dict[SetDescriptor, Callable[[Scene], GearSet]] = {
-    EXTERNAL_PAIR: _of_pair,
-    INTERNAL_PAIR: _of_pair,
-    PLANETARY: _of_planetary,
+BUILDERS: dict[sets.SetDescriptor, Callable[[Scene], GearSet]] = {
+    sets.EXTERNAL_PAIR: _of_pair,
+    sets.INTERNAL_PAIR: _of_pair,
+    sets.PLANETARY: _of_planetary,
 }
 """Who puts a kind of gear set into operation."""

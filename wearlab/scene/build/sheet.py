@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearlab.gears.drawing import ToothDrawing, drawing
+from wearlab.gears import drawing, shifts
 from wearlab.gears.gear import Gear, GearPair
-from wearlab.gears.shifts import involute
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import GearSet, build_set
 from wearlab.shop.materials import KGF_PER_MM2
@@ -44,7 +43,7 @@ class Sheet(NamedTuple):
 
     members: tuple[str, ...]
     rows: tuple[GearRow, ...]
-    drawings: tuple[tuple[str, ToothDrawing], ...]
+    drawings: tuple[tuple[str, drawing.ToothDrawing], ...]
 
 
 def sheet(scene: Scene) -> Sheet:
@@ -56,13 +55,13 @@ def sheet(scene: Scene) -> Sheet:
     """
     gears = build_set(scene)
     pairs = [kind.pair for kind in gears.kinds]
-    drawn = tuple((" and ".join(gear.name for gear in pair.gears), drawing(pair)) for pair in pairs)
+    drawn = tuple((" and ".join(gear.name for gear in pair.gears), drawing.drawing(pair)) for pair in pairs)
     return Sheet(tuple(gears.gears), tuple(gear_rows(scene, gears)), drawn)
 
 
 def thickness(gear: Gear) -> float:
     """Return the tooth thickness on the reference circle [m]; of a ring what stands between two spaces."""
-    half = gear.base_half_angle - involute(gear.pressure_angle)
+    half = gear.base_half_angle - shifts.involute(gear.pressure_angle)
     whole = math.pi / gear.teeth - half if gear.internal else half
     return 2.0 * gear.reference_radius * whole
 

@@ -10,50 +10,35 @@ import numpy as np
 from scipy.linalg import null_space
 
 from wearlab.arrays import Array
-from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
+from wearlab.dynamics import methods, modes, system
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.modes import modes
-from wearlab.dynamics.steps.count import (
-    EXACT_LARGEST,
-    STABLE,
-    exact_steps_per_period,
-    fastest_rate,
-    graded_steps,
-    steps_per_period,
-)
-from wearlab.dynamics.steps.kernel import is_small
-from wearlab.dynamics.system import System
-from wearlab.gears.gear import GearPair
-from wearlab.gears.specification import GearError
+from wearlab.dynamics.steps import count, kernel
+from wearlab.gears import gear, specification
 from wearlab.life.vibration import Vibration, hunting_grid
+from wearlab.mesh import contact, gear_set, stages
 from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
-from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.stages import StageGrid, stage_grid
-from wearlab.scene import Scene
+from wearlab.scene import Scene, mesh, operation
 from wearlab.scene.build.mesh import build_excitation
-from wearlab.scene.mesh import OneMesh
-from wearlab.scene.operation import TorqueFluctuation
 
 ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""
 
 
-def build_system(scene: Scene, gears: GearSet, stiffness: Array) -> System:
+def build_system(scene: Scene, gears: gear_set.GearSet, stiffness: Array) -> system.System:
     """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
     assert scene.dynamics is not None
     meshes = tuple(_with_backlash(scene.mesh.of(kind.section), kind.pair) for kind in gears.kinds)
     return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness))
 
 
-def _with_backlash(mesh: OneMesh, pair: GearPair) -> OneMesh:
+def _with_backlash(mesh: mesh.OneMesh, pair: gear.GearPair) -> mesh.OneMesh:
     """Return the options of a mesh with the backlash of the drawing where none is given."""
     if mesh.normal_backlash is not None or pair.drawn_backlash is None:
         return mesh
     return mesh.model_copy(update={"normal_backlash": pair.drawn_backlash})
 
 
-def check_held(scene: Scene, gears: GearSet) -> None:
+def check_held(scene: Scene, gears: gear_set.GearSet) -> None:
     """Refuse a set of which anything floats: its meshes need no more than to be there.
 
     Raises
@@ -93,7 +78,7 @@ class OnClock(NamedTuple):
     edges : phases between which every mesh is smooth, 0 first and 1 last [1]
     """
 
-    analyses: Sequence[ContactAnalysis]
+    analyses: Sequence[contact.ContactAnalysis]
     meshes: Sequence[Mesh]
     edges: Array
 
@@ -105,8 +90,8 @@ class OnClock(NamedTuple):
 
 def build_vibration(
     scene: Scene,
-    gears: GearSet,
-    analyses: Sequence[ContactAnalysis],
+    gears: gear_set.GearSet,
+    analyses: Sequence[contact.ContactAnalysis],
     meshes: tuple[Mesh, ...],
     edges: Array,
 ) -> Vibration | None:
@@ -136,51 +121,53 @@ def build_vibration(
     )
 
 
-def steps_grid(scene: Scene, clock: OnClock, system: System, stiffness: Array, period: float) -> StageGrid:
+def steps_grid(
+    scene: Scene, clock: OnClock, system: system.System, stiffness: Array, period: float
+) -> stages.StageGrid:
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
     breaks, tolerance, given = clock.breaks, scene.numerics.tolerance, scene.numerics.steps_per_period
-    turned = fastest_rate(system, stiffness) * period
-    exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not is_small(system)
-    slow = graded_steps(system, stiffness, period, tolerance, breaks, given) if exact else None
+    turned = count.fastest_rate(system, stiffness) * period
+    exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not kernel.is_small(system)
+    slow = count.graded_steps(system, stiffness, period, tolerance, breaks, given) if exact else None
     if slow is not None:
         return slow
     if given is not None:
         if not exact:
             _check_stable(scene, turned)
-        return stage_grid(breaks, given)
-    if turned > MOST_STEPS * (EXACT_LARGEST if exact else STABLE):
-        raise GearError(
+        return stages.stage_grid(breaks, given)
+    if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
+        raise specification.GearError(
             f"a mesh period lasts {period:.3g} s, in which the fastest mode turns by {turned:.3g} rad: that "
             f"takes more than {MOST_STEPS} steps; so slow a motion is quasi-static: drop [dynamics], raise "
             "the speed, or give numerics.steps_per_period"
         )
-    rule = exact_steps_per_period if exact else steps_per_period
+    rule = count.exact_steps_per_period if exact else count.steps_per_period
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
-    grid = stage_grid(breaks, steps)
+    grid = stages.stage_grid(breaks, steps)
     while len(grid.width) < MOST_FOR_MESH and _missing(clock, grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
-        grid = stage_grid(breaks, steps)
+        grid = stages.stage_grid(breaks, steps)
     return grid
 
 
-def _check_definite(system: System, stiffness: Array) -> None:
+def _check_definite(system: system.System, stiffness: Array) -> None:
     """Refuse a set that turns so fast, or is held so softly, that its planets fly off their pins."""
     if system.rotation == 0.0:
         return
     try:
-        modes(system, stiffness)
+        modes.modes(system, stiffness)
     except ValueError as error:
-        raise GearError(str(error)) from error
+        raise specification.GearError(str(error)) from error
 
 
-def nominal_motion(gears: GearSet, system: System) -> Array | None:
+def nominal_motion(gears: gear_set.GearSet, system: system.System) -> Array | None:
     """Return speeds (n,) of the nominal rotation, which no mesh resists; None where x alone moves [m/s]."""
     if not system.turns.any():
         return None
     return np.array([gears.turning.get(name, 0.0) for name in system.coordinates])
 
 
-def build_friction(scene: Scene, gears: GearSet) -> Friction | None:
+def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
     """Return the friction of the flanks, None without; a mirrored set counts path positions backwards."""
     given = scene.dynamics.friction if scene.dynamics is not None else None
     if given is None:
@@ -194,19 +181,19 @@ def _check_stable(scene: Scene, turned: float) -> None:
     if steps is None or scene.dynamics is None or not scene.dynamics.steps_by_runge_kutta:
         return
     if turned > STABILITY_OF_RK4 * steps:
-        raise GearError(
+        raise specification.GearError(
             f"numerics.steps_per_period = {steps} is beyond the stability of Runge-Kutta 4 by a factor "
             f"{turned / (STABILITY_OF_RK4 * steps):.3g}: give {int(np.ceil(turned))} or more, or leave it out"
         )
 
 
-def patient(method: Method, system: System, steps: int) -> Method:
+def patient(method: methods.Method, system: system.System, steps: int) -> methods.Method:
     """Return the method with marches that take a bounded number of steps, however many a period has.
 
     Steps follow the fastest mode: a march of as many lasts about as long in time, in which motions die out.
     """
-    afforded = AFFORDED if is_small(system) else AFFORDED_DENSE
-    if not isinstance(method, Periodic) or steps <= afforded:
+    afforded = AFFORDED if kernel.is_small(system) else AFFORDED_DENSE
+    if not isinstance(method, methods.Periodic) or steps <= afforded:
         return method
     share = afforded / steps
     return replace(
@@ -217,11 +204,11 @@ def patient(method: Method, system: System, steps: int) -> Method:
     )
 
 
-def _missing(clock: OnClock, grid: StageGrid) -> float:
+def _missing(clock: OnClock, grid: stages.StageGrid) -> float:
     return max(unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes)
 
 
-def unresolved(analysis: ContactAnalysis, mesh: Mesh, grid: StageGrid) -> float:
+def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid) -> float:
     """Return the share of mesh stiffness and of prescribed error that the stages of a grid miss [1].
 
     Three stages of a step say as much as the parabola through them. Its mean distance from the curve, taken
@@ -253,7 +240,7 @@ def _missed(values: Array, width: Array, scale: Callable[[Array], Any]) -> float
     return float(width @ distance) / size if size > 0.0 else 0.0
 
 
-def hunting_period(scene: Scene, gears: GearSet, meshes: Sequence[Mesh]) -> int:
+def hunting_period(scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]) -> int:
     """Return the mesh periods until everything repeats: teeth whose slow errors turn, and the input torque.
 
     Raises
@@ -267,7 +254,7 @@ def hunting_period(scene: Scene, gears: GearSet, meshes: Sequence[Mesh]) -> int:
     return lcm(turns, *(_repeats(one, gears.period) for one in scene.operation.fluctuation))
 
 
-def _repeats(one: TorqueFluctuation, period: float) -> int:
+def _repeats(one: operation.TorqueFluctuation, period: float) -> int:
     """Return the mesh periods after which a harmonic of the torque repeats."""
     order = one.order_at(period)
     near = Fraction(order).limit_denominator(LONGEST_PERIOD)
@@ -275,14 +262,16 @@ def _repeats(one: TorqueFluctuation, period: float) -> int:
         return near.denominator
     key = "order" if one.frequency is None else "frequency"
     told = f"{float(near):.6g}" if one.frequency is None else f"{float(near) / period:.8g} Hz"
-    raise GearError(
+    raise specification.GearError(
         f"operation.torque_fluctuation.{key}: {order:.6g} times the mesh frequency of {1 / period:.6g} Hz "
         f"repeats after more than {LONGEST_PERIOD} mesh periods; give {told}, which repeats after "
         f"{near.denominator}"
     )
 
 
-def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: System) -> Array | None:
+def slow_errors(
+    scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh], system: system.System
+) -> Array | None:
     """Return once-per-revolution errors (n_angles, n_mesh) [m], None where none is or nothing answers.
 
     A constant error does nothing to a set that turns freely until it is taken up: when some ``D q = e`` has
@@ -299,13 +288,13 @@ def slow_errors(scene: Scene, gears: GearSet, meshes: Sequence[Mesh], system: Sy
     return None if np.abs(taken_up - rows.T).max() <= TAKEN_UP * np.abs(rows).max() else rows
 
 
-def mean_stiffness(analysis: ContactAnalysis) -> float:
+def mean_stiffness(analysis: contact.ContactAnalysis) -> float:
     """Return the mean of the mesh stiffness of unworn flanks over one period [N/m]."""
     _, weight = analysis.grid.phase_nodes
     return float(weight @ analysis.unworn[1].tangent)
 
 
-def fluctuation(scene: Scene, grid: StageGrid, periods: int, duration: float) -> Array | None:
+def fluctuation(scene: Scene, grid: stages.StageGrid, periods: int, duration: float) -> Array | None:
     """Return ``Σ aᵢ cos(2π orderᵢ φ + phaseᵢ)/a₁`` at the stages of some mesh periods, (n, 3), or None.
 
     Parameters
@@ -325,9 +314,9 @@ def fluctuation(scene: Scene, grid: StageGrid, periods: int, duration: float) ->
     return np.asarray(sum(waves) / harmonics[0].amplitude)
 
 
-METHODS: dict[str, Callable[[Scene], Method]] = {
-    "periodic": lambda scene: Periodic(),
-    "rk4": lambda scene: RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
-    "rk45": lambda scene: RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
-    "newmark": lambda scene: Newmark(tolerance=1e-3 * scene.numerics.tolerance),
+METHODS: dict[str, Callable[[Scene], methods.Method]] = {
+    "periodic": lambda scene: methods.Periodic(),
+    "rk4": lambda scene: methods.RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
+    "rk45": lambda scene: methods.RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
+    "newmark": lambda scene: methods.Newmark(tolerance=1e-3 * scene.numerics.tolerance),
 }

@@ -5,17 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.arrays import Array
-from wearlab.compiled import compiled_if_possible
+from wearlab import arrays, compiled, slots
 from wearlab.gears.gear import GearPair
-from wearlab.life.coupled import Coupled
-from wearlab.life.limits import Limits, Snapshots
-from wearlab.life.load import Load
-from wearlab.life.loads.instant import InstantLoad
-from wearlab.life.loads.static import StaticLoad
+from wearlab.life import coupled, limits, load
+from wearlab.life.loads import instant, static
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
-from wearlab.slots import Variant
 from wearlab.wear.coefficients import CoefficientModel, standard_film
 from wearlab.wear.film import Film, composite_rq
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
@@ -84,11 +79,11 @@ def _flank(scene: Scene, given: CoefficientModel, where: Setting) -> FlankLaw:
     )
 
 
-def of_user(variant: Variant, built: Any) -> Any:
+def of_user(variant: slots.Variant, built: Any) -> Any:
     """Return what a variant built; a function of a user's compiles where it can."""
     if variant.origin is None or not isinstance(built, FunctionType):
         return built
-    return compiled_if_possible(built, f"{variant.origin.file}: {variant.chosen!r}")
+    return compiled.compiled_if_possible(built, f"{variant.origin.file}: {variant.chosen!r}")
 
 
 def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad | None:
@@ -100,14 +95,14 @@ def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad |
     return thickness._replace(scale=thickness.scale / composite_rq(where.roughness))
 
 
-def build_load(scene: Scene) -> Load:
+def build_load(scene: Scene) -> load.Load:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
-        return StaticLoad() if scene.dynamics is None else InstantLoad()
+        return static.StaticLoad() if scene.dynamics is None else instant.InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 
-def build_path(pair: PairOfSet, position: Array, face_load_factor: float) -> WearPath:
+def build_path(pair: PairOfSet, position: arrays.Array, face_load_factor: float) -> WearPath:
     """Return what the wear law needs to know of the path of contact at positions (n,) [m].
 
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
@@ -128,7 +123,7 @@ def build_path(pair: PairOfSet, position: Array, face_load_factor: float) -> Wea
     )
 
 
-def flank_entries(flank: str | None, gears: GearSet, coupling: Coupled) -> slice:
+def flank_entries(flank: str | None, gears: GearSet, coupling: coupled.Coupled) -> slice:
     """Return where a flank's depths lie in the flat state; all of them when no flank is named."""
     return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
 
@@ -136,10 +131,10 @@ def flank_entries(flank: str | None, gears: GearSet, coupling: Coupled) -> slice
 def build_limits(
     scene: Scene,
     gears: GearSet,
-    coupling: Coupled,
+    coupling: coupled.Coupled,
     speed: float | None = None,
     passed: tuple[float, float] = (0.0, 0.0),
-) -> Limits:
+) -> limits.Limits:
     """Return where the life ends, in cycles of the reference gear and depth; nowhere if nothing is said.
 
     Parameters
@@ -150,7 +145,7 @@ def build_limits(
     """
     until: Any = scene.wear.until if scene.wear else None
     if until is None:
-        return Limits(None, None, slice(None))
+        return limits.Limits(None, None, slice(None))
     turned = (gears.speed if speed is None else speed) / (2 * np.pi)
     cycles = [
         None if until.cycles is None else until.cycles - passed[0],
@@ -158,13 +153,15 @@ def build_limits(
         None if until.hours is None else (3600.0 * until.hours - passed[1]) * turned,
     ]
     given = [value for value in cycles if value is not None]
-    return Limits(min(given) if given else None, until.depth, flank_entries(until.flank, gears, coupling))
+    return limits.Limits(
+        min(given) if given else None, until.depth, flank_entries(until.flank, gears, coupling)
+    )
 
 
-def build_snapshots(scene: Scene, gears: GearSet, coupling: Coupled) -> Snapshots:
+def build_snapshots(scene: Scene, gears: GearSet, coupling: coupled.Coupled) -> limits.Snapshots:
     """Return the states asked for on the way."""
     asked: Any = scene.wear.snapshots if scene.wear else None
     if asked is None:
-        return Snapshots()
+        return limits.Snapshots()
     cycles = tuple(asked.cycles or ()) + tuple(n / gears.reference_teeth for n in asked.mesh_cycles or ())
-    return Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling))
+    return limits.Snapshots(cycles, tuple(asked.depth or ()), flank_entries(asked.flank, gears, coupling))
