@@ -1,5 +1,6 @@
 """How far a run can be trusted, as figures show it: bars of estimated errors, hollow marks, one note."""
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ TRUSTED = "as usual"
 LOST = "contact lost"
 SEEN = 0.01  # of the range of the values: smaller errors are hidden by lines and marks
 MOST_NAMED = 6
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 DEPTH, FORCE, LARGEST, LIFE = (
     f"error_estimate_{of}" for of in ("wear_depth", "mesh_force", "mesh_force_max", "life")
 )
@@ -99,15 +101,32 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
         drawn = any(_is_seen(series, side) for side in "xy")
         how = "Bars and bands: estimated numerical error" if drawn else "Estimated numerical error"
         said.append(f"{how}, up to {100 * largest:.2g} %{'' if drawn else ': too small to be seen'}.")
-    doubtful: dict[str, list[str]] = {}
+    doubtful: dict[tuple[str, ...], list[tuple[str, str]]] = {}
     for run in runs:
         if run.doubts:
-            doubtful.setdefault(", ".join(run.doubts), []).append(_name(run))
+            why = ", ".join(run.doubts)
+            doubtful.setdefault(tuple(NUMBER.split(why)), []).append((_name(run), why))
     if doubtful:
-        told = [f"{_listed(list(dict.fromkeys(names)))} ({why})".strip() for why, names in doubtful.items()]
+        told = []
+        for alike in doubtful.values():
+            names = list(dict.fromkeys(name for name, _ in alike))
+            told.append(f"{_listed(names)} ({_in_one([why for _, why in alike])})".strip())
         more = f"; and for {len(told) - MOST_NAMED} more reasons" if len(told) > MOST_NAMED else ""
         said.append(f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}.")
     return " ".join(said)
+
+
+def _in_one(reasons: Sequence[str]) -> str:
+    """Return reasons that differ in their numbers alone as one, with the range of each number.
+
+    >>> _in_one(["off by 53 % of 2", "off by 179 % of 2"])
+    'off by 53 to 179 % of 2'
+    """
+    words = NUMBER.split(reasons[0])
+    found = zip(*(NUMBER.findall(reason) for reason in reasons), strict=True)
+    ranges = [sorted(set(numbers), key=float) for numbers in found]
+    told = [some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}" for some in ranges]
+    return "".join(word + number for word, number in zip(words, [*told, ""], strict=True))
 
 
 def _is_seen(series: Sequence[Series], side: str) -> bool:
