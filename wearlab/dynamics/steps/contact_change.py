@@ -37,6 +37,8 @@ LEFT_OUT_OF_TANGENTS = 1e-12
 PLACED = 1e-8
 """Last move of Newton's method, in parts of a step, after which the next one changes nothing."""
 MOST_ITERATIONS = 60
+REST = 1e-10
+"""Last term of a series over its first ones, above which a shorter time is asked of it."""
 SHORTEST = 1e-4
 """Part of a step below which a series that does not end is taken as it is."""
 
@@ -137,6 +139,12 @@ def largest(term: Any, first: int, end: int) -> float:
         for col in range(first, end):
             modulus = max(modulus, abs(term[row, col]))
     return modulus
+
+
+@jit_inner
+def diverges(terms: Any) -> bool:
+    """Whether the last term of a motion is no rest: the series is asked for more time than it reaches."""
+    return largest(terms[TERMS - 1], 0, 1) > REST * (largest(terms[0], 0, 1) + largest(terms[1], 0, 1))
 
 
 @jit_inner
@@ -437,8 +445,8 @@ def step_with_changes(
                 given.terms[0, row, col] = state[row, col]
                 given.terms[1, row, col] = h * state[n + row, col]
         terms = expand(kernel, factor, s.mesh, s.force, h)
-        if terms == TERMS and part > SHORTEST:
-            part = 0.5 * min(part, end - a)  # longer than the series reaches
+        if terms == TERMS and part > SHORTEST and diverges(given.terms):
+            part = 0.5 * min(part, end - a)
             continue
         u, m, f = next_change(kernel, tables, step, a, end, h, m, f, terms, s, law)
         if u > 1.0 or changes == MOST_CHANGES:
