@@ -92,7 +92,7 @@ def test_settings_that_physics_refuses_are_left_out(problem, known, wears, monke
 
 def test_euler_over_cycles_is_of_first_order_and_lives_agree(wears):
     problem = lives.wearing(wears)
-    known = lives.lived(problem, lives.Adaptive(), 1e-5)
+    known = lives.lived(problem, lives.adaptive.Adaptive(), 1e-5)
     other = lives.second_life(problem, known.cycle)
     assert max(lives.errors(known, other)) < 3e-5
     deepest = float(known.depth.max())

@@ -115,6 +115,7 @@ def test_every_dimensional_option_is_known_to_this_test():
         "tooth_thickness_allowance",
         "upper",
         "lower",
+        "frequency",
         "longest",
         "value",
         "mean",
