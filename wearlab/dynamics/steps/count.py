@@ -110,7 +110,8 @@ def graded_steps(
     equal = exact_steps_per_period(system, mesh_stiffness_max, period, tolerance, len(breaks))
     rates = _eigenvalues(system, mesh_stiffness_max)
     size = np.abs(rates)
-    ratio = float((-rates.real / size)[size > RIGID * size.max()].min())
+    vibrates = size > RIGID * size.max()
+    ratio = float((-rates.real[vibrates] / size[vibrates]).min())
     if equal < GRADED_FROM or ratio <= 0.0:
         return None
     alike = np.log(1.0 / tolerance) * equal / (ratio * float(size.max()) * period)
