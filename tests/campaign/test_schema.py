@@ -102,7 +102,8 @@ def leaves(node):
 
 def test_every_dimensional_option_has_a_unit():
     exponents = {"CheckBlock", "PopulationBlock"}  # whose power is one
-    plain = {"StiffnessUnits", "ProfileUnits", "Columns", *exponents}
+    columns = {"Columns", "RecordColumns"}  # which name a column of a file
+    plain = {"StiffnessUnits", "ProfileUnits", *columns, *exponents}
     for owner, key, node in PROPERTIES:
         if key in DIMENSIONAL and owner not in plain and "$ref" not in node and node.get("type") != "object":
             assert any("unit" in leaf for leaf in leaves(node)), f"{owner}.{key}"

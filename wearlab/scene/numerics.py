@@ -66,8 +66,8 @@ class StoreSection(options.Part):
 
     results: dict[str, str] = options.option(
         {},
-        "results of plug-ins that are stored, each with the hash of its source; the plug-ins that a file "
-        "names enter theirs by themselves",
+        "results of plug-ins that are stored, each with the hash of its source",
+        derived="those of the plug-ins that the file names",
         source="wearlab",
     )
 
