@@ -87,6 +87,13 @@ def test_what_no_checkpoint_holds_is_refused(stored):
         decoded(image)
 
 
+def test_keys_that_take_ages_to_hash_are_refused():
+    """Tuples within tuples, each twice, are read in no time; as a key they had taken 2^60 steps."""
+    nested = [["tuple", []], *(["tuple", [[k], [k]]] for k in range(60)), ["table", [[[60], 1]]]]
+    with pytest.raises(CheckpointError, match="is no key of a table"):
+        decoded(json.dumps({"values": nested, "root": [61]}).encode() + b"\n")
+
+
 @pytest.mark.parametrize("image", [b"", b"{}", b"[" * 100_000, b'{"values": 3, "root": [0]}\n', b"\x80\x04."])
 def test_what_is_no_checkpoint_is_refused(image):
     with pytest.raises(CheckpointError):

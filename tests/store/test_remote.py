@@ -210,3 +210,23 @@ def test_a_run_larger_than_the_catalogue_says_is_not_read_whole(elsewhere):
     with pytest.raises(StoreError, match=r"is larger than the .* bytes that the catalogue says"):
         here.run(run_id)
     here.close()
+
+
+def test_what_a_server_says_beyond_its_answer_does_not_fill_the_screen(tmp_path, monkeypatch):
+    """aiohttp repeats all of it, and the message had 260,000 characters."""
+    pytest.importorskip("aiohttp")
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
+    filled(tmp_path / "there" / "store", sweep(1)).close()
+
+    class Longer(Quiet):
+        def do_GET(self):
+            with suppress(OSError):
+                self.wfile.write(b"HTTP/1.0 200 OK\r\nContent-Length: 0\r\n\r\n" + bytes(200_000))
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Longer, directory=str(tmp_path / "there")))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    with pytest.raises(StoreError) as refused:
+        Store(f"http://127.0.0.1:{server.server_port}/store")
+    server.shutdown()
+    server.server_close()
+    assert len(str(refused.value)) < 500

@@ -121,7 +121,8 @@ class _Writer:
             case slice():
                 return ["slice", value.start, value.stop, value.step]
             case dict():
-                return ["table", [[self.reference(key), self.reference(v)] for key, v in value.items()]]
+                items = value.items()
+                return ["table", [[self.reference(_key(key)), self.reference(v)] for key, v in items]]
         if type(value) in (tuple, list):
             return [type(value).__name__, [self.reference(each) for each in value]]
         kind, names = type(value), _names(value)
@@ -171,7 +172,7 @@ class _Reader:
             case ["slice", start, stop, step]:
                 return slice(start, stop, step)
             case ["table", list(items)]:
-                return {self.value(key): self.value(value) for key, value in items}
+                return {_key(self.value(key)): self.value(value) for key, value in items}
             case ["tuple", list(items)]:
                 return tuple(self.value(each) for each in items)
             case ["list", list(items)]:
@@ -188,6 +189,13 @@ class _Reader:
         count = int(np.prod(lengths, dtype=object))
         flat = np.frombuffer(self.arrays, dtype, count, offset) if count else np.empty(0, dtype)
         return flat.reshape(lengths, order=order).copy(order)
+
+
+def _key(key: Any) -> Any:
+    """Return a key of a table: a plain value or a tuple of these, whose hash takes no longer than it is."""
+    if all(type(part) in PLAIN for part in (key if type(key) is tuple else (key,))):
+        return key
+    raise CheckpointError(f"{str(type(key))[:60]} is no key of a table")
 
 
 def _index(number: Any) -> int:

@@ -149,7 +149,8 @@ def _reached(address: str) -> Iterator[None]:
     except ImportError as error:
         raise StoreError(f"{address}: {error}; pip install 'wearlab[remote]'") from error
     except Exception as error:  # every protocol has errors of its own
-        raise StoreError(f"{address}: cannot be read ({error or type(error).__name__})") from error
+        reason = str(error).partition("\n")[0][:300] or type(error).__name__  # some repeat the whole answer
+        raise StoreError(f"{address}: cannot be read ({reason})") from error
 
 
 def _is_begun(files: Any, journal: str) -> bool:
