@@ -258,7 +258,7 @@ def _notes(
                 "update.record is mixed at the median of k; at the ends of its 90 % interval the wear of the "
                 f"past differs by {100 * run_off:.0f} %: more measurements narrow it"
             )
-    if study.costly and stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0)):
+    if stats["runs"] > 1.0 and stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0)):
         notes.append(
             f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
         )
