@@ -8,8 +8,9 @@ import csv
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +108,12 @@ class ReadTable:
                 if text == column:
                     return name
         return next((n for n in self.names if n.casefold() == column.strip().casefold()), None)
+
+    def where(self, name: str, text: str) -> "ReadTable":
+        """Return the rows that have a text in a column."""
+        held = [cell == text for cell in self.cells[name]]
+        cells = {key: tuple(compress(column, held)) for key, column in self.cells.items()}
+        return replace(self, cells=cells, lines=tuple(compress(self.lines, held)))
 
     def meant(self, quantity: str, mapped: Mapping[str, str]) -> str | None:
         """Return the column of a quantity: the one mapped to it, or the one whose name says so."""

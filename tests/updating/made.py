@@ -7,9 +7,9 @@ import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update_options import Columns, Data, ErrorModel, Limit, UpdateSpec
-from wearlab.updating.history import Asked, RunCurve, RunHistory
 from wearlab.updating.likelihood import block_of
-from wearlab.updating.observations import Observed
+from wearlab.updating.measurements import Observed
+from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 from wearlab.updating.study import FACTOR, MeasuredCase
 
 RATE = 2e-8  # kg a cycle at factor 1

@@ -8,7 +8,7 @@ import pytest
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Days
-from wearlab.updating.answer import days_of
+from wearlab.updating.lives import days_of
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 CYCLES = np.array([0.0, 36_525.0, np.inf, 1e12])

@@ -7,8 +7,8 @@ from scipy import stats
 
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
-from wearlab.updating.change import changing, facts_of
-from wearlab.updating.observations import UpdateError
+from wearlab.updating.clocks import changing, facts_of
+from wearlab.updating.measurements import UpdateError
 from wearlab.updating.outcome import answered
 from wearlab.updating.posterior import posterior
 

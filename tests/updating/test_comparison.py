@@ -5,8 +5,9 @@ import pytest
 from made import RATE, ErrorModel, history, observed, study
 from scipy import stats
 
-from wearlab.updating.comparison import compared, in_words
 from wearlab.updating.outcome import outcome
+from wearlab.updating.report_text import text_of_models
+from wearlab.updating.scores import compared
 
 CYCLES, SD = np.array([2e5, 4e5, 6e5, 8e5]), 5e-4
 WIDE = {"lognormal": {"median": 1.0, "cov": 1.0}}
@@ -41,7 +42,7 @@ def test_evidence_and_inspections_left_out_are_those_of_a_quadrature():
         evidence, alone = by_quadrature(rate, values)
         assert float(found["log_evidence"][k]) == pytest.approx(evidence, abs=1e-5)
         assert float(found["log_left_out"][k]) == pytest.approx(alone, abs=1e-5)
-    assert in_words(found)[-1] == "the data lean towards as it is against five times"
+    assert text_of_models(found)[-1] == "the data lean towards as it is against five times"
 
 
 def test_accumulating_noise_is_preferred_where_it_accumulates():
@@ -50,7 +51,7 @@ def test_accumulating_noise_is_preferred_where_it_accumulates():
     one = made(RATE, RATE * CYCLES + walk, "rig", ErrorModel(1e-4, 0.0, 0.0, 4e-3))
     found = compared([one])
     assert found["model"].values.tolist() == ["rig, accumulating noise", "rig, independent errors"]
-    assert "strongly prefer rig, accumulating noise to rig, independent errors" in in_words(found)[-1]
+    assert "strongly prefer rig, accumulating noise to rig, independent errors" in text_of_models(found)[-1]
 
 
 def test_a_single_model_is_not_compared():

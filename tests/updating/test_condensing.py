@@ -8,9 +8,9 @@ from made import ErrorModel, blocks, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating import likelihood
-from wearlab.updating.history import Asked, RunCurve
 from wearlab.updating.likelihood import Lanes
 from wearlab.updating.outcome import answered
+from wearlab.updating.run_curves import Asked, RunCurve
 
 KNOTS = np.array([0.0, 1e5, 1.3e5, 4e5, 4.001e5, 9e5, 1.2e6])
 PLACES = 3

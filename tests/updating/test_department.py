@@ -8,7 +8,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.updating import update
-from wearlab.updating.summary import answers, told
+from wearlab.updating.report_text import answers, text_of
 
 END = date(2026, 6, 30)
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_department.toml"
@@ -46,8 +46,8 @@ def test_every_gearbox_gets_a_day_that_is_true_of_its_own_loads(tree):
 
 
 def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what(tree):
-    text = "\n".join(told(tree))
-    assert sum(line.strip().startswith("G") for line in told(tree)) >= 12
+    text = "\n".join(text_of(tree))
+    assert sum(line.strip().startswith("G") for line in text_of(tree)) >= 12
     assert "! G06 at " in text and "look at the reading, its unit and its hours" in text
     assert "leaving out the inspections above that are marked !" in text
     first, second = (line for line in answers(tree) if line.startswith("open "))

@@ -5,8 +5,8 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.updating.answer import first_passage
 from wearlab.updating.draws import drawn
+from wearlab.updating.lives import first_passage
 from wearlab.updating.outcome import answered
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])

@@ -16,9 +16,9 @@ from wearlab.figures.drawing import draw
 from wearlab.report.page import report
 from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
-from wearlab.updating.observations import calendar_of
+from wearlab.updating.measurements import calendar_of
+from wearlab.updating.report_text import answers, text_of
 from wearlab.updating.study import studies
-from wearlab.updating.summary import answers, told
 
 HEAD, _, BLOCK = STATIC.partition("[[update.data]]")
 FLEET = f"""{HEAD}
@@ -73,7 +73,7 @@ def test_every_unit_gets_a_day_and_an_interval(kept, store):
     assert pace["B"] > pace["D"] > pace["C"]
     wide = np.ptp(np.log(predictions["factor_quantile"].values[:, [0, 4]]), axis=1)
     assert wide[4] > 1.5 * wide[:4].max()  # not yet measured
-    text = "\n".join(told(tree))
+    text = "\n".join(text_of(tree))
     assert "open B first" in text and "!" not in text and "not measured" in text
     assert "inspections foreseen from those before" in text
     assert len(answers(tree)) == 7 and answers(tree)[0].startswith("A: the limit is reached on 20")
@@ -84,7 +84,7 @@ def test_every_unit_gets_a_day_and_an_interval(kept, store):
 
 def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(tmp_path, store, kept):
     tree = update(fleet(tmp_path, ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")), store)
-    text = "\n".join(told(tree))
+    text = "\n".join(text_of(tree))
     assert "! B at 840 h: much more wear than" in text and "leaving out" in text
     clean = kept[1]["predictions"]["life_quantile"].sel(unit="A").values
     spoilt, without = (

@@ -8,8 +8,7 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.checks import ALARM, checks
-from wearlab.updating.draws import drawn
+from wearlab.updating.draws import ALARM, checks, drawn
 from wearlab.updating.outcome import answered, outcome
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}

@@ -4,7 +4,7 @@ import pytest
 
 from wearlab.campaign import CampaignError
 from wearlab.campaign.update import read_update
-from wearlab.updating.observations import UpdateError, read_observations
+from wearlab.updating.measurements import UpdateError, read_observations
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 GOOD = "# weighed on Mondays\ncycles,loss\n100,1.5\n200,3.0\n"

@@ -11,9 +11,9 @@ import wearlab as wl
 from wearlab.campaign import CampaignError
 from wearlab.campaign.update_options import RecordBlock, RecordColumns
 from wearlab.updating import UpdateError, update
-from wearlab.updating.record import read_record
+from wearlab.updating.measurements import read_record
+from wearlab.updating.report_text import text_of
 from wearlab.updating.study import studies
-from wearlab.updating.summary import told
 
 RPM = 1200.0
 ROWS = ((0, 500, RPM), (100, 250, 0.5 * RPM), (400, 0, 0), (450, 420, RPM), (600, "", ""))
@@ -69,7 +69,7 @@ def test_a_record_gives_the_life_that_stages_have(staged, tmp_path):
     plain = without[0] + "[[update.data]]" + without[2].partition("[[update.data]]")[2]
     other = update(campaign(tmp_path, weighings, text=plain), wl.Store(tmp_path / "store"), progress=False)
     assert abs(float(other["predictions"]["factor_quantile"][2]) / 1.3 - 1.0) > 0.1
-    assert any("wear" in line for line in told(tree))
+    assert any("wear" in line for line in text_of(tree))
 
 
 def block(folder, text, **columns):

@@ -7,7 +7,8 @@ from scipy import stats
 from scipy.integrate import quad
 
 from wearlab.updating.outcome import answered
-from wearlab.updating.validation import EVEN, calibrated, crps, interval_score, replayed, scored
+from wearlab.updating.scores import EVEN, crps, interval_score, replayed, scored
+from wearlab.updating.twins import calibrated
 
 CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
 

@@ -9,9 +9,9 @@ import xarray as xr
 import wearlab as wl
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
-from wearlab.updating.history import StoredRun, history_of
+from wearlab.updating.report_text import _unknowns, answers, text_of
+from wearlab.updating.run_curves import history_of, variables_of
 from wearlab.updating.study import needed, studies
-from wearlab.updating.summary import _unknowns, answers, told
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 
@@ -43,7 +43,7 @@ def test_an_update_has_the_groups_of_arviz_and_names_of_the_contract(tree):
     assert predictions["quantile"].values.tolist() == [0.05, 0.25, 0.5, 0.75, 0.95]
     draws = np.quantile(posterior["life"], [0.25, 0.5, 0.75])
     assert draws == pytest.approx(predictions["life_quantile"].values[1:4], rel=0.01)
-    assert any(line.startswith("  remaining life at 1.5e+08 cycles") for line in told(tree))
+    assert any(line.startswith("  remaining life at 1.5e+08 cycles") for line in text_of(tree))
     (sentence,) = answers(tree)
     hours = float(predictions["remaining_useful_life_quantile"][2]) * float(predictions["seconds_per_cycle"])
     assert sentence.startswith(f"20 µm of wear on the pinion is reached {hours / 3600.0:,.3g}"[:44])
@@ -102,7 +102,7 @@ def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(campaign, sto
     run, better = store.run(scene.id), wl.simulate(scene.replace("numerics.tolerance", 1e-5))
     seen = studies(campaign)[0].seen
     limit = studies(campaign)[0].limit
-    history = history_of(StoredRun.of(run), scene.id, scene.model_dump(), seen, limit)
+    history = history_of(variables_of(run), scene.id, scene.model_dump(), seen, limit)
     for name, dim in (("worn_mass", "member"), ("max_wear_depth", "flank")):
         assert history.numerical_of(name) == float(run.error_estimate_life / run.life)
         mine, theirs = (one[name].isel({dim: 0}).values for one in (run, better))
@@ -116,10 +116,10 @@ def test_depths_are_interpolated_with_the_wear_rates_of_their_run(campaign, stor
     assert {"wear_rate", "wear_depth"} <= needed((), study.limit)
     fine = scene.replace("wear.snapshots", {"depth": [f"{n} um" for n in range(1, 20)], "flank": "pinion"})
     seen = study.seen
-    coarse = history_of(StoredRun.of(store.run(scene.id)), "c", scene.model_dump(), seen, study.limit)
-    better = history_of(StoredRun.of(wl.simulate(fine)), "f", fine.model_dump(), seen, study.limit)
-    whole = StoredRun.of(store.run(scene.id)).variables
-    without = StoredRun({name: values for name, values in whole.items() if name != "wear_rate"})
+    coarse = history_of(variables_of(store.run(scene.id)), "c", scene.model_dump(), seen, study.limit)
+    better = history_of(variables_of(wl.simulate(fine)), "f", fine.model_dump(), seen, study.limit)
+    whole = variables_of(store.run(scene.id))
+    without = {name: values for name, values in whole.items() if name != "wear_rate"}
     plain = history_of(without, "p", scene.model_dump(), (), study.limit)
     depths = np.array([3.5e-6, 7.5e-6, 12.5e-6])
     exact = better.limit.first_above(depths)
@@ -134,6 +134,8 @@ def test_every_unknown_is_told_after_and_before():
         xr.Dataset({"torque": (("chain", "draw"), 340.0 + spread * np.linspace(-1, 1, 41)[None], about)})
         for spread in (40.0, 10.0)
     )
-    first, second = _unknowns(prior, after, xr.Dataset())
-    assert first.startswith("torque: 340 N m (50 %: 335 to 345; 90 %: 331 to 349)")
-    assert "before: 340 (90 %: 304 to 376)" in second and "narrowed 4" in second
+    (one,) = _unknowns(prior, after, xr.Dataset())
+    assert (one["name"], one["unit"]) == ("torque", "N m")
+    assert one["after"] == pytest.approx([331.0, 335.0, 340.0, 345.0, 349.0])
+    assert one["before"] == pytest.approx([304.0, 320.0, 340.0, 360.0, 376.0])
+    assert one["narrowed"] == pytest.approx(np.log(376 / 304) / np.log(349 / 331))

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from wearlab.store import Store, StoreError
-from wearlab.updating.history import StoredRun, read_runs
+from wearlab.updating.run_curves import read_runs, variables_of
 
 NAMES = ("cycle", "max_wear_depth", "wear_depth", "no such variable")
 
@@ -24,7 +24,7 @@ def store(tmp_path):
 def test_what_is_read_is_what_the_dataset_has(store):
     found = read_runs(store, ["a" * 20, "b" * 20, "c" * 20], NAMES)
     assert list(found) == ["a" * 20]
-    run, whole = found["a" * 20], StoredRun.of(store.run("a" * 20))
+    run, whole = found["a" * 20], variables_of(store.run("a" * 20))
     assert "no such variable" not in run
     for name in NAMES[:-1]:
         np.testing.assert_array_equal(run[name].values, whole[name].values)
@@ -45,7 +45,7 @@ def test_places_and_largest_values_are_those_of_xarray():
         {"h": (("update", "flank"), [[1.0, np.nan], [np.nan, np.nan], [2.0, 3.0]])},
         {"flank": ["pinion", "gear"]},
     )
-    one = StoredRun.of(data)["h"]
+    one = variables_of(data)["h"]
     np.testing.assert_array_equal(one.largest("flank").values, data.h.max("flank"))
     np.testing.assert_array_equal(one.at("flank", 1).values, data.h.sel(flank="gear"))
     assert one.at("flank", 1).dims == ("update",)

@@ -128,11 +128,11 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
 
 
 def _subject(campaign: "Campaign", ask: Ask) -> str:
-    from wearlab.updating import inference, observations
+    from wearlab.updating import inference, measurements
 
     try:
         return inference.subject_of(campaign)
-    except observations.UpdateError as error:
+    except measurements.UpdateError as error:
         raise FigureError(f"{ask.name}: {error}") from None
 
 

@@ -192,19 +192,19 @@ def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
 def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return what the update of the campaign's measurements says, in lines, and its answers in sentences."""
     from wearlab.store import updates
-    from wearlab.updating import inference, observations
-    from wearlab.updating.summary import BELIEVED, answers, told
+    from wearlab.updating import inference, measurements
+    from wearlab.updating.report_text import BELIEVED, answers, text_of
 
     if campaign.update is None:
         return (), ()
     try:
         own = updates.updates_of(store, inference.subject_of(campaign))
-    except observations.UpdateError as error:
+    except measurements.UpdateError as error:
         return (f"! {error}",), ()
     tree = updates.read_update(store, own[0].id) if own else None
     if tree is None:
         return ("! no update of these measurements as they stand is kept: wearlab update FILE makes it",), ()
-    return (*told(tree)[1:], "", *BELIEVED), tuple(answers(tree))
+    return (*text_of(tree)[1:], "", *BELIEVED), tuple(answers(tree))
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:

@@ -1,6 +1,6 @@
 """Measurements make wear coefficient and remaining life better known."""
 
 from wearlab.updating.inference import update
-from wearlab.updating.observations import UpdateError
+from wearlab.updating.measurements import UpdateError
 
 __all__ = ["UpdateError", "update"]

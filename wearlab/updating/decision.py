@@ -15,7 +15,7 @@ expected cost until then is least; V(h) is that of a new one with h hours to go,
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -25,11 +25,11 @@ from scipy.special import ndtri
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
-from wearlab.updating.answer import passage_time, present_state
 from wearlab.updating.draws import Draws
-from wearlab.updating.history import RunHistory
-from wearlab.updating.layout import Lives, dataset, variable
+from wearlab.updating.layout import Lives, dataset
 from wearlab.updating.likelihood import PER, log_likelihood
+from wearlab.updating.lives import passage_time, present_state
+from wearlab.updating.run_curves import RunHistory
 
 if TYPE_CHECKING:
     from wearlab.updating.outcome import UpdateOutcome
@@ -66,15 +66,8 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
             expected[j, k] = expected_width(value, life - look, times * sd, rng) / present
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
-    about = "cycle, of those before one life in twenty has ended, with the smallest expected width"
-    found = {
-        "expected_width": variable(
-            expected, "expected width of the 90 % interval over that now", "instrument look"
-        ),
-        "present_width": variable(present, "width of the 90 % interval now"),
-        "recommended": variable(best, about),
-    }
-    return dataset(found, instrument=list(INSTRUMENTS), look=looks)
+    found = {"expected_width": expected, "present_width": present, "recommended": best}
+    return dataset("ahead", found, instrument=list(INSTRUMENTS), look=looks)
 
 
 def virtual_block(outcome: "UpdateOutcome") -> int | None:
@@ -150,11 +143,8 @@ def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator)
         rest = hour * np.where(early, draws.life - answer.now, life - answer.now)
         rates.append(with_a_look(rest, value, sd, hour * (float(look) - answer.now), (age, costs), rng))
     worth = min(rates) < float(found["best_rate"])
-    about = "expected cost per operating hour with one inspection, and a change chosen after it"
-    found["rate_with_look"] = variable(rates, about, "look")
-    about = "cycle of the inspection with the least cost per hour, NaN where none is worth its cost"
-    found["best_look"] = variable(looks[int(np.argmin(rates))] if worth else np.nan, about)
-    return found.assign_coords(dataset({}, look=looks).coords)
+    best = looks[int(np.argmin(rates))] if worth else np.nan
+    return found.merge(dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
 
 
 def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
@@ -169,27 +159,21 @@ def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES
     hours = np.maximum(age + _area(1.0 - below, hour * (cycles - now)), 1e-9)
     rates = np.stack([(costs.planned * (1.0 - below) + d * costs.failure * below) / hours for d in DEARER])
     best = rates.argmin(axis=1)
-    one = "cycle of the planned change with the least cost per hour"
-    per_hour = "expected cost per operating hour"
-    found = {
-        "cost_rate": variable(rates[1], f"{per_hour} over the cycle from new to change", "change"),
-        "best_change": variable(cycles[best[1]], one),
-        "best_rate": variable(rates[1, best[1]], f"least {per_hour}"),
-        "rate_to_failure": variable(rates[1, -1], f"{per_hour} without a planned change"),
-        "best_change_if": variable(
-            cycles[best], "cycle of the planned change, were a failure so much dearer", "failure_times"
-        ),
+    found: dict[str, Any] = {
+        "cost_rate": rates[1],
+        "best_change": cycles[best[1]],
+        "best_rate": rates[1, best[1]],
+        "rate_to_failure": rates[1, -1],
+        "best_change_if": cycles[best],
     }
     if costs.horizon is not None:
         steps: Array = costs.horizon / hour * np.linspace(0.0, 1.0, STEPS + 1)
         ahead, new = now + steps, known.life_below(run.start + steps)
-        at, cost = over_horizon(known.life_below(ahead), new - new[0], costs)
-        about = "cycle of the planned change with the least cost until the horizon, NaN: none before it"
-        found["horizon_change"] = variable(ahead[at] if at < STEPS else np.nan, about)
-        found["horizon_cost"] = variable(cost, "least expected cost until the horizon")
-        run_on = over_horizon(known.life_below(ahead), new - new[0], costs, planned=False)[1]
-        found["horizon_to_failure"] = variable(run_on, "expected cost until the horizon without this change")
-    return dataset(found, change=cycles, failure_times=list(DEARER))
+        below = known.life_below(ahead)
+        at, found["horizon_cost"] = over_horizon(below, new - new[0], costs)
+        found["horizon_change"] = ahead[at] if at < STEPS else np.nan
+        found["horizon_to_failure"] = over_horizon(below, new - new[0], costs, planned=False)[1]
+    return dataset("decision", found, change=cycles, failure_times=list(DEARER))
 
 
 def over_horizon(below: Array, new: Array, costs: Decision, *, planned: bool = True) -> tuple[int, float]:

@@ -1,17 +1,41 @@
-"""What a population tells of one unit: its wear at the next inspection, and its life."""
+"""A fleet: each unit's next inspection and life by what all units tell, as a tree in ArviZ's layout."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from scipy.special import logsumexp, ndtr
 
 from wearlab.arrays import Array
-from wearlab.updating.answer import Passage
-from wearlab.updating.history import RunCurve
+from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.update_options import Fleet
+from wearlab.units import HOUR
+from wearlab.updating import population as shared
+from wearlab.updating.decision import changes
+from wearlab.updating.draws import ALARM
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.population import FleetMember, Population, Shared, drawn, factors, log_marginal, seen_by
+from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, stacked, variable
+from wearlab.updating.likelihood import Block
+from wearlab.updating.lives import Passage
+from wearlab.updating.measurements import UpdateError
+from wearlab.updating.outcome import NOTES, blocks_of, oddities
+from wearlab.updating.population import (
+    FleetMember,
+    Population,
+    Shared,
+    drawn,
+    factors,
+    log_marginal,
+    population,
+    seen_by,
+)
 from wearlab.updating.posterior import quantiles
+from wearlab.updating.run_curves import RunCurve, RunHistory
+from wearlab.updating.scores import held_by
+from wearlab.updating.study import MeasuredCase
 
 DRAWS = 2000
 STATES = np.polynomial.hermite_e.hermegauss(3)
@@ -54,21 +78,18 @@ class UnitState:
         """Equal wear time of the last inspection of the block, (n,)."""
         return np.zeros(len(self.factor)) if self.seen is None else np.asarray(self.seen.cycle)[:, 0]
 
-    def _until_reference(self, curve: RunCurve) -> Array:
-        run = self.unit.run
-        return np.asarray(curve.at(run.start + self.shared.reference * self.factor / run.factor))
-
     def _rate(self, curve: RunCurve) -> Array:
         """Return the variance of W of a quantity per unit of equal wear time, (n,)."""
-        return (self.shared.straying[:, 0] * self._until_reference(curve)) ** 2 / self.shared.reference
+        drift = self.shared.drift(self.unit.run, curve, self.factor[:, None])[:, 0]
+        return np.asarray(drift**2 / self.shared.reference)
 
     def _strayed(self, curve: RunCurve) -> tuple[Array, Array]:
         """Return mean and variance of W of a quantity at the last inspection, (n,)."""
         if self.seen is None:
             return np.zeros(len(self.factor)), np.zeros(len(self.factor))
-        ratio = (
-            1.0 if curve is self.curve else self._until_reference(curve) / self._until_reference(self.curve)
-        )
+        ratio: Array = np.ones(1)
+        if curve is not self.curve:
+            ratio = np.sqrt(self._rate(curve) / np.maximum(self._rate(self.curve), 1e-300))
         return ratio * self.seen.mean[:, 0], ratio**2 * self.seen.variance[:, 0]
 
     def wear(self, cycle: float, curve: RunCurve | None = None) -> tuple[Array, Array]:
@@ -177,3 +198,241 @@ def after(
         logs = log_marginal(unit, found.law, theta)
         theta = theta[rng.choice(draws, draws, p=np.exp(logs - logsumexp(logs)))]
     return state_of(found, unit, theta, rng)
+
+
+FEW = 400  # draws that inspections are checked with
+PLACES = 200  # times at which a change is considered
+MOST = 5  # unknowns that all units share
+FEWEST = 3  # other units from which one is compared with them
+IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
+
+
+def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> shared.Law:
+    """Return what is unknown of all units together.
+
+    Raises
+    ------
+    UpdateError : that is more than five numbers
+    """
+    given = {shared.POWER: fleet.power, shared.STRAYING: fleet.straying}
+    known = {name: value for name, value in given.items() if not isinstance(value, Distribution)}
+    parameters = [shared.Parameter(n, value) for n, value in given.items() if isinstance(value, Distribution)]
+    errors = [block.sd for block in units[0].blocks]
+    parameters += [
+        shared.Parameter(shared.sd_name(n), sd.prior, sd.scale)
+        for n, sd in enumerate(errors)
+        if sd.prior is not None
+    ]
+    parameters += [shared.Parameter(shared.SPREAD, fleet.spread), shared.Parameter(shared.MEDIAN, prior)]
+    if len(parameters) > MOST:
+        raise UpdateError(
+            f"update.population: {len(parameters)} numbers are unknown to all units, at most {MOST} can be: "
+            "give power or straying as a number, or an error.sd"
+        )
+    seen, run = np.concatenate([unit.run.equal(unit.cycles) for unit in units]), units[0].run
+    reference = float(np.median(seen[seen > 0.0])) if (seen > 0.0).any() else run.end - run.start
+    if fleet.reference is not None:
+        reference = fleet.reference * HOUR / run.seconds_per_cycle
+    return shared.Law(tuple(parameters), reference, sd=tuple(sd.known for sd in errors), **known)
+
+
+def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[RunHistory]) -> Population:
+    """Return what is known of a fleet, from the study and the run of every unit."""
+    spec = studies[0].spec
+    units = [
+        FleetMember(one.label, run, blocks_of(one, [run])) for one, run in zip(studies, runs, strict=True)
+    ]
+    assert spec.fleet is not None and studies[0].prior is not None
+    return population(units, law_of(spec.fleet, studies[0].prior, units), spec.seed)
+
+
+def fleet_groups(
+    studies: Sequence[MeasuredCase], found: Population, *, replay: bool
+) -> dict[str, xr.Dataset]:
+    """Return the groups of a fleet's tree.
+
+    Parameters
+    ----------
+    studies, found : what was asked, and what is known
+    replay : also how well every inspection was foreseen
+    """
+    rng = np.random.default_rng([studies[0].spec.seed, 1])
+    rows = _observed(found, rng)
+    stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
+    stats |= {"notes": " | ".join(_notes(found)), **(_scores(rows) if replay else {})}
+    groups = {
+        "posterior": _posterior(found, studies[0].spec.draws, rng),
+        "predictions": _predictions(studies, found, rng),
+        "observed_data": rows,
+        "sample_stats": dataset("statistics", stats),
+    }
+    if rows["flagged"].values.any():
+        rest = _without(found, rows.isel(observation=rows["flagged"].values))
+        groups["predictions_without"] = _predictions(studies, population(rest, found.law, 0), rng)
+    return groups
+
+
+def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
+    """Return the units without the inspections that are flagged."""
+    out = set(zip(*(flagged[name].values for name in ("unit_name", "block", "cycle")), strict=True))
+
+    def held(unit: FleetMember, n: int, block: Block) -> Block:
+        cycle = unit.run.asked[n].cycle[block.rows]
+        return replace(block, rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]])
+
+    return [
+        replace(unit, blocks=tuple(held(unit, n, block) for n, block in enumerate(unit.blocks)))
+        for unit in found.units
+    ]
+
+
+def _posterior(found: Population, n: int, rng: np.random.Generator) -> xr.Dataset:
+    """Return equally probable draws of what the units share, and of each unit's factor."""
+    shown = {}
+    for parameter, column in zip(found.law.parameters, found.parameters(n, rng).T, strict=True):
+        number = parameter.name.removeprefix("sd_")
+        if number.isdigit():
+            data = found.units[0].blocks[int(number)].data
+            shown[f"sd_{data.label}"] = variable("sample", "sd", np.exp(column), units=data.si)
+        else:
+            shown[parameter.name] = variable("fleet", parameter.name, np.exp(column))
+    at = found.theta[shared.drawn(found, n, rng)]
+    each = np.exp(np.stack([shared.factors(unit, found.law, at, rng) for unit in found.units], axis=-1))
+    new = np.exp(at[:, -1] + np.exp(at[:, -2]) * rng.standard_normal(n))
+    shown["factor"] = variable("fleet", "factor", each)
+    shown["factor_of_another"] = variable("fleet", "factor_of_another", new)
+    return sample(shown, n, unit=_names(found))
+
+
+def _names(found: Population) -> np.ndarray:
+    return np.array([unit.name for unit in found.units], dtype=object)
+
+
+def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.random.Generator) -> xr.Dataset:
+    """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
+    states = [now(found, number, rng) for number in range(len(found.units))]
+    middle = np.array([float(np.median(state.factor)) for state in states])
+    pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
+    calendars = any(study.spec.days is not None for study in studies)
+    for k, (study, state) in enumerate(zip(studies, states, strict=True)):
+        run, days = state.unit.run, study.spec.days
+        row = lives(state, np.quantile(state.factor, P), run, days)
+        row |= {"end_passed": state.passed, "pace": pace[k]}
+        row["worn"] = float(np.mean(state.wear(state.now)[0])) / run.level
+        row["p_like_the_others"] = _like_the_others(found, k, rng)
+        if calendars:
+            row["hours_per_year"] = np.nan if days is None else days.hours_per_year
+            row.setdefault("end_of_life_quantile", np.array([""] * len(P), dtype=object))
+        advice = None if costs is None else changes(state, run, costs, PLACES)
+        if advice is not None:
+            one = dated(advice, days, state.now, run)
+            row |= {str(n): v.variable for n, v in one.data_vars.items() if not v.dims}
+        rows.append(row)
+    values: dict[str, Any] = {}
+    for name, column in stacked(rows).items():
+        first = rows[0][name]
+        labelled = isinstance(first, xr.Variable)
+        values[name] = (
+            xr.Variable("unit", column, first.attrs)
+            if labelled
+            else variable("predictions", name, column, over="unit")
+        )
+    values["limit"] = limit_of(studies[0].limit)
+    return dataset("predictions", values, unit=_names(found), quantile=P)
+
+
+def _like_the_others(found: Population, number: int, rng: np.random.Generator) -> float:
+    """Return the probability of a last value as far off, by what the other units tell; NaN without any."""
+    unit = found.units[number]
+    others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
+    if others < FEWEST or not len(unit.cycles):
+        return float("nan")
+    blank = after(found, number, -np.inf, rng, FEW)
+    told = [] if blank.block is None else _inspections(unit, blank.block)
+    return _two_sided(blank, *told[-1]) if told and np.isfinite(told[-1][1]) else float("nan")
+
+
+def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int]]:
+    """Return cycle, mean value and number of values of each inspection of a block."""
+    block = unit.blocks[number]
+    cycle, value = unit.run.asked[number].cycle[block.rows], block.seen.value[block.rows]
+    times, count = np.unique(cycle, return_counts=True)
+    return [(float(t), float(value[cycle == t].mean()), int(n)) for t, n in zip(times, count, strict=True)]
+
+
+def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> float:
+    below = float(state.value_below(cycle, value, count)[0])
+    return 2.0 * min(below, 1.0 - below)
+
+
+def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
+    """Return every inspection that is foreseen: its value, what those before and the other units tell.
+
+    Two simple rules stand beside it: the median rate of the other units, a line through the origin.
+    """
+    rows: list[tuple[Any, ...]] = []
+    for number, unit in enumerate(found.units):
+        last, state = (-np.inf, np.nan), after(found, number, -np.inf, rng, FEW)
+        for cycle, value, count in [] if state.block is None else _inspections(unit, state.block):
+            ahead, off, score = state.value(cycle, P), np.nan, np.nan
+            if np.isfinite(value):
+                off, score = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
+            more = value > ahead[2]
+            rows.append((unit.name, state.block, cycle, value, off, more, score, ahead, *last))
+            last, state = (cycle, value), after(found, number, cycle, rng, FEW)
+    columns = [np.array([row[k] for row in rows], dtype=None if k else object) for k in range(10)]
+    names, block, at, seen, p, higher, crps, q, before, worn = columns
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pace = np.where(at > 0.0, seen / at, np.nan)
+        line = np.where(before > 0.0, worn / before, np.nan)
+    others = [pace[(names != name) & np.isfinite(pace)] for name in names]
+    rate = np.array([np.median(each) if len(each) else np.nan for each in others])
+    told = {
+        "unit_name": names,
+        "block": block,
+        "cycle": at,
+        "value": seen,
+        "check_p": p,
+        "higher": higher,
+        "crps": crps,
+        "first": np.isinf(before),
+        "foreseen": np.reshape(q, (len(rows), len(P))),
+        "by_the_rate": np.where(np.isinf(before), np.nan, worn + rate * (at - before)),
+        "by_a_line": line * at,
+        "flagged": p < ALARM / max(len(rows), 1),
+    }
+    si = found.units[0].blocks[0].data.si
+    labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}
+    return dataset("fleet", labelled, quantile=P)
+
+
+def _scores(rows: xr.Dataset) -> dict[str, float]:
+    """Return how what was foreseen did, beside two simple rules."""
+    held = rows.isel(observation=~rows["first"].values & np.isfinite(rows["value"].values))
+    q, value = held["foreseen"].values.T, held["value"].values
+    if not len(value):
+        return {}
+    off = {"replay_mean_error": q[2], "replay_error_of_rate": held["by_the_rate"].values}
+    off["replay_error_of_line"] = held["by_a_line"].values
+    return {
+        "replay_count": float(len(value)),
+        "replay_crps": float(np.nanmean(held["crps"].values)),
+        **{name: float(np.nanmean(np.abs(values - value))) for name, values in off.items()},
+        **held_by(q, value),
+    }
+
+
+def _notes(found: Population) -> Iterator[str]:
+    """Yield what a reader must know of the whole fleet."""
+    if not any(len(unit.cycles) for unit in found.units):
+        yield NOTES["nothing"]
+    if not found.resolved:
+        yield NOTES["hardly_shared"]
+    for unit in found.units:
+        for n, block in enumerate(unit.blocks):
+            if len(block.rows):
+                yield from (
+                    NOTES["of_unit"].format(unit=unit.name, note=n_) for n_ in oddities(n, block, unit.run)
+                )
+        if unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12):
+            yield NOTES["run_ends"].format(unit=unit.name)

@@ -12,23 +12,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
 
 from wearlab.arrays import Array
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import written
 from wearlab.scene import SceneError
 from wearlab.sources import hash_of
-from wearlab.updating.change import changing
-from wearlab.updating.fleet_tree import fleet_groups, fleet_of
-from wearlab.updating.history import RunHistory
-from wearlab.updating.observations import UpdateError
+from wearlab.updating.clocks import changing, clock_of
+from wearlab.updating.fleet import fleet_groups, fleet_of
+from wearlab.updating.measurements import UpdateError
 from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
 from wearlab.updating.posterior import Posterior, posterior
+from wearlab.updating.run_curves import RunHistory
 from wearlab.updating.study import DRAW, MeasuredCase, conditions_of, histories, plain, studies
 from wearlab.updating.tree import tree_of, tree_of_groups
 
@@ -42,7 +42,7 @@ ENOUGH = 1e-3  # posterior probability beyond the stored runs that they are not 
 MOST_LONGER = 8.0  # times its own limits that a run is made to last
 WIDER = 1.5  # times the posterior's own spread that more runs are drawn from
 FEWEST = 100.0  # effective runs below which more are drawn
-STANDARD = NormalDist()
+REST, ENDS = "remaining_useful_life_quantile", np.array([0.05, 0.5, 0.95])
 
 
 def update(
@@ -77,7 +77,8 @@ def update(
     UpdateError : nothing was measured, a file cannot be read, or no run has data
     StoreError : the store cannot be read or written
     """
-    from wearlab.store.updates import read_update
+    from wearlab.store.netcdf import SEAL
+    from wearlab.store.updates import keep_update, read_update, seal_of
 
     wanted = studies(campaign)
     about = subject(wanted)
@@ -92,16 +93,21 @@ def update(
                 "--check: twins are made of one unit; of a fleet, --replay scores what it foresaw"
             )
         runs = [runner.run(study)[0][0] for study in wanted]
-        groups = fleet_groups(wanted, fleet_of(wanted, runs), replay=replay)
-        tree = tree_of_groups(campaign, wanted, groups)
-        summary = _summary_of_units(groups["predictions"])
+        tree = tree_of_groups(campaign, wanted, fleet_groups(wanted, fleet_of(wanted, runs), replay=replay))
+        each = tree["predictions"].to_dataset()
+        told = list(zip(each["unit"].values, each["now"].values, each[REST].values[:, ::2], strict=True))
     else:
         outcomes = [updated(study, runner) for study in wanted]
         tree = tree_of(campaign, outcomes, replay=replay, check=check)
         runs = [run for outcome in outcomes for run in outcome.posterior.histories]
-        summary = {outcome.study.label: _summary(outcome) for outcome in outcomes}
-    tree.attrs |= {"id": name, "subject": about}
-    return keep(store, tree, campaign.title, list(dict.fromkeys(run.id for run in runs)), summary)
+        told = [(o.study.label, o.answer.now, o.answer.remaining(ENDS)) for o in outcomes]
+    keys = ("now", "remaining_5", "remaining_50", "remaining_95")
+    summary = {str(n): dict(zip(keys, map(float, (now, *q)), strict=True)) for n, now, q in told}
+    ids = list(dict.fromkeys(run.id for run in runs))
+    tree.attrs |= {"id": name, "subject": about, "runs": " ".join(ids), "summary": json.dumps(summary)}
+    tree.attrs[SEAL] = seal_of(tree)
+    keep_update(store, tree, campaign.title, ids, summary)
+    return tree
 
 
 class Runner(NamedTuple):
@@ -142,13 +148,11 @@ def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHisto
     assert study.record is not None
     factors = np.ones(3)
     for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
-        clocks = [study.record.clock(own, conditions, float(factor)) for factor in factors]
+        clocks = [clock_of(study.record, own, conditions, float(factor)) for factor in factors]
         ends = [clock.equal[-2] - own.start for clock in clocks]
         off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
         clocked = replace(own, clock=clocks[1]._replace(off=off))
-        factors = answered(study, (clocked,), blocks_of(study, (clocked,))).factor(
-            np.array([0.05, 0.5, 0.95])
-        )
+        factors = answered(study, (clocked,), blocks_of(study, (clocked,))).factor(ENDS)
     return clocked
 
 
@@ -187,17 +191,15 @@ def _again(
     """Return the study with a second round of draws, its runs, and how they were drawn."""
     from scipy.stats import qmc
 
-    first = len(next(iter(study.drawn.values())))
-    z = scores_of(study)[which]
+    first, z = len(next(iter(study.drawn.values()))), scores_of(study)[which]
     mean = weight @ z
     off = z - mean
     covariance = WIDER**2 * ((off * weight[:, None]).T @ off + 1e-4 * np.eye(z.shape[1]))
     size = 1 << max(first - 1, 0).bit_length()
-    inside = np.clip(qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first], 1e-9, 1.0 - 1e-9)
-    normal = np.array([[STANDARD.inv_cdf(float(p)) for p in row] for row in inside])
-    more = mean + normal @ np.linalg.cholesky(covariance).T
+    inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
+    more = mean + ndtri(np.clip(inside, 1e-9, 1.0 - 1e-9)) @ np.linalg.cholesky(covariance).T
     values = {
-        key: (*old, *(written(prior.at(STANDARD.cdf(float(x))), prior.unit) for x in column))
+        key: (*old, *(written(float(x), prior.unit) for x in prior.at(ndtr(column))))
         for (key, old), prior, column in zip(study.drawn.items(), study.costly.values(), more.T, strict=True)
     }
     both = replace(study, drawn=values)
@@ -207,11 +209,8 @@ def _again(
 
 def scores_of(study: MeasuredCase) -> Array:
     """Return the standard scores of a study's draws, (draws, keys), 0 at the prior's median."""
-    columns = [
-        [prior.below(plain(value)) for value in study.drawn[key]] for key, prior in study.costly.items()
-    ]
-    inside = np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)
-    return np.array([[STANDARD.inv_cdf(float(p)) for p in row] for row in inside])
+    columns = [prior.below(np.array([*map(plain, study.drawn[key])])) for key, prior in study.costly.items()]
+    return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
 
 
 def log_mixture(z: Array, mean: Array, covariance: Array) -> Array:
@@ -240,25 +239,11 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
     """
     parts: list[Any] = []
     for study in wanted:
-        spec = study.spec
-        parts += [study.label, [scene.id for scene in study.scenes(1)], repr(study.limit)]
-        parts += [
-            spec.discrepancy,
-            spec.change,
-            repr(study.record and study.record.fingerprint),
-            repr(spec.record),
-            spec.draws,
-            spec.seed,
-            sorted((k, repr(v)) for k, v in spec.unknown.items()),
-            repr(spec.days),
-            repr(spec.check),
-            repr(spec.fleet),
-            repr(spec.decision),
-        ]
+        spec = replace(study.spec, limit=None, data=())
+        parts += [study.label, [scene.id for scene in study.scenes(1)], repr(study.limit), repr(spec)]
+        parts += [repr(study.record and study.record.fingerprint)]
         for seen in study.seen:
-            data = seen.data
-            parts += [data.quantity, data.where, data.columns.model_dump(), sorted(data.units.items())]
-            parts += [repr(data.error), sorted(data.select.items()), data.since, seen.fingerprint]
+            parts += [repr(replace(seen.data, file=Path(), cases=())), seen.fingerprint]
     return _hash(parts)
 
 
@@ -280,7 +265,7 @@ def _hash(parts: list[Any]) -> str:
 @cache
 def code() -> str:
     """Return the hash of the sources of this room."""
-    return hash_of(sorted(Path(__file__).parent.glob("*.py")))
+    return hash_of(sorted([*Path(__file__).parent.glob("*.py"), *Path(__file__).parent.glob("*.toml")]))
 
 
 def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":
@@ -288,39 +273,3 @@ def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check:
     from wearlab.store.updates import read_update
 
     return read_update(store, identity(subject(wanted), replay=replay, check=check))
-
-
-def keep(
-    store: "Store", tree: "xr.DataTree", title: str, runs: list[str], summary: dict[str, dict[str, float]]
-) -> "xr.DataTree":
-    """Write an update into the store; return it with its seal.
-
-    Parameters
-    ----------
-    store : where it is kept
-    tree : the update, which tells its identity
-    title : of the campaign
-    runs : that it was made of
-    summary : of each case or unit
-    """
-    from wearlab.store.netcdf import SEAL
-    from wearlab.store.updates import keep_update, seal_of
-
-    tree.attrs |= {"runs": " ".join(runs), "summary": json.dumps(summary)}
-    tree.attrs[SEAL] = seal_of(tree)
-    keep_update(store, tree, title, runs, summary)
-    return tree
-
-
-def _summary_of_units(predictions: "xr.Dataset") -> dict[str, dict[str, float]]:
-    rest = predictions["remaining_useful_life_quantile"].values
-    told = zip(predictions["unit"].values, predictions["now"].values, rest, strict=True)
-    return {
-        str(unit): {"now": float(now), "remaining_5": q[0], "remaining_50": q[2], "remaining_95": q[4]}
-        for unit, now, q in told
-    }
-
-
-def _summary(outcome: UpdateOutcome) -> dict[str, float]:
-    low, middle, high = outcome.answer.remaining(np.array([0.05, 0.5, 0.95]))
-    return {"now": outcome.answer.now, "remaining_5": low, "remaining_50": middle, "remaining_95": high}

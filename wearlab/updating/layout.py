@@ -1,6 +1,8 @@
-"""Labelled variables of an update: units and meaning of each in one call, as CF wants them."""
+"""Labelled variables of an update: units and meaning of each stand in `variables.toml`."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,23 +11,11 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Days, Limit
 from wearlab.schema import VARIABLES
-from wearlab.updating.answer import QUANTILES, days_of
-from wearlab.updating.history import RunHistory
+from wearlab.updating.lives import QUANTILES, days_of
+from wearlab.updating.run_curves import RunHistory
 
 P = np.array(QUANTILES)
-COORDINATES = {
-    "quantile": "probability of less",
-    "cycle": "cycle",
-    "chain": "chain",  # one: nothing was sampled by a walk
-    "draw": "draw",
-    "unit": "unit",
-    "twin": "twin",
-    "inspection": "cycle of the inspection",
-    "change": "cycle of the planned change",
-    "failure_times": "times the cost of a failure",
-    "look": "cycle of the next inspection",
-    "instrument": "times the error of a value",
-}
+TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
 
 
 class Lives(Protocol):
@@ -35,10 +25,6 @@ class Lives(Protocol):
     def now(self) -> float:
         """The last inspection [cycles]."""
 
-    @property
-    def passed(self) -> float:
-        """The probability that the limit has been passed."""
-
     def life(self, p: Array) -> Array:
         """Return quantiles of the life [cycles]."""
 
@@ -46,55 +32,63 @@ class Lives(Protocol):
         """Return the probability of a shorter life."""
 
 
-def variable(values: Any, about: str, dims: str = "", units: str = "1", **more: Any) -> xr.Variable:
-    """Return a labelled variable; one of draws gets its single chain, texts have no unit."""
+def variable(group: str, name: str, values: Any, of: str = "", over: str = "", **attrs: Any) -> xr.Variable:
+    """Return a labelled variable; one of draws gets its single chain, texts have no unit.
+
+    Parameters
+    ----------
+    group, name : where `variables.toml` declares it
+    values : its array
+    of : the block that `*` stands for in its dimensions
+    over : a dimension before those declared
+    attrs : attributes besides, or instead of those declared
+    """
+    dims, units, about = TABLE[group][name]
     data = np.asarray(values)
-    data = data[None] if dims.startswith("chain ") else data
-    if data.dtype.kind in "OU":
-        return xr.Variable(dims.split(), data, {"long_name": about, **more})
-    return xr.Variable(dims.split(), data, {"units": units, "long_name": about, **more})
+    named = f"{over} {dims}".replace("*", of).split()
+    data = data[None] if named[:2] == ["chain", "draw"] else data
+    text = data.dtype.kind in "OU"
+    own = {"long_name": about, **({} if text else {"units": units or "1"}), **attrs}
+    return xr.Variable(named, data.astype(object) if text else data, own)
 
 
-def dataset(variables: Mapping[str, xr.Variable], **coords: Any) -> xr.Dataset:
-    """Return variables with coordinates that are known by name."""
-    return xr.Dataset(variables, {name: variable(at, COORDINATES[name], name) for name, at in coords.items()})
-
-
-def sample(variables: Mapping[str, xr.Variable], count: int, **coords: Any) -> xr.Dataset:
-    """Return variables of equally probable draws."""
-    return dataset(variables, chain=[0], draw=np.arange(count), **coords)
-
-
-def stacked(parts: Sequence[Mapping[str, xr.Variable]], dim: str) -> dict[str, xr.Variable]:
-    """Return variables of many units along a dimension."""
-    first = parts[0]
-    return {
-        name: xr.Variable((dim, *one.dims), np.stack([part[name].values for part in parts]), one.attrs)
-        for name, one in first.items()
+def dataset(group: str, values: Mapping[str, Any], of: str = "", over: str = "", **coords: Any) -> xr.Dataset:
+    """Return the variables of a group, those that are labelled already as they are, with coordinates."""
+    found = {
+        name.replace("*", of): one if isinstance(one, xr.Variable) else variable(group, name, one, of, over)
+        for name, one in values.items()
     }
+    return xr.Dataset(found, {name: variable("coordinates", name, at) for name, at in coords.items()})
 
 
-def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> dict[str, xr.Variable]:
+def sample(values: Mapping[str, xr.Variable], count: int, **coords: Any) -> xr.Dataset:
+    """Return variables of equally probable draws."""
+    return dataset("sample", values, chain=[0], draw=np.arange(count), **coords)
+
+
+def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
+    """Return each value of rows as one array along a new first dimension; of those that all rows have."""
+    names = [name for name in rows[0] if all(name in row for row in rows)] if rows else []
+    return {name: np.stack([np.asarray(row[name]) for row in rows]) for name in names}
+
+
+def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> dict[str, Any]:
     """Return quantiles of life, remaining life and factor, and the day, of one unit."""
     life = known.life(P)
-    rest, q = np.maximum(life - known.now, 0.0), "quantile"
-    found = {
-        "life_quantile": variable(life, "cycles to the limit", q),
-        "remaining_useful_life_quantile": variable(rest, "cycles from the last inspection to the limit", q),
-        "factor_quantile": variable(factor, "factor on the wear coefficient", q),
-        "now": variable(known.now, "cycle of the last inspection"),
-        "seconds_per_cycle": variable(run.seconds_per_cycle, "operating time of a cycle", units="s"),
+    rest = np.maximum(life - known.now, 0.0)
+    found: dict[str, Any] = {
+        "life_quantile": life,
+        "remaining_useful_life_quantile": rest,
+        "factor_quantile": factor,
     }
-    if days is not None:
-        about = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
-        found["end_of_life_quantile"] = variable(day_texts(days, rest, known.now, run), about, q)
-    return found
+    found |= {"now": known.now, "seconds_per_cycle": run.seconds_per_cycle}
+    return found if days is None else found | {"end_of_life_quantile": day_texts(days, rest, known.now, run)}
 
 
 def limit_of(limit: Limit) -> xr.Variable:
     """Return the wear that ends the life."""
-    named = {"quantity": limit.quantity, "where": limit.where or ""}
-    return variable(limit.value, "wear that ends the life", units=VARIABLES[limit.quantity].units, **named)
+    named = {"quantity": limit.quantity, "where": limit.where or "", "units": VARIABLES[limit.quantity].units}
+    return variable("predictions", "limit", limit.value, **named)
 
 
 def day_texts(days: Days, rest: Array, now: float, run: RunHistory) -> np.ndarray:
@@ -102,12 +96,12 @@ def day_texts(days: Days, rest: Array, now: float, run: RunHistory) -> np.ndarra
     return np.array(days_of(days, rest, now - run.start, run.seconds_per_cycle), dtype=object)
 
 
-def dated(found: xr.Dataset, names: Sequence[str], days: Days | None, now: float, run: RunHistory) -> None:
-    """Add the days of variables that are cycles."""
-    for name in names:
-        if days is not None and name in found and np.isfinite(found[name]).all():
-            on = day_texts(days, np.atleast_1d(found[name].values) - now, now, run)
-            about = f"day of: {found[name].attrs['long_name']}"
-            found[f"{name}_day"] = xr.Variable(
-                found[name].dims, on.reshape(found[name].shape), {"long_name": about}
-            )
+def dated(found: xr.Dataset, days: Days | None, now: float, run: RunHistory) -> xr.Dataset:
+    """Return advice with the days of what it advises."""
+    advised = ("recommended", "best_change", "best_change_if", "best_look", "horizon_change")
+    for name in advised if days is not None else ():
+        if name in found and np.isfinite(found[name]).all():
+            on = day_texts(days, np.atleast_1d(found[name].values) - now, now, run)  # type: ignore[arg-type]
+            about = {"long_name": f"day of: {found[name].attrs['long_name']}"}
+            found[f"{name}_day"] = xr.Variable(found[name].dims, on.reshape(found[name].shape), about)
+    return found

@@ -1,10 +1,23 @@
-"""How probable a block of observations is, for every wear coefficient, error and drift at once."""
+"""How probable a block of observations is, for every wear coefficient, error and drift at once.
+
+Very many values with independent errors are condensed: between two states of a run the model m is a cubic of
+the cycle, and the variance v of a value is smooth in it. What a bin of values of neighbouring cycles adds to
+the likelihood is therefore known from twelve cycles,
+
+    Σ w (y − m)²/v + ln v = Σ_k (Y2_k − 2 d_k Y1_k + d_k² Y0_k)/v_k + N_k ln v_k,   d_k = m(t_k) − c,
+
+with Y_n,k = Σ w (y − c)ⁿ L_k(t) over the values, L_k the Lagrange polynomials of those cycles, N_k = Σ L_k,
+and c the bin's mean: exact where v does not change in a bin, to 1e-6 where the model changes by less than a
+tenth. A bin in which it changes by more, or in which a state of the run falls, is compared value by value.
+"""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
@@ -12,21 +25,21 @@ from wearlab.arrays import Array, Flags
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
-from wearlab.updating import sufficient
-from wearlab.updating.history import Asked, RunHistory
 from wearlab.updating.kalman import LOG_TWO_PI, Filtered, Hidden, Inspection, SharedError, filtered
-from wearlab.updating.observations import Observed
-from wearlab.updating.sufficient import SIZE, condensed
+from wearlab.updating.measurements import Observed
+from wearlab.updating.run_curves import Asked, RunHistory
 
 PER = 1e6  # cycles over which ``drift`` is said
-MANY = 4000  # values from which independent ones are summed in pieces
-PIECE = 2000
+MANY = 4000  # values from which independent ones are condensed
+PIECE, NUMBERS = 2000, 400_000  # values, and numbers, that are worked on at once
+SIZE = 128  # values of a bin
+NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
+SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
 MATTERS = 0.1  # numerical over measuring error from which it counts
 
 
-@dataclass(frozen=True)
-class Spread:
-    """A standard deviation of one block that is known, or has a prior [SI]."""
+class Spread(NamedTuple):
+    """A standard deviation of one block [SI]: its name, its median, its prior where it is unknown."""
 
     name: str
     known: float
@@ -57,13 +70,11 @@ class Range(NamedTuple):
 def range_of(prior: Distribution, scale: float = 1.0) -> Range:
     """Return the range of ln value of a prior; a normal law allows more than it starts with."""
     with np.errstate(divide="ignore"):
-        low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)]))
-        ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high]))
+        low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])).tolist()
+        ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high])).tolist()
     if not np.isfinite(low):  # a normal law of what is positive
-        low = np.log(scale * prior.at(0.5)) - 40.0
-    if prior.word in ("lognormal", "normal"):
-        return Range(float(low), float(high), float(ends[0]), float(ends[1]))
-    return Range(float(low), float(high), float(low), float(high))
+        low = math.log(scale * prior.at(0.5)) - 40.0
+    return Range(low, high, *(ends if prior.word in ("lognormal", "normal") else (low, high)))
 
 
 @dataclass(frozen=True)
@@ -98,11 +109,6 @@ class Block:
         return self.measures(quantity, where) and self.seen.place_kind is None
 
     @property
-    def spreads(self) -> tuple[Spread, ...]:
-        """Those that have a prior."""
-        return tuple(s for s in (self.sd, self.drift) if s is not None and s.prior is not None)
-
-    @property
     def relative(self) -> float:
         """The error of a value in parts of the model: what is measured, and the run's own."""
         return math.hypot(self.data.error.relative, self.numerical)
@@ -111,17 +117,15 @@ class Block:
 def block_of(seen: Observed, *, accumulating: bool) -> Block:
     """Return a block with all its observations."""
     error, data = seen.data.error, seen.data
-    drift = _spread("drift", error.drift, data) if accumulating and error.drift is not None else None
-    sd = _spread("sd", error.sd if error.sd is not None else 0.0, data)
-    return Block(seen, np.arange(len(seen)), sd, drift)
 
+    def spread(name: str, given: float | Distribution) -> Spread:
+        if not isinstance(given, Distribution):
+            return Spread(f"{name}_{data.label}", given)
+        scale = 1.0 if given.unit is None else convert(1.0, given.unit, data.si)
+        return Spread(f"{name}_{data.label}", given.at(0.5) * scale, given, scale)
 
-def _spread(name: str, given: float | Distribution, data: Data) -> Spread:
-    label = f"{name}_{data.label}"
-    if not isinstance(given, Distribution):
-        return Spread(label, given)
-    scale = 1.0 if given.unit is None else convert(1.0, given.unit, data.si)
-    return Spread(label, given.at(0.5) * scale, given, scale)
+    drift = spread("drift", error.drift) if accumulating and error.drift is not None else None
+    return Block(seen, np.arange(len(seen)), spread("sd", 0.0 if error.sd is None else error.sd), drift)
 
 
 def numerical_share(block: Block, history: RunHistory) -> float:
@@ -144,25 +148,6 @@ def inspections_of(block: Block, history: RunHistory, number: int) -> list[Inspe
     return [Inspection(float(t), part.astype(np.intp)) for t, part in zip(times, parts, strict=True)]
 
 
-def modelled(block: Block, history: RunHistory, number: int, factor: Array) -> Array:
-    """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…)."""
-    asked = history.asked[number]
-    cycle, column = asked.cycle[block.rows], asked.column[block.rows]
-    f = np.asarray(factor)[..., None]
-    depth = asked.curve.at(history.own_cycle(cycle, f), column)
-    since = block.data.since
-    if since is None:
-        return depth
-    first = _previous(cycle, history.start) if since == PREVIOUS else np.full_like(cycle, float(since))
-    return np.asarray(depth - asked.curve.at(history.own_cycle(first, f), column))
-
-
-def _previous(cycle: Array, start: float) -> Array:
-    times = np.unique(cycle)
-    before = np.concatenate([[start], times[:-1]])
-    return np.asarray(before[np.searchsorted(times, cycle)])
-
-
 class Lanes(NamedTuple):
     """What a likelihood is asked for, any number of them at once: arrays that go together by broadcasting.
 
@@ -170,106 +155,205 @@ class Lanes(NamedTuple):
     ----------
     factor : on the wear coefficient [1]
     sd : standard deviation of a value [SI]
-    drift : of W in `PER` cycles [SI]
+    drift : standard deviation of W in `PER` cycles [SI]
+    passed : what of cycles of equal wear from the start has passed by a clock of the lanes [the cycles]
     """
 
     factor: Array
     sd: Array
     drift: Array
+    passed: Callable[[Array], Array] | None = None
+
+
+def modelled(block: Block, run: RunHistory, number: int, factor: Array, passed: Array | None = None) -> Array:
+    """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…).
+
+    Parameters
+    ----------
+    block, run, number : what was measured, the run, the block's place
+    factor : on the wear coefficient
+    passed : cycles of equal wear from the start to each value [those of the run's clock]
+    """
+    asked, f = run.asked[number], np.asarray(factor)[..., None]
+    cycle, column, since = asked.cycle[block.rows], asked.column[block.rows], block.data.since
+    if passed is not None:
+        return asked.curve.at(run.start + passed * (f / run.factor), column)
+    depth = asked.curve.at(run.own_cycle(cycle, f), column)
+    if since is None:
+        return depth
+    first = _previous(cycle, run.start) if since == PREVIOUS else np.full_like(cycle, float(since))
+    return np.asarray(depth - asked.curve.at(run.own_cycle(first, f), column))
+
+
+def _previous(cycle: Array, start: float) -> Array:
+    times = np.unique(cycle)
+    return np.asarray(np.append(start, times[:-1])[np.searchsorted(times, cycle)])
 
 
 def log_likelihood(
-    block: Block, history: RunHistory, number: int, lanes: Lanes, *, steps: bool = False
+    block: Block, run: RunHistory, number: int, lanes: Lanes, *, steps: bool = False
 ) -> Filtered:
     """Return how probable the block is, and what is known of its drift.
 
     Parameters
     ----------
-    block, history, number : what was measured, the run, the block's place
+    block, run, number : what was measured, the run, the block's place
     lanes : coefficients and errors
     steps : whether each inspection's surprise is kept
     """
-    factor, sd = lanes.factor, lanes.sd
-    rate = lanes.drift**2 / PER
-    if not steps and _condenses(block, history.asked[number], sd, rate):
-        total = _condensed(block, history, number, factor, sd)
-        total = np.broadcast_to(total, np.broadcast_shapes(total.shape, rate.shape))
-        zero = np.zeros_like(total)
-        return Filtered(total, zero, zero, float(history.asked[number].cycle[block.rows].max()))
-    model = modelled(block, history, number, factor)
-    variance = _variance(block, model, sd)
-    start = history.start
-    times = inspections_of(block, history, number)
-    if block.data.since == PREVIOUS:
-        cycle = history.asked[number].cycle[block.rows]
+    factor, sd, drift, passed = lanes
+    rate = drift**2 / PER
+    data, rows, asked, start = block.data, block.rows, run.asked[number], run.start
+    cycle, hidden, offset = asked.cycle[rows], block.seen.censored[rows], data.error.offset_sd
+    times = inspections_of(block, run, number)
+    shares = bool(np.any(rate > 0.0)) or offset > 0.0
+    if not steps and not shares and passed is None and _condenses(block, asked, sd):
+        total = _condensed(block, run, asked, factor, sd)
+        zero = np.zeros(np.broadcast_shapes(total.shape, rate.shape))
+        return Filtered(total + zero, zero, zero, times[-1].cycle)
+    since_start = None if passed is None else passed(run.equal(cycle))
+    model = modelled(block, run, number, factor, since_start)
+    variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
+    variance = variance + own**2 if own.any() else variance
+    variance = variance + (block.relative * model) ** 2 if block.relative else variance
+    if passed is not None:
+        start, times = 0.0, [Inspection(passed(run.equal(np.array(t.cycle))), t.values) for t in times]
+    elif data.since == PREVIOUS:
         variance = variance + rate[..., None] * (cycle - _previous(cycle, start))
         rate = np.zeros_like(rate)
-    elif block.data.since is not None:
-        start = float(block.data.since)
-    residual = block.seen.value[block.rows] - model
-    censored = block.seen.censored[block.rows]
-    shares = bool(np.any(rate > 0.0)) or block.data.error.offset_sd > 0.0
+    elif data.since is not None:
+        start = float(data.since)
+    residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
-        total = _independent(residual, variance, model, censored, block.seen.below[block.rows])
+        total = _independent(residual, variance, below - model, hidden)
         zero = np.zeros_like(total)
         return Filtered(total, zero, zero, times[-1].cycle if times else start)
-    hidden = None
-    if censored.any():
-        residual = np.where(censored, 0.0, residual)
-        hidden = Hidden(censored, np.where(censored, block.seen.below[block.rows], 0.0) - model)
-    shared = SharedError(block.data.error.offset_sd**2, rate, start)
-    return filtered(residual, variance, times, shared, hidden=hidden, steps=steps)
+    room = Hidden(hidden, below - model) if hidden.any() else None
+    residual = np.where(hidden, 0.0, residual)
+    return filtered(residual, variance, times, SharedError(offset**2, rate, start), hidden=room, steps=steps)
 
 
-def _condenses(block: Block, asked: Asked, sd: Array, rate: Array) -> bool:
-    """Whether the values are very many, with errors that are independent and differ by the model alone."""
-    error, seen = block.data.error, block.seen
-    if len(block.rows) <= MANY or SIZE * asked.curve.value.shape[-1] > len(block.rows):
-        return False
-    if block.data.since is not None or np.any(rate > 0.0):
-        return False
-    if error.offset_sd or seen.censored[block.rows].any():
-        return False
-    return not seen.sd[block.rows].any() or (sd.size == 1 and not block.relative)
-
-
-def _condensed(block: Block, history: RunHistory, number: int, factor: Array, sd: Array) -> Array:
-    """Return the log likelihood by what is sufficient of the values, see `sufficient`."""
-    asked, rows, own = history.asked[number], block.rows, block.seen.sd[block.rows]
-    values = (asked.cycle[rows], asked.column[rows], block.seen.value[rows])
-    if not own.any():
-        told = condensed(*values, np.ones(len(rows)))
-        return sufficient.log_likelihood(told, history, asked, factor, sd, block.relative)
-    variance = own**2 + float(sd.ravel()[0]) ** 2
-    told = condensed(*values, 1.0 / variance)
-    whole = sufficient.log_likelihood(told, history, asked, factor, np.ones(1), 0.0)
-    return np.asarray(whole - 0.5 * np.sum(np.log(variance)))
-
-
-def _variance(block: Block, model: Array, sd: Array) -> Array:
-    """Return the variance of each value's own error; of one where all are alike, its last dimension is 1."""
-    own = block.seen.sd[block.rows]
-    square = np.asarray(sd**2)[..., None]
-    if own.any():
-        square = square + own**2
-    return square + (block.relative * model) ** 2 if block.relative else square
-
-
-def _independent(residual: Array, variance: Array, model: Array, censored: Flags, below: Array) -> Array:
+def _independent(residual: Array, variance: Array, room: Array, hidden: Flags) -> Array:
     """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
     n = residual.shape[-1]
-    if variance.shape[-1] == 1 and not censored.any():
+    if variance.shape[-1] == 1 and not hidden.any():
         square = np.einsum("...i,...i->...", residual, residual)
         v = variance[..., 0]
         return np.asarray(-0.5 * (square / v + n * (np.log(v) + LOG_TWO_PI)))
     total = np.zeros(np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1]))
-    for begin in range(0, n, PIECE):
-        part = slice(begin, begin + PIECE)
-        r, hidden = residual[..., part], censored[part]
+    for part in (slice(begin, begin + PIECE) for begin in range(0, n, PIECE)):
+        r, under = residual[..., part], hidden[part]
         v = variance if variance.shape[-1] == 1 else variance[..., part]
-        each = -0.5 * (np.where(hidden, 0.0, r) ** 2 / v + np.log(v) + LOG_TWO_PI)
-        if hidden.any():
-            score = (np.where(hidden, below[part], 0.0) - model[..., part]) / np.sqrt(v)
-            each = np.where(hidden, log_ndtr(score), each)
+        each = -0.5 * (np.where(under, 0.0, r) ** 2 / v + np.log(v) + LOG_TWO_PI)
+        if under.any():
+            each = np.where(under, log_ndtr(room[..., part] / np.sqrt(v)), each)
         total = total + each.sum(axis=-1)
+    return total
+
+
+def _condenses(block: Block, asked: Asked, sd: Array) -> bool:
+    """Whether the values are very many, and their errors differ by the model alone."""
+    seen, rows = block.seen, block.rows
+    if len(rows) <= MANY or SIZE * asked.curve.value.shape[-1] > len(rows):
+        return False
+    if block.data.since is not None or seen.censored[rows].any():
+        return False
+    return not seen.sd[rows].any() or (sd.size == 1 and not block.relative)
+
+
+class Condensed(NamedTuple):
+    """Bins of values at neighbouring cycles and one place; the last of a place is filled up at weight 0.
+
+    Parameters
+    ----------
+    column : (bins, 1) which column of the curve each is compared with
+    cycle, value, weight : (bins, SIZE) of the values, cycles rising
+    real : (bins, SIZE) 1, and 0 where a bin is filled up
+    node : (bins, NODES) cycles at which the model is asked
+    centre : (bins, 1) mean of the values
+    moment : (3, bins, NODES) the sums Y0, Y1, Y2
+    many : (bins, NODES) the sums N
+    """
+
+    column: NDArray[np.intp]
+    cycle: Array
+    value: Array
+    weight: Array
+    real: Array
+    node: Array
+    centre: Array
+    moment: Array
+    many: Array
+
+
+def condensed(cycle: Array, column: NDArray[np.intp], value: Array, weight: Array) -> Condensed:
+    """Return bins of values: when, which column of the curve, what was measured, of its square; each (n,)."""
+    order, counts = np.lexsort((cycle, column)), np.bincount(column)
+    counts = counts[counts > 0]
+    bins, ends = -(-counts // SIZE), np.cumsum(counts)
+    start = np.concatenate([f + SIZE * np.arange(b) for f, b in zip(ends - counts, bins, strict=True)])
+    end = np.repeat(ends, bins)[:, None]
+    place = start[:, None] + np.arange(SIZE)
+    real = (place < end).astype(float)
+    place = order[np.minimum(place, end - 1)]
+    cycles, values, weights = cycle[place], value[place], real * weight[place]
+    low, high = cycles[:, :1], cycles[:, -1:]
+    half, middle = np.where(high > low, 0.5 * (high - low), 1.0), 0.5 * (high + low)
+    nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    own = legendre.legvander((cycles - middle) / half, NODES - 1)
+    lagrange = own @ np.linalg.inv(legendre.legvander(nodes, NODES - 1))
+    centre = np.einsum("bs,bs->b", real, values)[:, None] / real.sum(axis=1, keepdims=True)
+    powers = np.stack([(values - centre) ** n for n in range(3)])
+    moment = np.einsum("pbs,bs,bsk->pbk", powers, weights, lagrange)
+    node, count = middle + 0.5 * (high - low) * nodes, np.einsum("bs,bsk->bk", real, lagrange)
+    return Condensed(column[place[:, :1]], cycles, values, weights, real, node, centre, moment, count)
+
+
+def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array) -> Array:
+    """Return the log likelihood of very many values; factors along the first of the lanes only."""
+    rows, own = block.rows, block.seen.sd[block.rows]
+    variance = own**2 + float(sd.ravel()[0]) ** 2 if own.any() else np.ones(len(rows))
+    sd, constant = (np.ones(1), np.sum(np.log(variance))) if own.any() else (sd, 0.0)
+    bins = condensed(asked.cycle[rows], asked.column[rows], block.seen.value[rows], 1.0 / variance)
+    shape, flat = np.broadcast_shapes(np.shape(factor), np.shape(sd)), np.ravel(factor)
+    spread = np.broadcast_to(sd, shape).reshape(flat.size, -1)
+    pieces = np.array_split(np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1))
+    parts = [_of_factors(bins, run, asked, flat[some], spread[some], block.relative) for some in pieces]
+    return -0.5 * (np.concatenate(parts).reshape(shape) + constant)
+
+
+def _of_factors(
+    bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Array, relative: float
+) -> Array:
+    """Return Σ w (y − m)²/v + ln 2πv for a few factors, each with its deviations, (factors, deviations)."""
+    curve, f = asked.curve, factor[:, None, None]
+    model = curve.at(run.own_cycle(bins.node, f), bins.column)
+    off, (zeroth, once, twice) = model - bins.centre, bins.moment
+    square = twice + off * (off * zeroth - 2.0 * once)
+    ends = np.searchsorted(curve.cycle[1:], run.own_cycle(bins.cycle[:, [0, -1]], f), side="right")
+    smooth = ends[..., 0] == ends[..., 1]
+    if relative:
+        least, largest = np.abs(model).min(axis=-1), np.abs(model).max(axis=-1)
+        smooth &= largest - least <= SMOOTH * least
+    held = smooth[..., None]
+    total = _added(np.where(held, square, 0.0), held * bins.many, model, sd, relative)
+    lane, uneven = np.nonzero(~smooth)
+    for some in np.array_split(np.arange(len(lane)), max(len(lane) * SIZE // NUMBERS, 1)):
+        i, b = lane[some], uneven[some]
+        own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None]), bins.column[b])
+        square = bins.weight[b] * (bins.value[b] - own) ** 2
+        each = _added(square[:, None], bins.real[b][:, None], own[:, None], sd[i], relative)
+        np.add.at(total, i, each)
+    return total
+
+
+def _added(square: Array, count: Array, model: Array, sd: Array, relative: float) -> Array:
+    """Return Σ square/v + count ln 2πv over bins and their places, (lanes, deviations)."""
+    if not relative:
+        both = (part.sum(axis=(1, 2))[:, None] for part in (square, count))
+        return np.asarray(next(both) / sd**2 + next(both) * np.log(2.0 * np.pi * sd**2))
+    own, total = (relative * model) ** 2, np.empty(sd.shape)
+    for j, column in enumerate(sd.T):
+        variance = np.where(count != 0.0, column[:, None, None] ** 2 + own, 1.0)
+        total[:, j] = (square / variance + count * np.log(2.0 * np.pi * variance)).sum(axis=(1, 2))
     return total

@@ -1,7 +1,9 @@
 """One case updated: posterior, answer, draws, checks, and what a reader must know besides."""
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,13 +11,12 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from wearlab.arrays import Array
-from wearlab.updating.answer import Answer, drifting_block
-from wearlab.updating.change import facts_of
-from wearlab.updating.checks import Check, checks
-from wearlab.updating.draws import Draws, drawn, replicated
-from wearlab.updating.history import RunHistory
+from wearlab.updating.clocks import facts_of
+from wearlab.updating.draws import Check, Draws, checks, drawn, replicated
 from wearlab.updating.likelihood import MATTERS, Block, block_of, inspections_of, numerical_share
+from wearlab.updating.lives import Answer, drifting_block
 from wearlab.updating.posterior import Posterior, posterior, widened
+from wearlab.updating.run_curves import RunHistory
 
 if TYPE_CHECKING:
     from wearlab.updating.study import MeasuredCase
@@ -27,6 +28,8 @@ FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below wh
 RECORD_OFF = 0.03  # of the wear of a record between the ends of k, that goes without a word
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
+WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
+NOTES: dict[str, str] = tomllib.loads((Path(__file__).parent / "notes.toml").read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -207,107 +210,67 @@ def _notes(
     answer: Answer,
     blocks: tuple[Block, ...],
     stats: dict[str, float],
-) -> list[str]:
-    """Return what a reader must know, most important first."""
-    notes = []
+) -> Iterator[str]:
+    """Yield what a reader must know, most important first."""
     if not any(len(block.rows) for block in blocks):
-        notes.append("nothing was measured: this is the prior")
+        yield NOTES["nothing"]
     if stats["prior_predictive_p"] < HARDLY:
-        notes.append(
-            f"the prior hardly allows these data (prior predictive p = {stats['prior_predictive_p']:.2g}): "
-            "what follows leans on a corner of it; look at the units, the limits of the prior, the load"
-        )
+        yield NOTES["prior"].format(p=stats["prior_predictive_p"])
     if stats["contradiction"] > TENSION:
-        notes.append(
-            f"two files contradict each other: alone, each gives a k that is {stats['contradiction']:.1f} "
-            "standard deviations from the other's; "
-            + (
-                "each was given an unknown scale of its own, which widens the interval; "
-                "find out which is wrong"
-                if _widens(answer, runs)
-                else "the interval leaves it out"
-            )
-        )
+        then = NOTES["widened" if _widens(answer, runs) else "not_widened"]
+        yield NOTES["contradiction"].format(apart=stats["contradiction"], then=then)
     if np.isinf(runs[0].limit_cycle):
-        notes.append("the limit is never reached: the run does not wear there any more")
+        yield NOTES["endless"]
     if stats["beyond_the_runs"] > 1e-6:
-        notes.append(
-            f"{100 * stats['beyond_the_runs']:.3g} % of the posterior lies beyond the stored runs, where "
-            "wear goes on at its last rate; let them end later (wear.until)"
-        )
+        yield NOTES["beyond"].format(share=100 * stats["beyond_the_runs"])
     if stats["end_passed"] > 0.5:
-        notes.append(f"the end of life has passed with a probability of {100 * stats['end_passed']:.3g} %")
+        yield NOTES["passed"].format(share=100 * stats["end_passed"])
     if stats["numerical_share"] > MATTERS:
-        notes.append(
-            f"the numerical error of the runs, {100 * stats['numerical_error']:.2g} %, is "
-            f"{stats['numerical_share']:.2g} of the measuring error and counts as variance; lower "
-            "numerics.tolerance"
-        )
+        share, times = 100 * stats["numerical_error"], stats["numerical_share"]
+        yield NOTES["numerical"].format(share=share, times=times)
     if not answer.posterior.resolved:
-        notes.append("the posterior is finer than its grid: the quantiles are rough; widen the errors")
+        yield NOTES["rough"]
     for n, block in enumerate(blocks):
-        notes += oddities(n, block, runs[0])
+        yield from oddities(n, block, runs[0])
     if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
-        notes.append(
-            f"no drift is given for {study.limit.quantity}, which ends the life: what the wear strays from "
-            "now on is not in the remaining life"
-        )
-    if run_off := 0.0 if runs[0].clock is None else runs[0].clock.off:
-        if run_off > RECORD_OFF:
-            notes.append(
-                "update.record is mixed at the median of k; at the ends of its 90 % interval the wear of the "
-                f"past differs by {100 * run_off:.0f} %: more measurements narrow it"
-            )
-    if stats["runs"] > 1.0 and stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0)):
-        notes.append(
-            f"only {stats['effective_runs']:.0f} of {len(runs)} runs carry the answer: more draws are needed"
-        )
-    return notes
+        yield NOTES["no_drift"].format(quantity=study.limit.quantity)
+    if runs[0].clock is not None and runs[0].clock.off > RECORD_OFF:
+        yield NOTES["record"].format(share=100 * runs[0].clock.off)
+    few = stats["effective_runs"]
+    if stats["runs"] > 1.0 and few < min(FEWEST, max(CARRIED * len(runs), 20.0)):
+        yield NOTES["few_runs"].format(few=few, all=len(runs))
 
 
-def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> list[str]:
-    """Return which unknown errors came out far from what was thought."""
-    notes = []
+def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> Iterator[str]:
+    """Yield which unknown errors came out far from what was thought."""
     for n, block in enumerate(blocks):
         for spread, side in ((block.sd, "sd"), (block.drift, "drift")):
             if spread is None or spread.prior is None:
                 continue
             prior, middle = getattr(before, side)[n], float(np.median(getattr(draws, side)[n]))
             if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
-                notes.append(
-                    f"{spread.name.replace('_', ' ')} came out at {middle / np.median(prior):.3g} times the "
-                    "median of its prior: perhaps the model is wrong rather than the measurement"
-                )
-    return notes
+                name, times = spread.name.replace("_", " "), middle / np.median(prior)
+                yield NOTES["larger_error"].format(name=name, times=times)
 
 
-def oddities(number: int, block: Block, run: RunHistory) -> list[str]:
-    """Return what is odd about the values of a block: below nothing, or falling."""
-    seen, notes = block.seen, []
+def oddities(number: int, block: Block, run: RunHistory) -> Iterator[str]:
+    """Yield what is odd about the values of a block: below nothing, or falling."""
+    seen, data, error = block.seen, block.data, block.data.error
+    about = {"file": data.file.name, "place": data.place, "quantity": data.quantity}
     if not len(seen):
-        return [f"{block.data.place}: {block.data.file.name} has no rows"]
-    file = block.data.file.name
+        yield NOTES["no_rows"].format(**about)
+        return
     value = np.where(seen.censored, 0.0, seen.value)
-    wears = block.data.quantity in ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
-    error = block.data.error
-    own = np.hypot(
-        np.hypot(block.sd.known, seen.sd), np.hypot(error.offset_sd, error.relative * np.abs(value))
-    )
+    parts = np.broadcast_arrays(block.sd.known, seen.sd, error.offset_sd, error.relative * value)
+    own = np.linalg.norm(parts, axis=0)
     far = norm.isf(FALSE_ALARM / len(seen))  # standard errors beyond which one of so many values is odd
-    negative = value < -far * own
-    if wears and negative.any():
-        i = int(np.argmax(negative))
-        notes.append(
-            f"{file}: line {seen.row[i]}: {block.data.quantity} is negative by more than its "
-            "error; look at the sign, and at what was taken for unworn"
-        )
-    if wears and seen.place_kind is None and block.data.since is None and not seen.censored.any():
+    negative = np.flatnonzero(value < -far * own)
+    if data.quantity not in WORN:
+        return
+    if len(negative):
+        yield NOTES["negative"].format(line=seen.row[negative[0]], **about)
+    if seen.place_kind is None and data.since is None and not seen.censored.any():
         order = np.argsort(run.asked[number].cycle, kind="stable")
         falls = np.flatnonzero(np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1]))
         if len(falls):
-            i = int(order[falls[0] + 1])
-            notes.append(
-                f"{file}: line {seen.row[i]}: {block.data.quantity} is less than before by more than its "
-                "error; wear does not come back"
-            )
-    return notes
+            yield NOTES["falls"].format(line=seen.row[order[falls[0] + 1]], **about)

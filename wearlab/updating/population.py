@@ -24,10 +24,10 @@ from scipy.stats import qmc
 
 from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import Distribution
-from wearlab.updating.history import RunHistory
-from wearlab.updating.kalman import Filtered, Hidden, Inspection, SharedError, filtered
-from wearlab.updating.likelihood import Block, inspections_of, log_density
+from wearlab.updating.kalman import Filtered
+from wearlab.updating.likelihood import PER, Block, Lanes, log_density, log_likelihood
 from wearlab.updating.posterior import even_weights
+from wearlab.updating.run_curves import RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES, FINER = 65, 4  # of a unit's grid; times as fine as it is integrated
@@ -98,39 +98,24 @@ class Shared(NamedTuple):
         """Return Λ of cycles from the start."""
         return np.asarray(self.reference * (cycle / self.reference) ** self.power)
 
-    def inverse(self, equal: Array) -> Array:
-        """Return the cycles from the start at Λ."""
-        with np.errstate(over="ignore"):
-            return np.asarray(self.reference * (equal / self.reference) ** (1.0 / self.power))
-
-    def rate(self, run: RunHistory, block: Block | None, number: int, factor: Array) -> Array:
-        """Return the variance of W per unit of Λ, of a block's quantity or of the one with the limit."""
-        curve = run.limit if block is None else run.asked[number].curve
+    def drift(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
+        """Return the standard deviation of W of a quantity at T."""
         worn = curve.at(run.start + self.reference * factor / run.factor)
-        return np.asarray((self.straying * worn) ** 2 / self.reference)
+        return np.asarray(self.straying * worn)
 
 
 def seen_by(unit: FleetMember, shared: Shared, log_factor: Array) -> list[Filtered]:
     """Return how probable each block of a unit is, and what is known of its W, for lanes (p, nodes)."""
     run, factor, found = unit.run, np.exp(log_factor), []
+
+    def passed(cycle: Array) -> Array:
+        each = shared.power[..., None] if np.ndim(cycle) else shared.power
+        return np.asarray(shared.reference * (cycle / shared.reference) ** each)
+
     for number, block in enumerate(unit.blocks):
-        asked, rows = run.asked[number], block.rows
-        passed = run.equal(asked.cycle[rows]) / shared.reference
-        equal = shared.reference * passed ** shared.power[..., None]
-        model = asked.curve.at(run.start + equal * (factor / run.factor)[..., None], asked.column[rows])
-        variance = (
-            shared.sd[number][..., None] ** 2 + block.seen.sd[rows] ** 2 + (block.relative * model) ** 2
-        )
-        hidden, censored = None, block.seen.censored[rows]
-        residual = np.where(censored, 0.0, block.seen.value[rows] - model)
-        if censored.any():
-            hidden = Hidden(censored, np.where(censored, block.seen.below[rows], 0.0) - model)
-        times = [
-            Inspection(shared.equal(run.equal(np.array(time.cycle))), time.values)  # of each lane
-            for time in inspections_of(block, run, number)
-        ]
-        errors = SharedError(block.data.error.offset_sd**2, shared.rate(run, block, number, factor), 0.0)
-        found.append(filtered(residual, variance, times, errors, hidden=hidden))
+        drift = shared.drift(run, run.asked[number].curve, factor) * np.sqrt(PER / shared.reference)
+        lanes = Lanes(factor, shared.sd[number], drift, passed)
+        found.append(log_likelihood(block, run, number, lanes))
     return found
 
 

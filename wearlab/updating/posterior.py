@@ -20,9 +20,9 @@ from scipy.special import logsumexp
 
 from wearlab.arrays import Array
 from wearlab.campaign.distributions import Distribution
-from wearlab.updating.history import RunHistory
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import Block, Lanes, Range, Spread, log_density, log_likelihood, range_of
+from wearlab.updating.run_curves import RunHistory
 
 COARSE, COARSE_SPREAD = 101, 21  # points while ranges are narrowed
 NODES, SPREADS = 97, 33  # of the factor to begin with, of an error

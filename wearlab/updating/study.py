@@ -10,13 +10,20 @@ from numpy.typing import NDArray
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
-from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UpdateSpec
+from wearlab.campaign.update_options import THICKNESS, Days, Fleet, FleetUnit, Limit, UpdateSpec
 from wearlab.scene import Scene
 from wearlab.store.outcome import place
 from wearlab.units import is_quantity, split
-from wearlab.updating.history import RunHistory, history_of, read_runs, refuse_stages
-from wearlab.updating.observations import Observed, UpdateError, calendar_of, read_observations, units_of
-from wearlab.updating.record import OperatingRecord, read_record
+from wearlab.updating.measurements import (
+    Observed,
+    OperatingRecord,
+    UpdateError,
+    calendar_of,
+    read_observations,
+    read_record,
+    units_of,
+)
+from wearlab.updating.run_curves import RunHistory, history_of, read_runs, refuse_stages
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -65,14 +72,9 @@ class MeasuredCase:
         base = _lengthened(self.scene, self.longer)
         if not self.drawn:
             return (base,)
-        lean = _lean(base, self)
-        asked = []
-        for i in range(len(next(iter(self.drawn.values()))[:most])):
-            scene = lean
-            for key, values in self.drawn.items():
-                scene = scene.replace(key, values[i])
-            asked.append(scene)
-        return tuple(asked)
+        lean = base.replace("store.variables", sorted(needed(self.seen, self.limit)))  # draws are many
+        points = zip(*(values[:most] for values in self.drawn.values()), strict=True)
+        return tuple(lean.replace(dict(zip(self.drawn, point, strict=True))) for point in points)
 
     def campaign(self, title: str) -> Campaign:
         """Return its runs as a campaign with the axis ``draw``."""
@@ -99,14 +101,9 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     spec = replace(spec, days=days)
     made = []
     for case in campaign.cases:
-        own = tuple(
-            inspections
-            for inspections in seen
-            if not inspections.data.cases or case.label in inspections.data.cases
-        )
+        own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
-        _refuse_impossible(case.scene, spec, about)
         limit = _limit(case.scene, spec, about)
         study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record)
         if study.costly and record is not None:
@@ -119,21 +116,6 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     return tuple(made)
 
 
-def _refuse_impossible(scene: Scene, spec: UpdateSpec, about: str) -> None:
-    """Refuse a scene from which no coefficient can be inferred."""
-    if scene.wear is None or scene.wear.until is None:
-        raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
-    try:
-        refuse_stages(scene.model_dump())
-    except UpdateError as error:
-        raise UpdateError(f"{about}{error}") from None
-    if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        raise UpdateError(
-            f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
-            'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
-        )
-
-
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
     """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
     if FACTOR not in spec.unknown:
@@ -142,18 +124,15 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
     names = dict.fromkeys([*(name for data in spec.data for name in units_of(data)), *own])
     made = []
     for name in names:
-        unit, about = own.get(name), f"unit {name!r}: "
-        changed = scene
-        for key, value in () if unit is None else unit.scene.items():
-            changed = changed.replace(key, value)
-        _refuse_impossible(changed, spec, about)
-        days = spec.days if unit is None or unit.days is None else unit.days
+        unit = own.get(name, FleetUnit(name, {}, None))
+        changed = scene.replace(dict(unit.scene)) if unit.scene else scene
+        limit = _limit(changed, spec, f"unit {name!r}: ")
+        days = unit.days or spec.days
         record = None if spec.record is None else read_record(spec.record, name)
         known = [calendar_of(data, name, days) for data in spec.data]
         own_days, hours_at = _calendar(record, days)
         seen = tuple(read_observations(data, days, name, hours_at) for data in spec.data)
         days = own_days if hours_at else next((found for found in known if found is not None), days)
-        limit = _limit(changed, spec, about)
         made.append(MeasuredCase(name, changed, replace(spec, days=days), limit, seen, {}, record=record))
     return tuple(made)
 
@@ -166,14 +145,24 @@ def _calendar(record: OperatingRecord | None, days: Days | None) -> tuple[Days |
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
-    if spec.limit is not None:
-        return spec.limit
-    until = scene.wear.until if scene.wear is not None else None
-    if until is None or until.depth is None:
+    """Return what ends the life of a scene; refuse one from which no coefficient can be inferred."""
+    until = None if scene.wear is None else scene.wear.until
+    if scene.wear is None or until is None:
+        raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
+    try:
+        refuse_stages(scene.model_dump())
+    except UpdateError as error:
+        raise UpdateError(f"{about}{error}") from None
+    if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
+        raise UpdateError(
+            f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
+            'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
+        )
+    if spec.limit is None and until.depth is None:
         raise UpdateError(
             f'{about}update.limit: required: wear.until has no depth; such as limit = {{ depth = "200 um" }}'
         )
-    return Limit("max_wear_depth", until.depth, until.flank)
+    return spec.limit or Limit("max_wear_depth", float(until.depth or 0.0), until.flank)
 
 
 def _lengthened(scene: Scene, times: float) -> Scene:
@@ -198,11 +187,6 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     return longer
 
 
-def _lean(scene: Scene, study: MeasuredCase) -> Scene:
-    """Return a scene that keeps no more than an update reads: draws are many."""
-    return scene.replace("store.variables", sorted(needed(study.seen, study.limit)))
-
-
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
@@ -220,21 +204,6 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     UpdateError : none of them is there
     """
     scenes = study.scenes()
-    if len(scenes) == 1:
-        entry = store.heads([scenes[0].id]).get(scenes[0].id)
-        if entry is None or entry.state != "done":
-            why = "" if entry is None else store.find(scenes[0].id).reason or ""
-            raise UpdateError(
-                f"{study.label}: its run {'is not there' if entry is None else entry.state} "
-                f"{why.strip().rpartition(chr(10))[2]}".strip()
-            )
-    return _read(study, scenes, store)
-
-
-def _read(
-    study: MeasuredCase, scenes: tuple[Scene, ...], store: "Store"
-) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
-    """Return the histories of all draws that have data."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
     wanted |= {block.place_kind for block in study.seen if block.place_kind}
     wanted |= {block.clock for block in study.seen if block.clock == "mesh_cycles"}
@@ -242,6 +211,11 @@ def _read(
     wanted -= {"verdict", "end_reason"}  # for people
     ids = [scene.id for scene in scenes]
     runs = read_runs(store, dict.fromkeys(ids), wanted)
+    if len(ids) == 1 and not runs:
+        entry = store.heads(ids).get(ids[0])
+        why = "" if entry is None else store.find(ids[0]).reason or ""
+        state = "is not there" if entry is None else entry.state
+        raise UpdateError(f"{study.label}: its run {state} {why.strip().rpartition(chr(10))[2]}".strip())
     read, which = [], []
     for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
         if run_id not in runs:
@@ -266,15 +240,10 @@ def conditions_of(study: MeasuredCase, store: "Store") -> list[RunHistory]:
     """
     assert study.record is not None
     scenes = study.record.scenes(_lengthened(study.scene, study.longer))
-    found = read_runs(
-        store,
-        dict.fromkeys(scene.id for scene in scenes),
-        {*needed((), study.limit), "cycle", "operating_hours"},
-    )
-    runs = []
-    for scene in scenes:
+    wanted = {*needed((), study.limit), "cycle", "operating_hours"}
+    found, runs = read_runs(store, dict.fromkeys(scene.id for scene in scenes), wanted), []
+    for scene, (torque, _) in zip(scenes, study.record.conditions()[0], strict=True):
         if scene.id not in found:
-            torque = scene.operation.torque if scene.operation is not None else 0.0
             reason = (store.find(scene.id).reason or "").strip().rpartition("\n")[2]
             raise UpdateError(f"{study.label}: update.record: its run at {torque:g} N m: {reason}")
         runs.append(history_of(found[scene.id], scene.id, scene.model_dump(), (), study.limit))

@@ -13,44 +13,21 @@ from wearlab.campaign.update_options import THICKNESS
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert
-from wearlab.updating.comparison import compared
 from wearlab.updating.decision import decided, virtual_inspection
-from wearlab.updating.draws import Draws, innovations, over_cycles, replicated
+from wearlab.updating.draws import innovations, over_cycles, replicated
 from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, variable
 from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
 from wearlab.updating.outcome import UpdateOutcome
-from wearlab.updating.posterior import Posterior
+from wearlab.updating.scores import compared, replayed, scored
 from wearlab.updating.study import FACTOR, MeasuredCase, plain
-from wearlab.updating.validation import calibrated, replayed, scored
+from wearlab.updating.twins import calibrated
 from wearlab.version import __version__
 
-CHAIN = "chain draw"
-INSPECTED = "cycle of the inspection"
 MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
 MOST_STEPS = 500  # inspections whose log likelihoods are told apart
 PLACES = 121  # cycles at which the wear is predicted
 AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
-STATISTICS = {
-    "log_evidence": "log of the probability of all measurements",
-    "effective_runs": "effective number of runs",
-    "runs": "number of runs",
-    "beyond_the_runs": "posterior probability beyond the stored runs",
-    "end_passed": "posterior probability that the end of life has passed",
-    "numerical_error": "relative numerical error of the wear of the runs",
-    "numerical_share": "numerical error of the runs over the measuring error",
-    "prior_predictive_p": "probability before of last values as far out as those measured",
-    "contradiction": "standard deviations between the coefficients of the two files most at odds",
-    "log_evidence_of_change": "log of the evidence of a change of k over that of none",
-    **{
-        f"change_{name}_{p}": f"{words}, given that it changed: {p} % lie below"
-        for name, words in (
-            ("cycle", "cycle at which k changed"),
-            ("ratio", "k after its change over that before"),
-        )
-        for p in (5, 50, 95)
-    },
-    "log_evidence_of_drift": "log of the evidence of accumulating noise over that of independent errors",
-}
+MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 
 
 def tree_of(
@@ -69,19 +46,18 @@ def tree_of(
     joined = each[0]
     if len(each) > 1:
         labels = xr.Variable("case", [outcome.study.label for outcome in outcomes], {"long_name": "case"})
-        how: Any = {"join": "outer", "data_vars": "all", "coords": "minimal", "compat": "override"}
+        how: Any = {"join": "outer", "data_vars": "all", "coords": "minimal", **MERGED}
+        names = dict.fromkeys(name for groups in each for name in groups)
         joined = {
-            name: xr.concat(
-                [groups.get(name, xr.Dataset()) for groups in each], "case", **how, combine_attrs="override"
-            ).assign_coords(case=labels)
-            for name in dict.fromkeys(name for groups in each for name in groups)
+            name: xr.concat([groups.get(name, xr.Dataset()) for groups in each], "case", **how)
+            for name in names
         }
+        joined = {name: group.assign_coords(case=labels) for name, group in joined.items()}
     same = len({tuple(seen.fingerprint for seen in outcome.study.seen) for outcome in outcomes}) == 1
     beside = compared(outcomes if same else outcomes[:1])
     joined |= {} if beside is None else {"comparison": beside}
     tree = tree_of_groups(campaign, [outcome.study for outcome in outcomes], joined)
-    notes = {f"notes_{n}": " | ".join(outcome.notes) for n, outcome in enumerate(outcomes) if outcome.notes}
-    tree.attrs |= notes
+    tree.attrs |= {f"notes_{n}": " | ".join(one.notes) for n, one in enumerate(outcomes) if one.notes}
     return tree
 
 
@@ -89,8 +65,7 @@ def tree_of_groups(
     campaign: Campaign, studies: Sequence[MeasuredCase], groups: Mapping[str, xr.Dataset]
 ) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
-    spec = studies[0].spec
-    now = datetime.now(UTC).isoformat(timespec="seconds")
+    spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")
     measured = dict.fromkeys(data.quantity.replace("_", " ") for data in spec.data)
     same = {tuple((seen.data.label, seen.fingerprint) for seen in one.seen) for one in studies}
     attrs = {
@@ -101,44 +76,35 @@ def tree_of_groups(
         "history": f"{now} wearlab {__version__}: updated from stored runs and measurements",
         "references": campaign.reference or "",
         **{str(key): str(value) for key, value in (campaign.metadata or {}).items()},
-        "created_at": now,
-        "date_created": now,
+        **dict.fromkeys(("created_at", "date_created"), now),
         "inference_library": "wearlab",
-        "inference_library_version": __version__,
-        "wearlab_version": __version__,
+        **dict.fromkeys(("inference_library_version", "wearlab_version"), __version__),
         "source_hash": source_hash(),
         "discrepancy": spec.discrepancy,
         "seed": spec.seed,
         "same_measurements": int(len(same) == 1),
         "Conventions": "CF-1.11, ACDD-1.3",
     }
-    return xr.DataTree.from_dict(
-        {"/": xr.Dataset(attrs=attrs), **{f"/{name}": g for name, g in groups.items()}}
-    )
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attrs), **groups})
 
 
 def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
-    spec = outcome.study.spec
+    spec, post, now = outcome.study.spec, outcome.posterior, outcome.answer.now
     rng = np.random.default_rng([spec.seed, 1])
-    post, now = outcome.posterior, outcome.answer.now
     groups = {
-        "posterior": _sample(outcome, post, outcome.draws, now),
-        "prior": _sample(outcome, outcome.prior.posterior, outcome.prior_draws, now),
+        "posterior": _sample(outcome),
+        "prior": _sample(outcome, before=True),
         "predictions": _predictions(outcome, rng),
         "observed_data": _observed_data(outcome),
         "sample_stats": _statistics(outcome),
     }
-    told = [n for n, block in enumerate(post.blocks) if len(block.rows)]
-    if told:
-        how: Any = {"compat": "override", "combine_attrs": "override"}
-        groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **how)
-        groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **how)
-    decision = None if spec.decision is None else decided(outcome, spec.decision, rng)
-    for name, found in (("virtual_inspection", virtual_inspection(outcome, rng)), ("decision", decision)):
-        if found is not None:
-            advised = ("recommended", "best_change", "best_change_if", "best_look", "horizon_change")
-            dated(found, advised, spec.days, now, post.histories[0])
-            groups[name] = found
+    if told := [n for n, block in enumerate(post.blocks) if len(block.rows)]:
+        groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **MERGED)
+        groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **MERGED)
+    advice = {"virtual_inspection": virtual_inspection(outcome, rng)}
+    advice["decision"] = None if spec.decision is None else decided(outcome, spec.decision, rng)
+    for name, found in advice.items():
+        groups |= {} if found is None else {name: dated(found, spec.days, now, post.histories[0])}
     if replay:
         end = float(groups["observed_data"]["observed_life"])
         again = replayed(outcome.study, post, end)
@@ -165,38 +131,40 @@ def block_name(outcome: UpdateOutcome, number: int) -> str:
     return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"
 
 
-def _shown(block: Block) -> str:
-    """Return the unit in which a measured quantity is shown."""
+def _units(block: Block) -> dict[str, str]:
+    """Return the unit of a measured quantity, and the one in which it is shown."""
     name = block.data.quantity
-    return "um" if name == THICKNESS else VARIABLES[name].display_units
+    shown = "um" if name == THICKNESS else VARIABLES[name].display_units
+    return {"units": block.data.si, "display_units": shown}
 
 
-def _sample(outcome: UpdateOutcome, post: Posterior, draws: Draws, now: float) -> xr.Dataset:
-    """Return equally probable draws of everything unknown, and of the life counted from a cycle."""
-    variables: dict[str, xr.Variable] = {}
+def _sample(outcome: UpdateOutcome, *, before: bool = False) -> xr.Dataset:
+    """Return equally probable draws of everything unknown, and of the life, after or before."""
+    post, draws = outcome.posterior, outcome.draws
+    if before:
+        post, draws = outcome.prior.posterior, outcome.prior_draws
+    found: dict[str, xr.Variable] = {}
     for key, name in names_of(list(outcome.study.spec.unknown)).items():
         if key == FACTOR:
-            variables[name] = variable(draws.factor, "factor on the wear coefficient", CHAIN)
+            found[name] = variable("sample", "factor", draws.factor)
             continue
         written, own = outcome.study.drawn[key], outcome.study.spec.unknown[key].unit
         values = np.array([plain(written[i]) for i in outcome.which])[draws.run]
         unit = next((kind.unit for kind in KINDS.values() if own in kind.units), own or "1")
         scale = 1.0 if own in (None, unit) else convert(1.0, str(own), unit)
-        variables[name] = variable(scale * values, key, CHAIN, unit, display_units=own or "1")
-    k = np.array([run.coefficient for run in post.histories])[draws.run] * draws.factor
-    about = "wear coefficient, the largest along the flank at the first state"
-    variables["wear_coefficient"] = variable(k, about, CHAIN, "m2 N-1")
-    variables["life"] = variable(draws.life, "cycles to the limit", CHAIN)
-    rest, about = np.maximum(draws.life - now, 0.0), "cycles from the last inspection to the limit"
-    variables["remaining_useful_life"] = variable(rest, about, CHAIN)
-    for number, block in enumerate(post.blocks):
-        for spread, values in ((block.sd, draws.sd[number]), (block.drift, draws.drift[number])):
+        shown = {"units": unit, "long_name": key, "display_units": own or "1"}
+        found[name] = variable("sample", "unknown", scale * values, **shown)
+    derived = {
+        "wear_coefficient": np.array([run.coefficient for run in post.histories])[draws.run] * draws.factor,
+        "life": draws.life,
+        "remaining_useful_life": np.maximum(draws.life - outcome.answer.now, 0.0),
+    }
+    found |= {name: variable("sample", name, one) for name, one in derived.items()}
+    for block, sd, drift in zip(post.blocks, draws.sd, draws.drift, strict=True):
+        for name, spread, values in (("sd", block.sd, sd), ("drift", block.drift, drift)):
             if spread is not None and spread.prior is not None:
-                about = "standard error of a value" if spread is block.sd else "drift within a million cycles"
-                variables[spread.name] = variable(
-                    values, about, CHAIN, block.data.si, display_units=_shown(block)
-                )
-    return sample(variables, len(draws))
+                found[spread.name] = variable("sample", name, values, **_units(block))
+    return sample(found, len(draws))
 
 
 def _replicas(outcome: UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
@@ -205,9 +173,7 @@ def _replicas(outcome: UpdateOutcome, number: int, rng: np.random.Generator) -> 
     most = max(len(each.rows) for each in outcome.posterior.blocks)
     draws = outcome.draws.first(max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1))
     values = replicated(outcome.posterior, draws, number, rng)
-    about, dims = "measurements as they could have come out", f"{CHAIN} observation_{name}"
-    data = variable(values, about, dims, block.data.si, display_units=_shown(block))
-    return sample({name: data}, len(draws))
+    return sample({name: variable("sample", "replica", values, name, **_units(block))}, len(draws))
 
 
 def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
@@ -220,59 +186,57 @@ def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
         for run, mine in draws.by_run(post):
             for some in np.array_split(mine, max(len(mine) * len(block.rows) // MOST_VALUES, 1)):
                 whole[some] = log_likelihood(block, run, number, draws.lanes(number, some)).log_likelihood
-        return sample({name: variable(whole, "log likelihood of all its values together", CHAIN)}, len(draws))
+        return sample({name: variable("sample", "log_likelihood_of_all", whole)}, len(draws))
     values = np.stack([step.log_likelihood for step in innovations(post, draws, number)], axis=-1)
-    dim, about = f"inspection_{name}", "log likelihood of an inspection given those before it"
-    found = sample({name: variable(values, about, f"{CHAIN} {dim}")}, len(draws))
-    return found.assign_coords({f"cycle_{name}": variable([t.cycle for t in times], INSPECTED, dim)})
+    found = sample({name: variable("sample", "log_likelihood", values, name)}, len(draws))
+    cycles = variable("statistics", "cycle_*", [time.cycle for time in times], name)
+    return found.assign_coords({f"cycle_{name}": cycles})
 
 
 def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
     post, answer, limit = outcome.posterior, outcome.answer, outcome.study.limit
-    run, life = post.histories[0], outcome.answer.life(P)
+    run, life = post.histories[0], answer.life(P)
     end = life[-1] if np.isfinite(life[-1]) else life[2]
     last = AHEAD * float(min(end, 4.0 * life[2])) if np.isfinite(end) else run.end
     cycles = np.linspace(run.start, max(last, answer.now, run.start + 1.0), PLACES)
-    variables = lives(answer, answer.factor(P), run, outcome.study.spec.days)
-    for name, values in (("life", outcome.prior.life(P)), ("factor", outcome.prior.factor(P))):
-        about = f"{variables[f'{name}_quantile'].attrs['long_name']}, before"
-        variables[f"prior_{name}_quantile"] = variable(values, about, "quantile")
-    variables["limit"] = limit_of(limit)
-    both = (("", post, outcome.draws), ("prior_", outcome.prior.posterior, outcome.prior_draws))
+    days, prior = outcome.study.spec.days, outcome.prior
+    found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
+    found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
+    if days is not None:
+        at = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
+        ends = found["end_of_life_quantile"]
+        found["end_of_life_quantile"] = variable("predictions", "end_of_life_quantile", ends, long_name=at)
+    both = (("", post, outcome.draws), ("prior_", prior.posterior, outcome.prior_draws))
     for name in run.beside:
-        drifting = answer.drifting if name == limit.quantity else None
-        own, shown = VARIABLES[name], {"display_units": VARIABLES[name].display_units}
+        drifting, own = answer.drifting if name == limit.quantity else None, VARIABLES[name]
+        shown = {"units": own.units, "display_units": own.display_units, "long_name": own.long_name}
         for prefix, of, draws in both:
             values = np.quantile(over_cycles(of, draws, name, cycles, drifting, rng), P, axis=1).T
-            told = variable(values, own.long_name, "cycle quantile", own.units, **shown)
-            variables[f"{prefix}{name}_quantile"] = told
-    return dataset(variables, quantile=P, cycle=cycles)
+            found[f"{prefix}{name}_quantile"] = variable("predictions", "wear", values, **shown)
+    return dataset("predictions", found, quantile=P, cycle=cycles)
 
 
 def _observed_data(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
-    variables: dict[str, xr.Variable] = {}
-    coords: dict[str, xr.Variable] = {}
-    run = outcome.posterior.histories[0]
+    parts, run = [], outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
         name, seen, error = block_name(outcome, number), block.seen, block.data.error
-        dim, si = f"observation_{name}", block.data.si
-        shown = {"display_units": _shown(block), "file": block.data.file.name}
-        variables[name] = variable(seen.value, f"measured: {name.replace('_', ' ')}", dim, si, **shown)
-        variables[name].attrs["accumulating"] = int(block.drift is not None)
-        coords[f"cycle_{name}"] = variable(run.asked[number].cycle, INSPECTED, dim)
         median = float(np.median(outcome.draws.sd[number]))
-        parts = (seen.sd, error.relative * np.nan_to_num(seen.value), np.full(len(seen), error.offset_sd))
-        sd: Array = np.sqrt(median**2 + sum(part**2 for part in parts))
-        variables[f"sd_{name}"] = variable(sd, "error, posterior median", dim, si, **shown)
-        if seen.censored.any():
-            variables[f"below_{name}"] = variable(seen.below, "limit of detection", dim, si, **shown)
+        own = (median, seen.sd, error.relative * np.nan_to_num(seen.value), error.offset_sd)
+        sd: Array = np.sqrt(np.sum([np.broadcast_to(part, len(seen)) ** 2 for part in own], axis=0))
+        told = {"*": seen.value, "sd_*": sd, **({"below_*": seen.below} if seen.censored.any() else {})}
+        shown = {**_units(block), "file": block.data.file.name}
+        found = {key: variable("observed", key, one, name, **shown) for key, one in told.items()}
+        found["*"].attrs |= {"long_name": f"measured: {name.replace('_', ' ')}"}
+        found["*"].attrs |= {"accumulating": int(block.drift is not None)}
+        part = dataset("observed", {**found, "cycle_*": run.asked[number].cycle}, name)
+        coords = [f"cycle_{name}"]
         if seen.place_kind is not None:
-            coords[f"{seen.place_kind}_{name}"] = xr.Variable(dim, seen.place, attributes(seen.place_kind))
-    about = "cycle at which the limit was measured"
-    variables["observed_life"] = variable(_observed_life(outcome), about)
-    return xr.Dataset(variables, coords)
+            coords.append(f"{seen.place_kind}_{name}")
+            part[coords[-1]] = xr.Variable(f"observation_{name}", seen.place, attributes(seen.place_kind))
+        parts.append(part.set_coords(coords))
+    return xr.merge([*parts, dataset("observed", {"observed_life": _observed_life(outcome)})], **MERGED)
 
 
 def _observed_life(outcome: UpdateOutcome) -> float:
@@ -292,33 +256,20 @@ def _observed_life(outcome: UpdateOutcome) -> float:
 
 def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
-    variables = {name: variable(value, STATISTICS[name]) for name, value in outcome.stats.items()}
-    coords: dict[str, Any] = {}
-    for number in range(len(outcome.posterior.blocks)):
-        own = [check for check in outcome.checks if check.block == number]
-        name = block_name(outcome, number)
-        dim = f"inspection_{name}"
-        if own:
-            columns = {
-                "check_p": ([check.p for check in own], "probability of values at least as far off"),
-                "surprise": (
-                    [check.surprise for check in own],
-                    "measured less expected, over the standard deviation expected",
-                ),
-                "check": ([check.words for check in own], "what to think of the inspection"),
-            }
-            variables |= {f"{key}_{name}": variable(*column, dim) for key, column in columns.items()}
-            coords[f"cycle_{name}"] = variable([check.cycle for check in own], INSPECTED, dim)
-        if number in outcome.courses:
-            told = "probability of a course of the inspections as far off"
-            variables[f"course_p_{name}"] = variable(outcome.courses[number], told)
-    for number, without in outcome.sources.items():
-        about = "cycles from the last inspection to the limit, without this source"
-        name = f"remaining_without_{block_name(outcome, number)}"
-        variables[name] = variable(without.remaining(P[[0, 2, 4]]), about, "ends")
-    post = outcome.posterior
+    values = {**outcome.stats, "notes": " | ".join(outcome.notes)}
     if outcome.study.costly:
-        variables["run_weight"] = variable(post.weight, "posterior probability of each run", "run")
-        variables["run_id"] = variable([run.id for run in post.histories], "identity of each run", "run")
-    variables["notes"] = variable(" | ".join(outcome.notes), "what a reader must know, most important first")
-    return xr.Dataset(variables, coords)
+        values["run_weight"] = outcome.posterior.weight
+        values["run_id"] = [run.id for run in outcome.posterior.histories]
+    parts = [dataset("statistics", values)]
+    for number in range(len(outcome.posterior.blocks)):
+        own, name = [check for check in outcome.checks if check.block == number], block_name(outcome, number)
+        told: dict[str, Any] = {}
+        if own:
+            columns = {"check_p_*": "p", "surprise_*": "surprise", "check_*": "words", "cycle_*": "cycle"}
+            told = {key: [getattr(check, part) for check in own] for key, part in columns.items()}
+        if number in outcome.courses:
+            told["course_p_*"] = outcome.courses[number]
+        if number in outcome.sources:
+            told["remaining_without_*"] = outcome.sources[number].remaining(P[[0, 2, 4]])
+        parts.append(dataset("statistics", told, name).set_coords([f"cycle_{name}"] if own else []))
+    return xr.merge(parts, **MERGED)

@@ -139,7 +139,7 @@ def _told(summary: dict[str, float]) -> tuple[str, str, str]:
 def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.Status:
     """Show a kept update: what it says, and what it was made from."""
     from wearlab.store.updates import read_update, update_files
-    from wearlab.updating.summary import told
+    from wearlab.updating.report_text import text_of
 
     tree = read_update(store, update.id)
     if tree is None:
@@ -150,7 +150,7 @@ def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.S
             content(tree) | {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
         )
         return output.Status.WELL
-    for line in told(tree):
+    for line in text_of(tree):
         output.say(line)
     facts = {"id": update.id, "file": str(update_files(store).path(update.id)), "sha256": update.sha256}
     facts |= {"recorded": update.recorded, "runs": ", ".join(run[:10] for run in update.runs[:6])}
@@ -245,14 +245,14 @@ def update(
     replay : Answer as it would have been after every inspection too.
     """
     from wearlab.updating import update as updated
-    from wearlab.updating.summary import told
+    from wearlab.updating.report_text import text_of
 
     store, campaign = Store(folder), output.read_campaign(file)
     tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
     if json:
         output.show_json(content(tree))
     else:
-        for line in told(tree):
+        for line in text_of(tree):
             output.say(line)
         output.say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
     return output.Status.WELL

@@ -377,7 +377,7 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 @update_kind("remaining-life", "Remaining life after the last inspection", ("posterior", "predictions"))
 def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Density of the remaining life with its 5, 50 and 95 % quantiles."""
-    from wearlab.updating.summary import latest
+    from wearlab.updating.report_text import latest
 
     rest = finite(update["posterior"]["remaining_useful_life"])
     x, y = density(rest)

@@ -1,4 +1,4 @@
-"""A wear coefficient that changes once: by running-in, or between two inspections.
+"""Clocks on one stored run: what really ran, and a wear coefficient that changes once.
 
 None has half of the probability before. Else k was a ratio r of what it is now until a cycle, ln r ~ N(0, 1):
 in each gap between two inspections alike, evenly within it; of running-in r is above 1, and the logarithm of
@@ -12,17 +12,47 @@ import numpy as np
 from scipy.special import logsumexp
 
 from wearlab.arrays import Array
-from wearlab.updating.history import Clock, RunHistory
-from wearlab.updating.observations import UpdateError
+from wearlab.updating.measurements import OperatingRecord, UpdateError
 from wearlab.updating.posterior import Posterior
+from wearlab.updating.run_curves import Clock, RunHistory
 
 RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
 GOLDEN = 0.6180339887
 WIDE = 4.0  # standard deviations of ln r that are looked at first
 EARLIEST = 1e-3  # of the cycles inspected at which running-in may be over
 ROUNDS, DEPTH = 6, 12.0  # of narrowing ln r; of ln of the weight below its top that counts
+SWEEPS = 25  # through bins, whose order is not known
 
 Judge = Callable[[tuple[RunHistory, ...]], Posterior]
+
+
+def clock_of(record: OperatingRecord, own: RunHistory, runs: Sequence[RunHistory], factor: float) -> Clock:
+    """Return the clock of equal wear of what ran, from a run of the scene and one of each condition.
+
+    Under a condition wear goes on as its own run does from the same wear. That depends on the wear that
+    was reached, and so on the factor; hardly, where the conditions wear alike in shape.
+    """
+    which, passed = record.conditions()[1], np.diff(record.time)
+    if record.mixed:  # all of them, one after another, many times
+        each = np.bincount(which + 1, passed, len(runs) + 1)
+        which = np.tile(np.arange(-1, len(runs), dtype=np.intp), SWEEPS)
+        passed = np.tile(each / SWEEPS, SWEEPS)
+    begins = np.append(0, np.flatnonzero(np.diff(which)) + 1)
+    which, passed = which[begins], np.add.reduceat(passed, begins)
+    equal = [0.0]
+    for condition, seconds in zip(which, passed, strict=True):
+        reached = equal[-1]
+        if condition >= 0:
+            run = runs[condition]
+            worn = own.limit.at(own.start + np.array(reached * factor / own.factor))
+            after = float(run.limit.first_above(worn))
+            after += seconds / run.seconds_per_cycle * factor / run.factor
+            there = own.limit.first_above(run.limit.at(np.array(after)))
+            reached = max(float(there - own.start) * own.factor / factor, reached)
+        equal.append(reached)
+    at = np.append(0.0, np.cumsum(passed)) / own.seconds_per_cycle
+    ahead = max(float(at[-1]), 1.0)
+    return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
 
 
 def stepped(run: RunHistory, at: float, ratio: float) -> RunHistory:

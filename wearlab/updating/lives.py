@@ -17,10 +17,10 @@ from scipy.special import log_ndtr, logsumexp, ndtr
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Days
 from wearlab.units import HOUR
-from wearlab.updating.history import RunHistory
 from wearlab.updating.likelihood import PER, Block
-from wearlab.updating.observations import DAYS_A_YEAR
+from wearlab.updating.measurements import DAYS_A_YEAR
 from wearlab.updating.posterior import Posterior, quantiles, values_of
+from wearlab.updating.run_curves import RunHistory
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
@@ -63,16 +63,15 @@ class Answer:
         p = np.asarray(p, float)
         if self._passage is not None:
             return self._passage.quantile(p)
-        if len(self.posterior.weight) == 1:
-            with np.errstate(over="ignore"):
-                return self.posterior.histories[0].life(self.factor(1.0 - p))
-        lives = np.stack([run.life(np.exp(u)) for run, u in self._ends])
+        post = self.posterior
+        both = zip(post.histories, post.log_factor[:, [0, -1]], strict=True)
+        lives = np.stack([run.life(np.exp(u)) for run, u in both])
         finite = lives[np.isfinite(lives) & (lives > 0.0)]
         if not len(finite):
             return np.full(p.shape, np.inf)
         low, high = np.log(finite.min()) - 1e-6, np.log(finite.max()) + 1e-6
         found = np.exp(quantiles(lambda u: self.life_below(np.exp(u)), p, low, high))
-        return np.where(p > self.life_below(np.exp(np.array([high])))[0], np.inf, found)
+        return np.where(p > self.life_below(np.exp(high))[0], np.inf, found)
 
     def life_below(self, cycle: Array | float) -> Array:
         """Return the probability of a shorter life, (q,)."""
@@ -112,10 +111,6 @@ class Answer:
             else:
                 risk += float(mass[run.own_cycle(np.array(self.now), np.exp(u)) > run.end].sum())
         return risk
-
-    @property
-    def _ends(self) -> list[tuple[RunHistory, Array]]:
-        return list(zip(self.posterior.histories, self.posterior.log_factor[:, [0, -1]], strict=True))
 
     @cached_property
     def _passage(self) -> "Passage | None":
@@ -159,9 +154,10 @@ class Passage:
         return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
 
     def quantile(self, p: Array) -> Array:
-        """Return quantiles: bracketed by a table, then by Brent's method."""
+        """Return quantiles: bracketed by a table of some of the states, then by Brent's method."""
+        found = np.full(p.shape, self.now)
         if not len(self.weight):
-            return np.full(p.shape, self.now)
+            return found
         logs = np.log(np.median(self.mean)) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
         thinned = max(len(self.weight) // 2000, 1)
         known = np.array([self.below(self.now + t, thinned) for t in np.exp(logs)])
@@ -169,19 +165,15 @@ class Passage:
         def off(u: float, wanted: float) -> float:
             return self.below(self.now + float(np.exp(u))) - wanted
 
-        found = np.full(p.shape, self.now)
         for n, wanted in np.ndenumerate(p):
-            if wanted <= self.over:
-                continue
-            high = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
-            low = high - 1
-            while low > 0 and off(logs[low], wanted) > 0.0:
-                low -= 1
-            while high < TIMES - 1 and off(logs[high], wanted) < 0.0:
-                high += 1
-            ends = off(logs[low], wanted) <= 0.0 <= off(logs[high], wanted)
-            at = brentq(off, logs[low], logs[high], (wanted,), xtol=1e-8) if ends else np.inf
-            found[n] = self.now + np.exp(at)
+            k = int(np.clip(np.searchsorted(known, wanted), 2, TIMES - 2))
+            ends = [logs[k - 2], logs[k + 1]]
+            if off(ends[0], wanted) > 0.0 or off(ends[1], wanted) < 0.0:  # the table was too coarse
+                ends = [logs[0], logs[-1]]
+            if wanted > self.over:
+                there = off(ends[0], wanted) <= 0.0 <= off(ends[1], wanted)
+                at = brentq(off, *ends, (wanted,), xtol=1e-8) if there else np.inf
+                found[n] = self.now + np.exp(at)
         return found
 
 

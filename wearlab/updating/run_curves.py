@@ -18,7 +18,7 @@ from scipy.interpolate import PchipInterpolator
 from wearlab.arrays import Array, Flags
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.store.errors import StoreError
-from wearlab.updating.observations import Observed, UpdateError
+from wearlab.updating.measurements import Observed, UpdateError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,16 +30,8 @@ BITS = 53  # bisections to round-off
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
-@dataclass(frozen=True)
-class StoredVariable:
-    """A variable.
-
-    Parameters
-    ----------
-    values : its array
-    dims : their names
-    labels : of those dims that have some
-    """
+class StoredVariable(NamedTuple):
+    """A variable of a run: its array, the names of its dims, and labels of those that have some."""
 
     values: NDArray[Any]
     dims: tuple[str, ...]
@@ -47,49 +39,29 @@ class StoredVariable:
 
     def at(self, dim: str, index: "int | list[int]") -> "StoredVariable":
         """Return the values at a place of a dim, which goes with it, or at some places."""
-        dims = (
-            self.dims
-            if isinstance(index, list)
-            else tuple(own_dim for own_dim in self.dims if own_dim != dim)
-        )
+        dims = self.dims if isinstance(index, list) else tuple(own for own in self.dims if own != dim)
         return StoredVariable(np.take(self.values, index, axis=self.dims.index(dim)), dims, self.labels)
 
     def largest(self, dim: str) -> "StoredVariable":
         """Return the largest along a dim, of those that are numbers."""
         top = np.fmax.reduce(self.values, axis=self.dims.index(dim))
-        return StoredVariable(top, tuple(own_dim for own_dim in self.dims if own_dim != dim), self.labels)
+        return StoredVariable(top, tuple(own for own in self.dims if own != dim), self.labels)
 
     def known(self, dim: str) -> list[Any]:
         """Return the labels of a dim, numbers from 0 on where it has none."""
         return self.labels.get(dim) or list(range(self.values.shape[self.dims.index(dim)]))
 
 
-@dataclass(frozen=True)
-class StoredRun:
-    """Variables by name."""
-
-    variables: Mapping[str, StoredVariable]
-
-    @classmethod
-    def of(cls, run: "xr.Dataset") -> "StoredRun":
-        """Return the variables of a dataset."""
-        labels = {str(dim): run[dim].values.tolist() for dim in run.dims if dim in run.coords}
-        return cls(
-            {
-                str(name): _labelled(np.asarray(variable.values), tuple(map(str, variable.dims)), labels)
-                for name, variable in run.variables.items()
-            }
-        )
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.variables
-
-    def __getitem__(self, name: str) -> StoredVariable:
-        return self.variables[name]
+StoredRun = Mapping[str, StoredVariable]
 
 
-def _labelled(values: NDArray[Any], dims: tuple[str, ...], labels: Mapping[str, list[Any]]) -> StoredVariable:
-    return StoredVariable(values, dims, {dim: labels[dim] for dim in dims if dim in labels})
+def variables_of(run: "xr.Dataset") -> StoredRun:
+    """Return the variables of a dataset: a thousand of them are read faster than xarray makes one."""
+    labels = {str(dim): run[dim].values.tolist() for dim in run.dims if dim in run.coords}
+    return {
+        str(name): StoredVariable(np.asarray(one.values), tuple(map(str, one.dims)), labels)
+        for name, one in run.variables.items()
+    }
 
 
 def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> dict[str, StoredRun]:
@@ -105,18 +77,14 @@ def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> d
 
     placed = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
-    runs = {}
+    runs: dict[str, StoredRun] = {}
     for run_id, run in placed.items():
-        layout = layouts[str(run.layout)]
+        layout, path = layouts[str(run.layout)], str(store.file_of(run_id))
         dims = {name: layout["variables"][name]["dims"] for name in names if name in layout["variables"]}
-        path = str(store.file_of(run_id))
         arrays = read_variables(path, dims, run.sha256)
-        for name, values in arrays.items():
-            if values.ndim != len(dims[name]):
-                raise StoreError(f"{path}: {name} is not as the catalogue says; 'wearlab reindex' mends it")
-        runs[run_id] = StoredRun(
-            {name: _labelled(values, tuple(dims[name]), layout["labels"]) for name, values in arrays.items()}
-        )
+        if wrong := [name for name, values in arrays.items() if values.ndim != len(dims[name])]:
+            raise StoreError(f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' mends it")
+        runs[run_id] = {n: StoredVariable(v, tuple(dims[n]), layout["labels"]) for n, v in arrays.items()}
     return runs
 
 
@@ -300,6 +268,7 @@ def history_of(
     coefficient = (scene.get("wear") or {}).get("coefficient") or {}
     factor = float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
     limit_cycle = float(ended.first_above(np.array(limit.value)))
+    anywhere, whole = _numerical(run, limit_cycle)
     return RunHistory(
         id=run_id,
         factor=factor,
@@ -312,8 +281,8 @@ def history_of(
         level=limit.value,
         limit_cycle=limit_cycle,
         beside=_beside(run, limit, ended, keep),
-        numerical=_numerical(run, limit_cycle),
-        numerical_whole=_numerical_whole(run, limit_cycle),
+        numerical=anywhere,
+        numerical_whole=whole,
     )
 
 
@@ -338,7 +307,7 @@ def _asked(run: StoredRun, seen: Observed, keep: Flags, limit: Limit, ended: Run
 def curve_of(
     run: StoredRun, name: str, where: str | None, select: Mapping[str, Any], keep: Flags, place: str
 ) -> RunCurve:
-    """Return a scalar over the cycles."""
+    """Return a scalar over the cycles; every dimension with several labels needs one."""
     if name not in run:
         raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
     values, labels = run[name], dict(select)
@@ -347,7 +316,17 @@ def curve_of(
         labels[own] = where
     if own == "flank" and own not in labels and name == "max_wear_depth":
         values = values.largest("flank")
-    values = _selected(values, labels, place, name)
+    unknown = [dim for dim in select if dim not in values.dims]
+    if unknown:
+        raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
+    for dim in [dim for dim in values.dims if dim != "update"]:
+        known, key = values.known(dim), dim if dim in ("flank", "member") else f"select.{dim}"
+        listed = ", ".join(map(str, known[:8]))
+        if dim not in labels and len(known) > 1:
+            raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
+        if dim in labels and labels[dim] not in known:
+            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
+        values = values.at(dim, known.index(labels[dim]) if dim in labels else 0)
     cycle = np.asarray(run["cycle"].values, float)[keep]
     y = np.asarray(values.values, float)[keep]
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
@@ -359,24 +338,6 @@ def curve_of(
     else:
         slope = np.asarray(PchipInterpolator(cycle, y).derivative()(cycle))
     return RunCurve(cycle, y[:, None], slope[:, None])
-
-
-def _selected(values: StoredVariable, labels: Mapping[str, Any], place: str, name: str) -> StoredVariable:
-    """Return a variable at its labels; a dimension with one label needs none."""
-    dims = values.dims
-    for dim in [dim for dim in dims if dim != "update"]:
-        known = values.known(dim)
-        key = dim if dim in ("flank", "member") else f"select.{dim}"
-        if dim not in labels and len(known) > 1:
-            raise UpdateError(f"{place}.{key}: required for {name}: one of {', '.join(map(str, known[:8]))}")
-        if dim in labels and labels[dim] not in known:
-            listed = ", ".join(map(str, known[:8]))
-            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
-        values = values.at(dim, known.index(labels[dim]) if dim in labels else 0)
-    unknown = [dim for dim in labels if dim not in dims and dim not in ("flank", "member")]
-    if unknown:
-        raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
-    return values
 
 
 def _rate_at_the_deepest(run: StoredRun, where: str | None) -> Array:
@@ -453,21 +414,20 @@ def _coefficient(run: StoredRun, where: str | None) -> float:
     return float(np.nanmax((values.at("flank", mine) if mine else values).values))
 
 
-def _numerical(run: StoredRun, limit_cycle: float) -> float:
-    """Return the largest relative error of the wear depth that the run tells of, late before the limit."""
-    if "error_estimate_wear_depth" not in run or "max_wear_depth" not in run:
-        return 0.0
-    depth, error = run["max_wear_depth"].largest("flank").values, run["error_estimate_wear_depth"].values
-    cycle = run["cycle"].values
-    before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
-    late = before & (depth > 0.05 * depth[before][-1])
-    ratio = error[late] / depth[late]
-    return float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
+def _numerical(run: StoredRun, limit_cycle: float) -> tuple[float, float]:
+    """Return the relative error of the depth anywhere, and that of the largest depth and of masses.
 
-
-def _numerical_whole(run: StoredRun, limit_cycle: float) -> float:
-    """Return the relative error of the run's life, which is that of the depth that ends it and of masses."""
+    The second is that of the run's life, where it tells one.
+    """
+    anywhere = 0.0
+    if "error_estimate_wear_depth" in run and "max_wear_depth" in run:
+        depth, error = run["max_wear_depth"].largest("flank").values, run["error_estimate_wear_depth"].values
+        cycle = run["cycle"].values
+        before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
+        late = before & (depth > 0.05 * depth[before][-1])
+        ratio = error[late] / depth[late]
+        anywhere = float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
     if "life" not in run or "error_estimate_life" not in run:
-        return _numerical(run, limit_cycle)
-    ratio = float(run["error_estimate_life"].values) / float(run["life"].values)
-    return ratio if np.isfinite(ratio) else _numerical(run, limit_cycle)
+        return anywhere, anywhere
+    whole = float(run["error_estimate_life"].values) / float(run["life"].values)
+    return anywhere, whole if np.isfinite(whole) else anywhere

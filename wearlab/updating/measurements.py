@@ -1,0 +1,374 @@
+"""Files of measurements in SI: ``[[update.data]]``, what was seen, and ``[update.record]``, what really ran.
+
+Under each condition of a record wear goes on as a run of it does from the same wear. So a record is a clock:
+cycles of equal wear over operating time, said in cycles of the scene's own speed. From its end on the scene's
+own conditions go on.
+"""
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.arrays import Array, Flags, Index
+from wearlab.campaign.update_options import WHEN, WHERE, Data, Days, RecordBlock
+from wearlab.files import read_regular
+from wearlab.scene import Scene
+from wearlab.scene.problems import Refusal
+from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
+from wearlab.units import HOUR
+
+DAYS_A_YEAR = 365.2425
+HOURS_A_YEAR = 24.0 * DAYS_A_YEAR
+DAY, SECOND = np.timedelta64(1, "D"), np.timedelta64(1, "s")
+PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
+CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
+MOST = 12  # conditions that are run as they are; of more, the means of TORQUES by SPEEDS classes
+TORQUES, SPEEDS = 6, 2
+
+
+class UpdateError(Refusal):
+    """An update cannot be done; its problems tell place and remedy."""
+
+
+class Columns:
+    """The columns of a block's file by what they say, of one unit where the file has many.
+
+    Parameters
+    ----------
+    block : that names file, columns and units
+    wanted : column of each role, None where there is none
+    unit : whose rows are meant; None: all
+
+    Raises
+    ------
+    UpdateError : the file cannot be read, or a column is not there
+    """
+
+    def __init__(self, block: Data | RecordBlock, wanted: Mapping[str, str | None], unit: str | None) -> None:
+        self.block, self.path = block, Path(block.file)
+        try:
+            self.table: ReadTable = read_table(self.path)
+            self.fingerprint = hashlib.sha256(read_regular(self.path, LARGEST_FILE)).hexdigest()
+        except (TableError, OSError) as error:
+            raise UpdateError(f"{block.place}.file: {self.path}: cannot be read ({error})") from None
+        self.names: dict[str, str] = {}
+        for role, column in wanted.items():
+            if column is not None:
+                found = self.table.find(column)
+                if found is None:
+                    raise UpdateError(
+                        f"{self.path}: line {self.table.header_line}: no column {column!r} for {role}; there "
+                        f"are {', '.join(self.table.names)}: name it in {block.place}.columns"
+                    )
+                self.names[role] = found
+        if unit is not None and "unit" in self.names:
+            self.table = self.table.where(self.names["unit"], unit)
+        self.lines = np.array(self.table.lines, np.int64)
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def numbers(self, role: str, unit: str, *, empty: bool = False) -> Array:
+        """Return the numbers of a role in SI, NaN where a cell may be empty."""
+        column = self.names[role]
+        given = {self.table.find(written): own for written, own in self.block.units.items()}
+        own = given.get(column) or self.table.units[column] or ("h" if unit == "s" else None)
+        if own is None and unit not in ("1", ""):
+            raise UpdateError(
+                f'{self.block.place}.units: column {column!r} needs its unit: units = {{ {column} = "…" }}'
+            )
+        try:
+            numbers = self.table.numbers(column, empty=empty)
+            return numbers if own is None else in_unit(numbers, own, unit, column)
+        except TableError as error:
+            raise self._at(error) from None
+
+    def dates(self, role: str) -> "NDArray[np.datetime64]":
+        """Return the dates of a role."""
+        try:
+            return self.table.dates(self.names[role], self.block.date_format)
+        except TableError as error:
+            raise self._at(error) from None
+
+    def _at(self, error: TableError) -> UpdateError:
+        named = str(error).startswith(self.table.file)
+        return UpdateError(f"{self.path.parent / str(error)}" if named else f"{self.block.place}.{error}")
+
+    def refuse(self, wrong: Flags, role: str, said: str, values: Array | None = None) -> None:
+        """Refuse what cannot be, by line and column.
+
+        Raises
+        ------
+        UpdateError : something is wrong
+        """
+        if wrong.any():
+            i = int(np.argmax(wrong))
+            shown = "" if values is None or math.isnan(values[i]) else f"{values[i]:g} "
+            raise UpdateError(
+                f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}: {shown}{said}"
+            )
+
+
+@dataclass(frozen=True)
+class Observed:
+    """The observations of one block.
+
+    Parameters
+    ----------
+    data : the block
+    clock : cycle | hours | mesh_cycles
+    time : (n,) when, by that clock; hours in s
+    value : (n,) what was measured [SI], NaN where it was below a limit of detection
+    sd : (n,) standard error of each, from its column [SI], 0 without one
+    below : (n,) limit of detection where the value is NaN [SI]
+    place_kind : diameter | roll_angle | path_position, None for what has no place
+    place : (n,) there [SI], NaN without one
+    row : (n,) line of the file
+    fingerprint : hash of the file's bytes
+    """
+
+    data: Data
+    clock: str
+    time: Array
+    value: Array
+    sd: Array
+    below: Array
+    place_kind: str | None
+    place: Array
+    row: Index
+    fingerprint: str
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def censored(self) -> Flags:
+        """Which values were below the limit of detection."""
+        return np.isnan(self.value)
+
+
+def columns_of(data: Data, unit: str | None = None) -> tuple[Columns, str, str | None]:
+    """Return the columns of a block, its clock, and by what it says where on the flank.
+
+    Raises
+    ------
+    UpdateError : the file cannot be read, or a column is not there
+    """
+    own = data.columns
+    clock = next((name for name in WHEN if getattr(own, name) is not None), "cycle")
+    place = next((name for name in WHERE if getattr(own, name) is not None), None)
+    wanted = {"time": getattr(own, clock) or clock, "value": own.value or data.quantity}
+    wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit, "date": own.date if own.hours else None}
+    return Columns(data, wanted | {"place": getattr(own, place) if place else None}, unit), clock, place
+
+
+def read_observations(
+    data: Data,
+    days: Days | None = None,
+    unit: str | None = None,
+    hours_at: Callable[[NDArray[np.datetime64], Days | None], Array] | None = None,
+) -> Observed:
+    """Return the observations of a block's file, in its order.
+
+    Parameters
+    ----------
+    data : the block
+    days : which day it was after how many operating hours, for a column of dates
+    unit : of a fleet, whose rows are meant; None: all
+    hours_at : operating seconds at dates, by a record of what ran
+
+    Raises
+    ------
+    UpdateError : with row and column of what cannot be read
+    """
+    columns, clock, place_kind = columns_of(data, unit)
+    for column in sorted(data.units):
+        if columns.table.find(column) is None:
+            raise UpdateError(f"{data.place}.units.{column}: the file has no such column")
+    nothing, has = np.full(len(columns), np.nan), columns.names
+    value = columns.numbers("value", data.si, empty=True)
+    time = _seconds(columns, days, hours_at) if clock == "date" else columns.numbers("time", CLOCKS[clock])
+    sd = columns.numbers("sd", data.si, empty=True) if "sd" in has else nothing
+    below = columns.numbers("below", data.si, empty=True) if "below" in has else nothing
+    place = nothing if place_kind is None else columns.numbers("place", PLACE_UNITS[place_kind])
+    columns.refuse(time < 0.0, "time", "is before the first cycle", time)
+    columns.refuse(np.isnan(value) & np.isnan(below), "value", "is empty, and no limit of detection")
+    columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
+    sd = np.nan_to_num(sd)
+    if data.error.sd is None and not data.error.relative:
+        columns.refuse(sd <= 0.0, "sd", "is required: the block's error has no other", sd)
+    if isinstance(data.since, float):
+        columns.refuse(time < data.since, "time", f"is before since = {data.since:g}", time)
+    when = "hours" if clock == "date" else clock
+    return Observed(data, when, time, value, sd, below, place_kind, place, columns.lines, columns.fingerprint)
+
+
+def _seconds(columns: Columns, days: Days | None, hours_at: Any) -> Array:
+    """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
+    dates, place = columns.dates("time"), columns.block.place
+    if hours_at is not None:
+        seconds: Array = hours_at(dates, days)
+        said = "lies outside update.record: let it begin earlier, or give update.calendar for what follows"
+        columns.refuse(~(seconds >= 0.0), "time", said)
+        return seconds
+    if days is None or days.hours is None:
+        raise UpdateError(
+            f"{place}.columns.date: dates need update.calendar = {{ date, hours, hours_per_year }}: "
+            "a day, the operating hours on it, and how they go on"
+        )
+    passed = (dates - np.datetime64(days.day, "s")) / DAY
+    hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
+    columns.refuse(hours < 0.0, "time", "is before the first operating hour, by update.calendar")
+    return np.asarray(hours * HOUR)
+
+
+def units_of(data: Data) -> list[str]:
+    """Return the units of a fleet that a block's file names, in its order.
+
+    Raises
+    ------
+    UpdateError : the file cannot be read, or a row names no unit
+    """
+    columns, *_ = columns_of(data)
+    texts = np.array(columns.table.cells[columns.names["unit"]], dtype=object)
+    columns.refuse(np.asarray(texts == "", bool), "unit", "is empty: which unit is it?")
+    return list(dict.fromkeys(texts))
+
+
+def calendar_of(data: Data, unit: str, days: Days | None) -> Days | None:
+    """Return which day it was after how many hours of a unit, by its columns of both, and how they go on.
+
+    They go on as ``days`` says, else as from the unit's first inspection to its last.
+
+    Raises
+    ------
+    UpdateError : a date cannot be read, or there are more hours than the days between have
+    """
+    columns, *_ = columns_of(data, unit)
+    if "date" not in columns.names or not len(columns):
+        return days
+    dates, hours = columns.dates("date"), columns.numbers("time", "s") / HOUR
+    first, last = int(np.argmin(hours)), int(np.argmax(hours))
+    years = float((dates[last] - dates[first]) / DAY) / DAYS_A_YEAR
+    rate = None if days is None else days.hours_per_year
+    if rate is None and years > 0.0:
+        rate = float(hours[last] - hours[first]) / years
+        if rate > 1.01 * HOURS_A_YEAR:
+            raise UpdateError(
+                f"{data.file}: line {columns.lines[last]}: unit {unit!r} ran {rate:.0f} hours a year since "
+                "its first inspection, more than a year has: look at its dates and hours"
+            )
+    if rate is None or not rate > 0.0:
+        return None
+    return Days(dates[last].astype("datetime64[D]").item(), float(hours[last]), rate)
+
+
+@dataclass(frozen=True)
+class OperatingRecord:
+    """What ran, one condition after another.
+
+    Parameters
+    ----------
+    time : (n+1,) operating time at the ends of the conditions [s], from 0 on
+    torque, speed : (n,) of each [N m], [rad/s]; 0 where nothing wears
+    dates : (n+1,) when that was, None where it is not said
+    mixed : whether their order is not known: bins
+    fingerprint : hash of the file's bytes
+    """
+
+    time: Array
+    torque: Array
+    speed: Array
+    dates: NDArray[np.datetime64] | None
+    mixed: bool
+    fingerprint: str
+
+    def conditions(self) -> tuple[Array, Index]:
+        """Return the conditions that are run, (c, 2), and which of them each piece is; −1 without wear."""
+        which = np.full(len(self.torque), -1)
+        works = np.flatnonzero((self.torque > 0.0) & (self.speed > 0.0))
+        both = np.stack([self.torque, self.speed], axis=1)[works]
+        distinct, index = np.unique(both, axis=0, return_inverse=True)
+        if len(distinct) > MOST:
+            classes = [
+                np.minimum((n * (x - x.min()) / max(np.ptp(x), 1e-300)).astype(np.intp), n - 1)
+                for x, n in zip(both.T, (TORQUES, SPEEDS), strict=True)
+            ]
+            _, index = np.unique(SPEEDS * classes[0] + classes[1], return_inverse=True)
+            weight = (np.diff(self.time) * self.speed)[works]
+            sums = [np.bincount(index, weight * column) / np.bincount(index, weight) for column in both.T]
+            distinct = np.stack(sums, axis=1)
+        which[works] = index.ravel()
+        return distinct, which
+
+    def scenes(self, scene: Scene) -> list[Scene]:
+        """Return a scene with each of its conditions."""
+        assert scene.operation is not None
+        given = scene.operation.model_dump()
+        gone = {f"operation.{key}": None for key in ("duty", "power") if given.get(key) is not None}
+        return [
+            scene.replace({**gone, "operation.torque": f"{torque!r} N*m", "operation.speed": f"{n!r} rad/s"})
+            for torque, n in self.conditions()[0].tolist()
+        ]
+
+    def hours_at(self, dates: NDArray[np.datetime64], days: Days | None) -> Array:
+        """Return the operating seconds at dates; after its end by the hours of a year, NaN without them."""
+        assert self.dates is not None
+        day, known = ((each - self.dates[0]) / DAY for each in (dates, self.dates))
+        rate = np.nan if days is None else days.hours_per_year * HOUR / DAYS_A_YEAR
+        beyond = np.where(day > known[-1], (day - known[-1]) * rate, 0.0)
+        return np.where(day < 0.0, -1.0, np.interp(day, known, self.time) + beyond)
+
+    def days(self, days: Days | None) -> Days | None:
+        """Return the calendar from its end on, at the hours of a year of ``days``, else of its own."""
+        if self.dates is None:
+            return days
+        hours, end = float(self.time[-1]) / HOUR, self.dates[-1].astype("datetime64[D]").item()
+        years = float((self.dates[-1] - self.dates[0]) / DAY) / DAYS_A_YEAR
+        return Days(end, hours, hours / years if days is None else days.hours_per_year)
+
+
+def read_record(block: RecordBlock, unit: str | None = None) -> OperatingRecord | None:
+    """Return what ran, of one unit where the file has many; None where it has no row of it.
+
+    Raises
+    ------
+    UpdateError : with row and column of what cannot be read
+    """
+    own = block.columns
+    (when,) = (name for name in ("hours", "date", "duration") if getattr(own, name) is not None)
+    wanted = {"time": getattr(own, when), "torque": own.torque, "speed": own.speed, "unit": own.unit}
+    columns = Columns(block, wanted, unit)
+    if not len(columns):
+        return None
+    torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))
+    dates = columns.dates("time") if when == "date" else None
+    time = columns.numbers("time", "s") if dates is None else (dates - dates[0]) / SECOND
+    bins = when == "duration"
+    last = np.arange(len(time)) == (-1 if bins else len(time) - 1)
+    for name, values in (("torque", torque), ("speed", speed)):
+        columns.refuse(np.isnan(values) & ~last, name, "is empty; 0 stands for a standstill")
+        columns.refuse(values < 0.0, name, f"is negative: give the size of the {name}")
+    if bins:
+        columns.refuse(time < 0.0, "time", "is no length of time")
+        ends = np.append(0.0, np.cumsum(time))
+    else:
+        if len(time) < 2:
+            said = "a row holds until the next: at least two are needed"
+            raise UpdateError(f"{columns.path}: line {columns.lines[0]}: {said}")
+        columns.refuse(np.append(False, np.diff(time) <= 0.0), "time", "is not after the row before it")
+        columns.refuse(time < 0.0, "time", "is before the first hour")
+        begins = f"the record begins after {time[0] / HOUR:g} h: begin at 0 with what ran until then"
+        columns.refuse((time > 0.0) & (np.arange(len(time)) == 0), "time", begins)
+        torque, speed = torque[:-1], speed[:-1]
+        # hours in operation: a standstill has none
+        ends = time if dates is None else np.append(0.0, np.cumsum(np.diff(time) * (speed > 0.0)))
+    if not (np.diff(ends) * speed).any():
+        raise UpdateError(f"{columns.path}: nothing ran: speed is 0 in every row")
+    return OperatingRecord(ends, torque, speed, dates, bins, columns.fingerprint)

@@ -1,0 +1,403 @@
+"""An update as text, read from its tree, so that a kept one says the same; words: `case.txt`, `fleet.txt`."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.arrays import Array
+from wearlab.schema import VARIABLES
+from wearlab.store.outcome import hours_text
+from wearlab.units import HOUR, convert
+from wearlab.updating.draws import ALARM
+
+DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
+WITHOUT = "remaining_without_"
+EVIDENCE = ((1.0, "cannot tell, if anything they prefer"), (3.0, "lean towards"), (5.0, "clearly prefer"))
+PREFER = (
+    (1.0, "cannot tell {} from {}"),
+    (3.0, "lean towards {} against {}"),
+    (5.0, "clearly prefer {} to {}"),
+)
+BELIEVED = (
+    "Believe it while",
+    "  load and speed stay as they are in the campaign: measurements tell k times the load;",
+    "  wear goes on as it did: nothing here sees pitting, scuffing, a new oil, particles or running-in "
+    "that is not in the measurements;",
+    "  the errors are those that the campaign gives, that of an inspection's datum included;",
+    "  the checks of the inspections are quiet: one that is flagged means that the rate has changed.",
+)
+FIRST = 2  # units that are named as those to open first
+FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
+OVER = 0.5  # probability from which the limit is said to have been passed
+HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
+SHARED = {
+    "median": "middle unit's factor on the wear coefficient",
+    "spread": "units differ in ln k by a standard deviation of",
+    "straying": "wear strays from its mean course, over the wear, by",
+    "power": "wear goes with the hours to the power",
+    "factor_of_another": "factor of another unit, not yet measured",
+}
+
+
+def text_of(tree: xr.DataTree) -> list[str]:
+    """Return an update line by line."""
+    if "unit" in tree["predictions"].dims:
+        return _rendered("fleet.txt", _fleet(tree))
+    lines = [str(tree.attrs.get("title", ""))]
+    for label in _labels(tree):
+        lines += [] if label is None else ["", f"case {label}"]
+        lines += [f"  {line}" for line in _rendered("case.txt", _case(tree, label))]
+    if "comparison" in tree.children:
+        lines += ["", *text_of_models(tree["comparison"].to_dataset())]
+    return lines
+
+
+def answers(tree: xr.DataTree) -> list[str]:
+    """Return a sentence a case or unit: when the limit is reached, as far as the measurements tell."""
+    if "unit" in tree["predictions"].dims:
+        predictions = tree["predictions"].to_dataset()
+        each = []
+        for name, _, _, when, ends, *_ in _rows(predictions):
+            on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
+            each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
+        return [*each, *_first(predictions)]
+    lines = []
+    for label in _labels(tree):
+        predictions = group(tree, "predictions", label)
+        limit = predictions["limit"]
+        declared = VARIABLES[str(limit.attrs["quantity"])]
+        value = convert(float(limit), declared.units, declared.display_units)
+        wear = f"{value:.4g} {declared.display_units.replace('um', 'µm')} of wear"
+        where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
+        times = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
+        low, middle, high = ((hours_text(t) or "0 h") if np.isfinite(t) else "never" for t in times[::2])
+        day = ""
+        if "end_of_life_quantile" in predictions:
+            first, likely, latest_day = predictions["end_of_life_quantile"].values[::2]
+            day = f" on {likely}, with 90 % between {first} and {latest_day}:"
+        text = f"{wear}{where} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
+        lines.append(text if label is None else f"{label}: {text}")
+    return lines
+
+
+def text_of_models(found: xr.Dataset) -> list[str]:
+    """Return the models beside each other as a table and one sentence."""
+    names = [str(name) for name in found["model"].values]
+    gain = found["log_evidence"].values - found["log_evidence"].values[0]
+    off, error = found["left_out_difference"].values, found["left_out_error"].values
+    width = max(map(len, names))
+    lines = [
+        "models compared: ln of the evidence, and of each inspection foretold by the others, less the first's"
+    ]
+    for name, g, o, e in zip(names, gain, off, error, strict=True):
+        beside = "" if not np.isfinite(o) else f"  {o:7.3g} ± {e:.2g}" if o else "        0"
+        lines.append(f"  {name:<{width}}  {g:7.3g}{beside}")
+    said = next((text for most, text in PREFER if -gain[1] < most), "strongly prefer {} to {}")
+    said = f"the data {said.format(names[0], names[1])}"
+    if np.isfinite(off[1]) and off[1] > max(error[1], 0.0):
+        said += f", but {names[1]} foretells single inspections better: more of them will tell"
+    return [*lines, said]
+
+
+def group(tree: xr.DataTree, name: str, label: str | None) -> xr.Dataset:
+    """Return a group of one case; an empty dataset where the update has no such group."""
+    if name not in tree.children:
+        return xr.Dataset()
+    data = tree[name].to_dataset()
+    return data.sel(case=label) if label is not None and "case" in data.dims else data
+
+
+def latest(values: xr.DataArray) -> xr.DataArray:
+    """Return quantiles after the last inspection of a case; others may have been inspected later."""
+    if "inspection" not in values.dims:
+        return values
+    known = np.flatnonzero(values.notnull().any("quantile").values)
+    return values.isel(inspection=int(known[-1]) if len(known) else -1)
+
+
+@cache
+def _templates() -> Any:
+    from jinja2 import Environment, FileSystemLoader
+
+    found = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), trim_blocks=True, lstrip_blocks=True, autoescape=False
+    )
+    found.filters |= {
+        "g": _digits,
+        "n": lambda value: f"{value:,.0f}",
+        "finite": lambda value: isinstance(value, float) and np.isfinite(value),
+        "spread": _spread,
+        "weight": lambda gain: next((w for most, w in EVIDENCE if abs(gain) < most), "strongly prefer"),
+    }
+    return found
+
+
+def _rendered(name: str, values: Mapping[str, Any]) -> list[str]:
+    return str(_templates().get_template(name).render(values)).splitlines()
+
+
+def _digits(value: float, digits: int = 4) -> str:
+    return f"{value:.{digits}g}"
+
+
+def _spread(five: Array, unit: str = "") -> str:
+    """Return a median with its 50 and 90 % interval, from five quantiles."""
+    low, quarter, middle, three, high = (each if isinstance(each, str) else f"{each:.4g}" for each in five)
+    return f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: {low} to {high})"
+
+
+def _labels(tree: xr.DataTree) -> list[str | None]:
+    predictions = tree["predictions"].to_dataset()
+    return [str(case) for case in predictions["case"].to_numpy()] if "case" in predictions.dims else [None]
+
+
+def _last(values: xr.DataArray) -> Array:
+    return np.asarray(latest(values).values)
+
+
+def _numbers(data: xr.Dataset) -> dict[str, Any]:
+    """Return the single values of a group."""
+    return {str(name): one.values.item() for name, one in data.data_vars.items() if not one.dims}
+
+
+def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
+    """Return what the text of a case is made from."""
+    names = (
+        "predictions",
+        "sample_stats",
+        "posterior",
+        "prior",
+        "virtual_inspection",
+        "calibration",
+        "decision",
+    )
+    predictions, stats, sample, prior, ahead, twins, costs = (group(tree, name, label) for name in names)
+    hours = float(predictions["seconds_per_cycle"]) / HOUR
+    checks = list(_checks(stats))
+    life, rest = (_last(predictions[f"{name}_quantile"]) for name in DERIVED[1:])
+    found: dict[str, Any] = {
+        "notes": [*filter(None, str(stats["notes"].values).split(" | "))],
+        "stats": _numbers(stats),
+        "hours": hours if np.isfinite(hours) else None,
+        "at": lambda cycle: (
+            f"{cycle:>12.6g} cycles" + (f" = {hours * cycle:.6g} h" if np.isfinite(hours) else "")
+        ),
+        "now": float(predictions["now"]),
+        "life": life,
+        "rest": rest,
+        "coefficient": _quantiles(sample["wear_coefficient"]),
+        "unknowns": list(_unknowns(prior, sample, predictions)),
+        "checks": checks,
+        "flagged": [(n, *row) for n, rows in checks for row in rows if row[1] < ALARM / len(rows)],
+        "courses": [
+            (str(name).removeprefix("course_p_").replace("_", " "), float(stats[name]))
+            for name in stats.data_vars
+            if str(name).startswith("course_p_") and float(stats[name]) < ALARM
+        ],
+        "sources": _sources(stats, rest, hours),
+        "ahead": _numbers(ahead),
+        "costs": _numbers(costs),
+    }
+    if "end_of_life_quantile" in predictions:
+        found["days"] = predictions["end_of_life_quantile"].values
+        about = str(predictions["end_of_life_quantile"].attrs["long_name"])
+        found["days_about"] = about.rpartition(", ")[2]
+    if "inspection" in predictions.dims:
+        columns = ("inspection", "remaining_useful_life_quantile", "check_p_forward")
+        each = zip(*(predictions[name].values for name in columns), strict=True)
+        found["replay"] = [row for row in each if np.isfinite(row[1]).any()]
+    if np.isfinite(best := found["ahead"].get("recommended", np.nan)):
+        width = ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest")
+        found["ahead"]["width"] = float(width)
+    if "best_rate" in costs:
+        found["change"] = _changes(costs, hours)
+    if "rate_with_look" in costs:
+        found["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
+    if twins:
+        found["twins"] = _twins(twins)
+    return found
+
+
+def _quantiles(values: xr.DataArray) -> Array:
+    return np.quantile(values.values, [0.05, 0.25, 0.5, 0.75, 0.95])
+
+
+def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Yield what is known of every unknown, after and before."""
+    for name in map(str, sample.data_vars):
+        if name in DERIVED or not np.isfinite(sample[name]).any():
+            continue
+        unit, shown = (sample[name].attrs.get(key, "1") for key in ("units", "display_units"))
+        scale = convert(1.0, unit, shown) if shown not in ("1", unit) else 1.0
+        after, before = (scale * _quantiles(each[name]) for each in (sample, prior))
+        if name == "factor":
+            after, before = (_last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_"))
+        if not before[4] > before[0]:
+            continue
+        wide, narrow = np.log([before, after]) if before[0] > 0.0 < after[0] else (before, after)
+        yield {
+            "name": name.replace("_", " "),
+            "unit": "" if shown == "1" else shown.replace("um", "µm"),
+            "after": after,
+            "before": before,
+            "narrowed": np.ptp(wide) / max(np.ptp(narrow), 1e-300),
+        }
+
+
+def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, str]]]]:
+    """Yield the name of each checked block, and cycle, p and words of its inspections."""
+    for name in map(str, stats.data_vars):
+        if name.startswith("check_p_") and np.isfinite(stats[name]).any():
+            block = name.removeprefix("check_p_")
+            columns = (stats[key].values for key in (f"cycle_{block}", name, f"check_{block}"))
+            yield block.replace("_", " "), [r for r in zip(*columns, strict=True) if np.isfinite(r[1])]
+
+
+def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ...]]:
+    """Return the answer with all sources and without each."""
+    scale = hours if np.isfinite(hours) else 1.0
+    named = [str(n) for n in stats.data_vars if str(n).startswith(WITHOUT) and np.isfinite(stats[n]).any()]
+    rows = [
+        (f"  without {n.removeprefix(WITHOUT).replace('_', ' ')}", *scale * stats[n].values) for n in named
+    ]
+    return [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
+
+
+def _changes(costs: xr.Dataset, hours: float) -> dict[str, str]:
+    """Return when each change or look is advised."""
+
+    def when(name: str, times: float | None = None) -> str:
+        here = costs if times is None else costs.sel(failure_times=times)
+        day = f"on {here[f'{name}_day'].item()}, " if f"{name}_day" in here else ""
+        return f"{day}at {hours * float(here[name]):,.0f} h"
+
+    names = [name for name in ("best_change", "horizon_change", "best_look") if name in costs]
+    dearer = {"cheaper": when("best_change_if", 0.5), "dearer": when("best_change_if", 2.0)}
+    return {name: when(name) for name in names} | dearer
+
+
+def _twins(data: xr.Dataset) -> dict[str, Any]:
+    """Return how often intervals of twins hold the truth, and whether that is as it should."""
+    n, shares = data.sizes["twin"], []
+    for name in (each for each in ("factor", "life") if f"{each}_rank" in data):
+        held = {w: float(data[f"{name}_coverage_{w}"]) for w in (50, 90)}
+        off = {w: abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n) for w, s in held.items()}
+        shares.append((name, [(w, share, off[w]) for w, share in held.items()]))
+    skill = float(data["life_skill"]) if "life_skill" in data else None
+    return {"count": n, "shares": shares, "skill": skill, "true_model": "true_model" in data.attrs}
+
+
+def _fleet(tree: xr.DataTree) -> dict[str, Any]:
+    """Return what the text of a fleet is made from."""
+    predictions, rows = tree["predictions"].to_dataset(), tree["observed_data"].to_dataset()
+    stats, sample = _numbers(tree["sample_stats"].to_dataset()), tree["posterior"].to_dataset()
+    hour = dict(zip(predictions["unit"].values, predictions["seconds_per_cycle"].values / HOUR, strict=True))
+    p, pace = predictions["p_like_the_others"].values, predictions["pace"].values
+    unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
+    keys = ("unit_name", "cycle", "higher", "first", "check_p")
+    flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys), strict=True)
+    unit = rows["value"].attrs["units"]
+    shown = {"m": "mm", "kg": "g"}.get(unit, unit)
+    found: dict[str, Any] = {
+        "title": str(tree.attrs.get("title", "")),
+        "notes": [*filter(None, str(stats["notes"]).split(" | "))],
+        "flagged": [
+            {"unit": name, "hours": hour[name] * cycle, "higher": higher, "first": first, "p": each}
+            for name, cycle, higher, first, each in flagged
+        ],
+        "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
+        "table": _table([_heads(predictions), *_rows(predictions)]),
+        "first": _first(predictions),
+        "shared": list(_shared(sample)),
+        "words": SHARED,
+        "stats": stats,
+        "shown": shown,
+        "scale": convert(1.0, unit, shown) if shown != unit else 1.0,
+    }
+    if "predictions_without" in tree.children:
+        without = tree["predictions_without"].to_dataset()
+        both = [row for row, old in zip(_rows(without), _rows(predictions), strict=True) if row != old]
+        found["without"] = [*_table([_heads(without), *both]), *_first(without)]
+    return found
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows as lines, columns one under the other."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(text.ljust(n) for text, n in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _ends(predictions: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return when each unit reaches the limit, (units, quantiles), as texts and to be ordered by."""
+    hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
+    rest = hour * predictions["remaining_useful_life_quantile"].values
+    texts = np.array([[f"{value:,.0f} h more" for value in row] for row in rest], dtype=object)
+    if "end_of_life_quantile" not in predictions:
+        return texts, rest
+    days = predictions["end_of_life_quantile"].values.astype(str)
+    dated = (days != "").all(axis=1)
+    texts[dated] = days[dated]
+    if not dated.all():
+        return texts, rest
+    far = np.where(days == "never", "9999-12-31", days)
+    return texts, far.astype("datetime64[D]").astype(float)
+
+
+def _heads(predictions: xr.Dataset) -> tuple[str, ...]:
+    return (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
+
+
+def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
+    texts, _ = _ends(predictions)
+    hours = predictions["now"].values * predictions["seconds_per_cycle"].values / HOUR
+    rows: list[tuple[str, ...]] = []
+    for k, name in enumerate(map(str, predictions["unit"].values)):
+        worn, pace = float(predictions["worn"][k]), float(predictions["pace"][k])
+        end = "passed" if float(predictions["end_passed"][k]) > OVER else texts[k, 2]
+        measured = f"{100.0 * worn:.0f} %" if hours[k] > 0.0 else "not measured"
+        between = f"{texts[k, 0]} and {texts[k, 4]}"
+        rows.append((name, f"{hours[k]:,.0f}", measured, end, between, f"{pace:.2f}"))
+        if "best_change" in predictions:
+            at = float(predictions["best_change"][k] * predictions["seconds_per_cycle"][k]) / HOUR
+            day = str(predictions["best_change_day"].values[k]) if "best_change_day" in predictions else ""
+            rows[-1] += (day or f"{at - hours[k]:,.0f} h more",)
+    return rows
+
+
+def _first(predictions: xr.Dataset) -> list[str]:
+    """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
+    texts, order = _ends(predictions)
+    lines: list[str] = []
+    for k in np.argsort(order[:, 0], kind="stable")[:FIRST]:
+        name = str(predictions["unit"].values[k])
+        keys = ("worn", "pace", "p_like_the_others", "end_passed")
+        worn, pace, p, passed = (float(predictions[n][k]) for n in keys)
+        why = [f"{100.0 * worn:.0f} % of the limit is worn"] if worn > MUCH else []
+        why += [f"it wears {pace:.2g} times as fast as the others"] if pace > FAST else []
+        why += ["what was measured is unlike the other units"] if p < ALARM else []
+        why += [] if float(predictions["now"][k]) > 0.0 else ["it was never measured"]
+        why = why or ["it comes first of all that are like it"]
+        lasts = f"19 chances in 20 that it lasts until {texts[k, 0]}"
+        when = "the limit may have been passed" if order[k, 0] <= 0.0 or passed > 0.05 else lasts
+        lines.append(f"open {name} {'first' if not lines else 'next'}: {when}; {', and '.join(why)}")
+    return lines
+
+
+def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:
+    """Yield name, unit and quantiles of what the units share, and of a unit that was not measured."""
+    errors = (str(n) for n in sample.data_vars if str(n).startswith("sd_"))
+    *names, another = SHARED
+    for name in (*names, *errors, another):
+        if name in sample:
+            unit = sample[name].attrs["units"]
+            shown = {"m": "um", "kg": "g"}.get(unit, unit)
+            scale = convert(1.0, unit, shown) if shown != unit else 1.0
+            yield (
+                name,
+                "" if shown == "1" else shown.replace("um", "µm"),
+                scale * np.quantile(sample[name].values, [0.05, 0.5, 0.95]),
+            )

@@ -1,0 +1,208 @@
+"""How good the answers are: after every inspection beside simple rules, and models beside each other.
+
+Models compared: cases with the same measurements, errors that accumulate or not, k that changed or not. An
+inspection left out is foretold exactly, without a sampling error: ln p(y_i | the others) = ln Z − ln Z₋ᵢ.
+"""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from wearlab.arrays import Array
+from wearlab.updating.draws import checks, drawn
+from wearlab.updating.layout import P, dataset, stacked
+from wearlab.updating.outcome import answered, unseen
+from wearlab.updating.posterior import Posterior
+
+if TYPE_CHECKING:
+    from wearlab.updating.study import MeasuredCase
+
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from wearlab.updating.likelihood import Block, block_of
+from wearlab.updating.outcome import ACCUMULATING, UpdateOutcome
+from wearlab.updating.posterior import posterior
+from wearlab.updating.run_curves import RunHistory
+
+MOST = 200  # inspections that are replayed; of more, evenly many
+DRAWS = 1000
+EVEN = (np.arange(100) + 0.5) / 100
+RULES = ("by_the_ratio", "by_the_last_three", "by_the_prior")
+
+
+def crps(quantile: Array, truth: float) -> float:
+    """Return the continuous ranked probability score, 2 ∫ (1{y < q(p)} − p) (q(p) − y) dp.
+
+    Parameters
+    ----------
+    quantile : at the probabilities `EVEN`; endless ones count as the longest that ends
+    truth : y
+    """
+    q = np.minimum(quantile, quantile[np.isfinite(quantile)].max(initial=truth))
+    return float(2.0 * np.mean(((truth < q) - EVEN) * (q - truth)))
+
+
+def interval_score(low: Array, high: Array, truth: Array, width: float = 0.9) -> Array:
+    """Return the score of intervals: their width, and 2/α times how far the truth lies outside."""
+    outside = np.maximum(low - truth, 0.0) + np.maximum(truth - high, 0.0)
+    return np.asarray(high - low + 2.0 / (1.0 - width) * outside)
+
+
+def held_by(q: Array, truth: Array) -> dict[str, float]:
+    """Return how many truths lie in the 50 and in the 90 % interval of quantiles (5, truths)."""
+    inside = {50: (q[1] <= truth) & (truth <= q[3]), 90: (q[0] <= truth) & (truth <= q[4])}
+    return {f"replay_in_{width}": float(held.sum()) for width, held in inside.items()}
+
+
+def simple_rules(study: "MeasuredCase", post: Posterior, now: float) -> tuple[float, float]:
+    """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
+    limit, run, ratio, line = study.limit, post.histories[0], np.nan, np.nan
+    number = next((n for n, b in enumerate(post.blocks) if b.is_whole(limit.quantity, limit.where)), None)
+    if number is None:
+        return ratio, line
+    rows = post.blocks[number].rows
+    cycle, value = run.asked[number].cycle[rows], post.blocks[number].seen.value[rows]
+    held = np.flatnonzero(np.isfinite(value) & (cycle <= now))
+    held = held[np.argsort(cycle[held], kind="stable")]
+    cycle, value = cycle[held], value[held]
+    if len(cycle) and value[-1] > 0.0:
+        ratio = run.start + (cycle[-1] - run.start) * limit.value / value[-1] - now
+    if len(cycle) > 2 and np.ptp(cycle[-3:]) > 0.0:
+        slope, at = np.polyfit(cycle[-3:], value[-3:], 1)
+        line = (limit.value - at) / slope - now if slope > 0.0 else np.nan
+    return ratio, line
+
+
+def replayed(study: "MeasuredCase", post: Posterior, end: float = np.nan) -> xr.Dataset:
+    """Return quantiles of factor, life and remaining life after each inspection, and its check.
+
+    Parameters
+    ----------
+    study, post : what was asked, and what is known
+    end : cycle at which the limit was measured, NaN where it was not
+    """
+    run = post.histories[0]
+    each = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
+    cycles = np.unique(np.concatenate(each)) if each else np.zeros(0)
+    if len(cycles) > MOST:
+        cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
+    proposal = post.log_proposal if len(post.histories) > 1 else None
+    rng = np.random.default_rng([study.spec.seed, 3])
+    prior = answered(study, post.histories, unseen(post.blocks), proposal)
+    known, middle = drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
+    rows: list[dict[str, Any]] = []
+    for cycle in map(float, cycles):
+        until = tuple(
+            replace(block, rows=block.rows[at <= cycle]) for block, at in zip(post.blocks, each, strict=True)
+        )
+        answer = answered(study, post.histories, until, proposal)
+        last = [check.p for check in checks(answer.posterior, known)[0] if check.cycle == cycle]
+        known, life = drawn(answer, DRAWS, rng), answer.life(P)
+        row: dict[str, Any] = {"life_quantile": life, "factor_quantile": answer.factor(P)}
+        row |= {"remaining_useful_life_quantile": np.maximum(life - answer.now, 0.0)}
+        row |= {"log_evidence": answer.posterior.evidence, "check_p_forward": min(last, default=np.nan)}
+        row |= {"crps": crps(answer.life(EVEN), end) if cycle < end else np.nan}
+        rules = (*simple_rules(study, post, cycle), middle - cycle)
+        rows.append(row | dict(zip(RULES, rules, strict=True)))
+    return dataset("replay", stacked(rows), over="inspection", inspection=cycles, quantile=P)
+
+
+def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
+    """Return how the answers before a measured end of life did, over what then came.
+
+    Parameters
+    ----------
+    replay : as `replayed` returns it
+    end : cycle at which the limit was measured, NaN where it was not: then there is nothing to say
+    """
+    before = replay.isel(inspection=np.flatnonzero(replay["inspection"].values < end))
+    if not np.isfinite(end) or not before.sizes["inspection"]:
+        return xr.Dataset()
+    truth = end - before["inspection"].values
+    rest = before["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
+    score = {
+        "replay_inspections": float(len(truth)),
+        "replay_mean_error": np.mean(np.abs(rest[2] - truth) / truth),
+        **held_by(rest, truth),
+        "replay_crps": np.mean(before["crps"].values / truth),
+        "replay_interval_score": np.mean(interval_score(rest[0], rest[4], truth) / truth),
+    }
+    for rule in RULES:
+        off = np.abs(before[rule].values - truth) / truth
+        score[f"replay_error_{rule}"] = np.nanmean(off) if np.isfinite(off).any() else np.nan
+    return dataset("statistics", score)
+
+
+MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left out
+
+
+class Model(NamedTuple):
+    """One of those compared: its name, its blocks, its runs and ln of how often each stands."""
+
+    name: str
+    blocks: tuple[Block, ...]
+    runs: tuple[RunHistory, ...]
+    often: Array
+
+
+def models_of(outcome: UpdateOutcome) -> Iterator[Model]:
+    """Yield the model that was asked for, and those that differ from it in one thing."""
+    post, study = outcome.posterior, outcome.study
+    accumulates, changes = study.spec.discrepancy == ACCUMULATING, study.spec.change != "none"
+    drifts = any(block.data.error.drift is not None for block in post.blocks)
+    errors = ["accumulating noise", "independent errors"][:: 1 if accumulates else -1] if drifts else ["", ""]
+    change = f"k changes ({study.spec.change})" if changes else ""
+
+    def name(*parts: str) -> str:
+        return ", ".join(filter(None, (study.label, *parts)))
+
+    yield Model(name(errors[0], change), post.blocks, post.histories, post.log_proposal)
+    if drifts:
+        other = tuple(
+            replace(
+                block_of(block.seen, accumulating=not accumulates), rows=block.rows, numerical=block.numerical
+            )
+            for block in post.blocks
+        )
+        yield Model(name(errors[1], change), other, post.histories, post.log_proposal)
+    if changes:
+        yield Model(name(errors[0], "k constant"), post.blocks, post.histories[:1], np.zeros(1))
+
+
+def left_out(model: Model, outcome: UpdateOutcome, evidence: float) -> Array:
+    """Return ln of the probability of each inspection given all others."""
+    run = model.runs[0]
+    cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(model.blocks)]
+    found = []
+    for cycle in np.unique(np.concatenate(cycles)):
+        both = zip(model.blocks, cycles, strict=True)
+        rest = tuple(replace(block, rows=block.rows[at != cycle]) for block, at in both)
+        found.append(evidence - posterior(model.runs, rest, outcome.study.prior, model.often).evidence)
+    return np.array(found)
+
+
+def compared(outcomes: Sequence[UpdateOutcome]) -> xr.Dataset | None:
+    """Return the models beside each other, the most probable first; None of a single one."""
+    each = [(outcome, model) for outcome in outcomes for model in models_of(outcome)]
+    if len(each) < 2 or not any(len(block.rows) for block in each[0][1].blocks):
+        return None
+    found: list[tuple[float, str, Array]] = []
+    for outcome, model in each:
+        evidence = posterior(model.runs, model.blocks, outcome.study.prior, model.often).evidence
+        few = len(model.runs) * sum(len(asked.cycle) for asked in model.runs[0].asked) <= MOST_LEFT_OUT
+        alone = left_out(model, outcome, evidence) if few else np.full(1, np.nan)
+        found.append((evidence, model.name, alone))
+    found.sort(key=lambda one: -one[0])
+    best = found[0][2]
+    off = [alone - best if len(alone) == len(best) else np.full(1, np.nan) for *_, alone in found]
+    values = {
+        "log_evidence": [evidence for evidence, *_ in found],
+        "log_left_out": [float(np.sum(alone)) for *_, alone in found],
+        "left_out_difference": [float(np.sum(o)) for o in off],
+        "left_out_error": [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off],
+    }
+    return dataset("comparison", values, model=np.array([name for _, name, _ in found], dtype=object))
