@@ -125,11 +125,6 @@ CASES = [
     ("store.variables", ["wear_dept"], "scene.store.variables: 'wear_dept' is no variable"),
 ]
 PYTHON = re.compile(r"Input should|'\w+' object|NoneType|iterable|sequence|unhashable|not supported between")
-LATER = [
-    ("gears.helix_angle", "10 deg"),
-    ("gears.pinion.lead_crowning", "10 um"),  # had suggested profile_crowning, which is another thing
-    ("gears.gear.end_relief", "10 um"),
-]
 
 
 @pytest.mark.parametrize(("key", "value", "said"), CASES, ids=[f"{key}={value}" for key, value, _ in CASES])
@@ -137,13 +132,6 @@ def test_a_problem_names_path_value_and_remedy(table, key, value, said):
     with pytest.raises(SceneError) as caught:
         Scene.from_mapping(merge(table, nested(key, value)))
     assert any(said in line for line in caught.value.problems), caught.value.problems
-
-
-@pytest.mark.parametrize(("key", "value"), LATER)
-def test_what_comes_later_is_refused_by_name(table, key, value):
-    with pytest.raises(SceneError, match="not part of this version") as caught:
-        Scene.from_mapping(merge(table, nested(key, value)))
-    assert any(key in line and "not part of" in line for line in caught.value.problems)
 
 
 def paths(table, above=()):

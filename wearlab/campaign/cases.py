@@ -153,7 +153,7 @@ def _section(key: str, value: Any, where: str) -> merge.Table:
     section = key.partition(".")[0]
     valid = [*Scene.model_fields, EXPECT, *OWN_WORDS]
     if section not in (*Scene.model_fields, EXPECT):
-        raise CampaignError([f"{where}.{key}: {unknown_key(section, (), valid)}"])
+        raise CampaignError([f"{where}.{key}: {unknown_key(section, valid)}"])
     return merge.nested(key, value)
 
 

@@ -14,7 +14,7 @@ from wearlab.campaign.update import read_update, refuse_strange_unknowns
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene, merge, oversights
-from wearlab.scene.problems import LATER_KEYS, later, shown
+from wearlab.scene.problems import shown
 
 TOLD_ELSEWHERE = ("title", "reference", "figure", "claim", "sweep", "case", "metadata", "report", "exclude")
 
@@ -217,9 +217,7 @@ def _unknown(table: merge.Table) -> list[str]:
     valid = [*OWN_KEYS, *Scene.model_fields]
     problems = []
     for key in table:
-        if key in LATER_KEYS[""]:
-            problems.append(f"{key}: {later(LATER_KEYS[''][key])}")
-        elif key not in valid:
+        if key not in valid:
             remedy = nearest.meant(key, valid, f"; there are {', '.join(valid)}")
             problems.append(f"{key}: unknown key{remedy}")
     return problems

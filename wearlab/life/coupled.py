@@ -1,5 +1,6 @@
 """Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -46,6 +47,11 @@ class MeshKind:
     patch: Patch | None
     meshes: Index
     when: tuple[Instants, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many depths a flank has, along each of its directions."""
+        return self.analysis.grid.position.shape
 
 
 def kinds_of(
@@ -108,15 +114,18 @@ class Coupled(ABC):
 
     def split(self, flat: Array) -> Wear:
         """Return one array of depths or rates as those of every kind, each (2, n)."""
-        ends = np.cumsum([2 * len(kind.analysis.grid.position) for kind in self.kinds])[:-1]
-        return tuple(part.reshape(2, -1) for part in np.split(flat, ends))
+        shapes = [kind.shape for kind in self.kinds]
+        ends = np.cumsum([2 * math.prod(shape) for shape in shapes])[:-1]
+        return tuple(
+            part.reshape(2, *shape) for part, shape in zip(np.split(flat, ends), shapes, strict=True)
+        )
 
     def entries(self, kind: int, gear: int) -> slice:
         """Return where a flank of a kind of mesh, 0 driving or 1 driven, lies in the flat array."""
-        sizes = [len(mesh_kind.analysis.grid.position) for mesh_kind in self.kinds]
+        sizes = [math.prod(mesh_kind.shape) for mesh_kind in self.kinds]
         first = 2 * sum(sizes[:kind]) + gear * sizes[kind]
         return slice(first, first + sizes[kind])
 
     def unworn(self) -> Wear:
         """Return no wear."""
-        return tuple(np.zeros((2, len(kind.analysis.grid.position))) for kind in self.kinds)
+        return tuple(np.zeros((2, *kind.shape)) for kind in self.kinds)

@@ -270,6 +270,19 @@ class Lookup(NamedTuple):
     weight: Array
 
 
+def cubic_weights(t: Array) -> Array:
+    """Return the Lagrange weights of nodes at 0, 1, 2 and 3 for places t (n,) among them, (n, 4) [1]."""
+    return np.stack(
+        [
+            -(t - 1) * (t - 2) * (t - 3) / 6,
+            t * (t - 2) * (t - 3) / 2,
+            -t * (t - 1) * (t - 3) / 2,
+            t * (t - 1) * (t - 2) / 6,
+        ],
+        axis=1,
+    )
+
+
 def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Lookup:
     """Prepare the interpolation of node values to phases (one-sided within each segment).
 
@@ -288,15 +301,7 @@ def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Loo
     x = (phase - low) / (high - low) * count
     offset = np.clip(np.floor(x).astype(np.int64) - 1, 0, count - 3)
     t = x - offset
-    weight = np.stack(
-        [
-            -(t - 1) * (t - 2) * (t - 3) / 6,
-            t * (t - 2) * (t - 3) / 2,
-            -t * (t - 1) * (t - 3) / 2,
-            t * (t - 1) * (t - 2) / 6,
-        ],
-        axis=1,
-    )
+    weight = cubic_weights(t)
     return Lookup(phase, segment, offset, weight)
 
 

@@ -9,8 +9,9 @@ if TYPE_CHECKING:
 
 
 def max_wear_depth(run: "xr.Dataset") -> "xr.DataArray":
-    """Return the largest wear depth over the path, (update, flank) [m]."""
-    return run["wear_depth"].max("profile")
+    """Return the largest wear depth over the path and any face, (update, flank) [m]."""
+    depth = run["wear_depth"]
+    return depth.max([dim for dim in ("face", "profile") if dim in depth.dims])
 
 
 RESULT = Result(

@@ -44,6 +44,8 @@ def member_of(flank: str) -> str:
 
 
 Iso21771 = "ISO 21771"
+LEAD_KEYS = ("hand", "lead_crowning", "lead_slope", "end_relief", "bias")
+"""Options of a member that give a scene a face."""
 
 
 class ReliefOptions(Part):
@@ -97,6 +99,15 @@ def _one_allowance(value: object) -> object:
     if value is None or isinstance(value, dict | ThicknessAllowance):
         return value
     return {"upper": value, "lower": value}
+
+
+class EndRelief(Part):
+    """Material removed at both ends of the face."""
+
+    amount: Annotated[Depth, POSITIVE] = option(..., "removed at the very ends of the face, along the normal")
+    length: Annotated[Length, POSITIVE] = option(
+        ..., "length along the face over which it fades, from either end"
+    )
 
 
 class Toothed(Part):
@@ -179,6 +190,35 @@ class Toothed(Part):
         derived="none",
         source="ISO 1328-1 f_Hα",
     )
+    hand: Literal["left", "right"] | None = option(
+        None,
+        "hand of the helix, of a helical gear",
+        derived="right of the driving gear; of its mate the other one, in a ring the same",
+        source=Iso21771,
+    )
+    lead_crowning: Depth | None = option(
+        None, "removed at both ends of the face, 0 in its middle", derived="none", source=Iso21771
+    )
+    lead_slope: Depth | None = option(
+        None,
+        "surplus of material at the end of positive face_position against the other end",
+        derived="none",
+        source="ISO 1328-1 f_Hβ",
+    )
+    end_relief: EndRelief | None = option(
+        None, "relief at both ends of the face", derived="no relief", source=Iso21771
+    )
+    bias: Depth | None = option(
+        None,
+        "profile slope at the end of positive face_position less that at the other end",
+        derived="none",
+        source=Iso21771,
+    )
+
+    @property
+    def varies_over_face(self) -> bool:
+        """Whether something of its flanks differs along the face."""
+        return any(getattr(self, key) is not None for key in LEAD_KEYS)
 
     @model_validator(mode="after")
     def _root_by_length(self) -> "Toothed":
@@ -282,8 +322,13 @@ class SetOptions(Part):
     chooser: ClassVar[str] = "kind"
     descriptor: ClassVar[SetDescriptor]
 
-    module: Annotated[Length, POSITIVE] = option(..., "module m")
-    pressure_angle: Annotated[Angle, POSITIVE] = option(math.radians(20.0), "pressure angle α of the rack")
+    module: Annotated[Length, POSITIVE] = option(..., "module m; of helical gears that of the normal section")
+    pressure_angle: Annotated[Angle, POSITIVE] = option(
+        math.radians(20.0), "pressure angle α of the rack; of helical gears that of the normal section"
+    )
+    helix_angle: Annotated[Angle, NOT_NEGATIVE] | None = option(
+        None, "helix angle β at the reference circle, unsigned", derived="spur gears", source=Iso21771
+    )
     face_width: Annotated[Length, POSITIVE] = option(..., "face width B of every gear")
     material: NamedMaterial = option(STEEL, "material of every gear", derived="steel")
 

@@ -1,9 +1,11 @@
 """``[mesh]``: contact, excitation and damping; ``[errors]``: prescribed errors of gears and mesh."""
 
+import math
 import re
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Le, MinLen
 from pydantic import (
     BeforeValidator,
     SerializerFunctionWrapHandler,
@@ -17,6 +19,7 @@ from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, SETS
 from wearlab.mesh.contacts import ContactModel, DisplacementContact
 from wearlab.mesh.excitations import ExcitationModel, pairs
+from wearlab.mesh.face_couplings import FaceCouplingModel
 from wearlab.mesh.slow_errors import AveragedErrors, SlowErrorModel
 from wearlab.mesh.stiffnesses import FiniteElementStiffness, StiffnessModel
 from wearlab.scene import gears, identity
@@ -24,6 +27,89 @@ from wearlab.scene import gears, identity
 Stiffness = Annotated[StiffnessModel, *options.named("finite-element"), slots.implied(StiffnessModel)]
 Contact = Annotated[ContactModel, *options.named("displacement")]
 Excitation = Annotated[ExcitationModel, *options.named("pairs")]
+FaceCoupling = Annotated[FaceCouplingModel, *options.named("pasternak")]
+
+
+Several = Annotated[tuple[options.Depth, ...], MinLen(1)]
+
+
+class Misalignment(options.Part):
+    """How far the flanks of a mesh open from one end of the face to the other, with no load between them."""
+
+    alternatives: ClassVar[options.Alternatives] = ((("value",), ("in_plane", "out_of_plane")),)
+
+    value: Several | None = options.option(
+        None,
+        "F_βy over the face, in the plane of action; with torque one for each",
+        derived="from the axes",
+        source="ISO 6336-1",
+    )
+    in_plane: Several | None = options.option(
+        None,
+        "deviation of the axes f_Σδ over the face, in their common plane",
+        derived="none",
+        source="ISO/TR 10064-3",
+    )
+    out_of_plane: Several | None = options.option(
+        None,
+        "deviation of the axes f_Σβ over the face, across that plane",
+        derived="none",
+        source="ISO/TR 10064-3",
+    )
+    torque: tuple[Annotated[options.Torque, options.NOT_NEGATIVE], ...] | None = options.option(
+        None,
+        "torques of the input at which it is given, straight between: shafts bend; held beyond",
+        derived="the same under all",
+        source="wearlab",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        single = {key: one for key, one in given.items() if not isinstance(one, list | tuple)}
+        return {**given, **{key: [one] for key, one in single.items() if one is not None}}
+
+    @model_validator(mode="after")
+    def _one_for_each(self) -> "Misalignment":
+        given = [key for key in ("value", "in_plane", "out_of_plane") if getattr(self, key) is not None]
+        if not given:
+            raise ValueError("give a length such as '20 um', value, or in_plane and out_of_plane")
+        if any(low >= high for low, high in pairwise(self.torque or ())):
+            raise ValueError("torque must ascend")
+        wanted = len(self.torque or (0.0,))
+        for key in given:
+            count = len(getattr(self, key))
+            if count != wanted:
+                raise ValueError(f"{key} has {count} values and needs {wanted}: one for each torque, or one")
+        return self
+
+    def over_face(self, working_pressure_angle: float, torque: float) -> float:
+        """Return F_βy at a torque, ``f_Σβ cos α_wt + f_Σδ sin α_wt`` of deviations of the axes [m].
+
+        Parameters
+        ----------
+        working_pressure_angle : α_wt [rad]
+        torque : of the input [N·m]
+        """
+        values = self.value
+        if values is None:
+            none = (0.0,) * len(self.torque or (0.0,))
+            each = zip(self.out_of_plane or none, self.in_plane or none, strict=True)
+            cosine, sine = math.cos(working_pressure_angle), math.sin(working_pressure_angle)
+            values = tuple(across * cosine + along * sine for across, along in each)
+        if not self.torque or torque <= self.torque[0]:
+            return values[0]
+        for (low, before), (high, after) in pairwise(zip(self.torque, values, strict=True)):
+            if torque <= high:
+                return before + (after - before) * (torque - low) / (high - low)
+        return values[-1]
+
+
+def _misaligned(value: object) -> object:
+    """Read one length as that over the face."""
+    return value if value is None or isinstance(value, dict | Misalignment) else {"value": value}
 
 
 class OneMesh(options.Part):
@@ -68,8 +154,36 @@ class OneMesh(options.Part):
     )
 
     face_load_factor: Annotated[options.Number, Ge(1)] = options.option(
-        1.0, "load per width where the face carries most, over its mean, K_Hβ", source="ISO 6336-1"
+        1.0,
+        "load per width where the face carries most, over its mean, K_Hβ; of flanks without a width",
+        source="ISO 6336-1",
     )
+    misalignment: Annotated[
+        Misalignment | None,
+        BeforeValidator(_misaligned, json_schema_input_type=options.Depth | Misalignment | None),
+    ] = options.option(
+        None,
+        "by how much the flanks open from the end of negative face_position to that of positive one",
+        derived="aligned",
+        source="ISO 6336-1",
+    )
+    face_coupling: FaceCoupling | None = options.option(
+        None,
+        "how the slices of a tooth hold each other along the face",
+        derived="pasternak; none where the stiffness is prescribed",
+        source="Ajmi & Velex 2005",
+    )
+    face_points: Annotated[options.Count, Ge(3), Le(401)] | None = options.option(
+        None,
+        "slices across the face; of helical gears about as many, on the lattice of the nodes",
+        derived="41, by the tolerance",
+        source="wearlab",
+    )
+
+    @property
+    def varies_over_face(self) -> bool:
+        """Whether it says something of the face."""
+        return any(getattr(self, key) is not None for key in ("misalignment", "face_coupling", "face_points"))
 
     @model_validator(mode="after")
     def _contact_onset(self) -> "OneMesh":

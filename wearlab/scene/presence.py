@@ -1,7 +1,9 @@
 """Which parts a scene has, and which it leaves out: not computed, compiled or stored; and its oversights."""
 
+import math
 from collections.abc import Iterable
 
+from wearlab.scene.face import face_coupling, face_keys
 from wearlab.scene.scene import Scene
 from wearlab.slots import Variant
 from wearlab.wear.coefficients import CoefficientModel, HardnessCoefficient
@@ -28,6 +30,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     return {
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,
+        "face": _face(scene),
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
         "contact": _chosen(mesh.contact.chosen for mesh in meshes),
         "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
@@ -51,6 +54,15 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load" if wear and models else None,
         "life": wear.step.chosen if wear and (wear.until or scene.operation.stage) else None,
     }
+
+
+def _face(scene: Scene) -> str | None:
+    """Return how the slices of a face hold each other, None where flanks have no width."""
+    if not face_keys(scene):
+        return None
+    beta = scene.gears.helix_angle
+    helical = "" if beta is None else f"helix angle {math.degrees(beta):.4g} deg, "
+    return f"{helical}coupling {face_coupling(scene.mesh).chosen}"
 
 
 def _chosen(models: Iterable[str]) -> str:

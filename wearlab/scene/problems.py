@@ -10,23 +10,6 @@ from pydantic import ValidationError
 from wearlab import options, slots, units
 from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
 
-LATER_KEYS: dict[str, dict[str, str]] = {
-    "": {},
-    "gears": {"helix_angle": "helical gears"},
-}
-
-LATER_CHOICES: dict[str, dict[str, str]] = {}
-
-
-FACE_KEYS = ("hand", "lead_crowning", "lead_slope", "end_relief", "bias")
-"""Of a member: what flanks with a width will have."""
-
-
-def later(what: str) -> str:
-    """Return the sentence that refuses it."""
-    return f"{what}: not part of this version of wearlab"
-
-
 LIMITS = {
     "greater_than": ("gt", "greater than"),
     "greater_than_equal": ("ge", "at least"),
@@ -75,13 +58,8 @@ def problems_of(error: ValidationError) -> list[str]:
     return [_line(fault) for fault in kind or errors]
 
 
-def unknown_key(key: str, above: Path, keys: Iterable[str]) -> str:
+def unknown_key(key: str, keys: Iterable[str]) -> str:
     """Return why a key is refused, and the nearest valid one."""
-    reason = LATER_KEYS.get(".".join(above), {}).get(key)
-    if above[:1] == ("gears",) and len(above) == 2 and key in FACE_KEYS:
-        reason = "flanks that differ over the face width"
-    if reason is not None:
-        return later(reason)
     valid = [k for k in keys if k != key]
     near = [k for k in valid if _words(k) == _words(key)] or get_close_matches(key, valid, 1)
     if near:
@@ -195,7 +173,7 @@ def _unknown(path: Path, parts: Parts) -> str:
     owners = [name for part in parts_at(above) if key in part.model_fields and (name := _name(part))]
     if owners and len(parts) == 1 and (own := _name(parts[0])):
         return f"not an option of {own!r}, but of {', '.join(map(repr, owners))}"
-    return unknown_key(key, above, dict.fromkeys(name for part in parts for name in part.model_fields))
+    return unknown_key(key, dict.fromkeys(name for part in parts for name in part.model_fields))
 
 
 def _name(part: type[options.Part]) -> str | None:
@@ -212,8 +190,6 @@ def _models(path: Path) -> list[str]:
 def _choice(context: dict[str, Any], value: object, path: Path, kind: str) -> str:
     invalid = context.get("tag") if kind == "union_tag_invalid" else value
     expected = context.get("expected_tags", context.get("expected", ""))
-    if isinstance(invalid, str) and invalid in (waiting := LATER_CHOICES.get(".".join(path), {})):
-        return f"{invalid!r}: {later(waiting[invalid])}"
     return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected))) + _as_a_value(invalid, path)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from wearlab.scene import gears, mesh, sections
+from wearlab.scene.face import face_rules
 from wearlab.wear.coefficients import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
@@ -68,6 +69,7 @@ def broken_rules(scene: sections.Sections) -> list[str]:
         _limits,
         _initial,
         _needs,
+        face_rules,
     )
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 

@@ -38,6 +38,8 @@ VARIABLES: dict[str, Variable] = {
     **{name: variable for group in GROUPS for name, variable in group.variables.items()},
     **{name: result.variable for name, result in RESULTS.items()},
 }
+OVER_FACE = frozenset(TABLE["over_face"])
+"""Variables with one more dimension, ``face`` before ``profile``, where flanks have a width."""
 CONTENTS = {
     **dict.fromkeys(
         ("error_estimate", "estimate_quality", "residual", "verdict", "validity", "model_error"),

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.results import OF_PLUGINS, RESULTS
-from wearlab.schema import VARIABLES, attributes
+from wearlab.schema import OVER_FACE, VARIABLES, attributes
 from wearlab.variable import Result
 
 
@@ -96,8 +96,13 @@ def joined(*parts: Labelled) -> xr.Dataset:
 
 
 def _of_variable(name: str, value: np.ndarray) -> tuple[str, ...]:
-    """Return the dimensions of a variable; what slow errors move has one more, after the updates."""
+    """Return the dimensions of a variable.
+
+    What slow errors move has one more, after the updates; flanks with a width have one before the profile.
+    """
     dims = VARIABLES[name].dims
+    if name in OVER_FACE and value.ndim == len(dims) + 1:
+        return (*dims[:-1], "face", dims[-1])
     return (dims[0], "error_angle", *dims[1:]) if value.ndim == len(dims) + 1 else dims
 
 

@@ -14,11 +14,12 @@ from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.build.modes import build_modes
-from wearlab.simulation import attractors, exact, label, over_speed, provenance, trust
+from wearlab.simulation import attractors, exact, face, label, over_speed, provenance, trust
 from wearlab.simulation import static as named
 from wearlab.simulation import vibration as vibrating
 from wearlab.simulation.calibration import Calibration, calibrated, calibrated_values
 from wearlab.simulation.estimates import Estimates, estimated, not_estimated
+from wearlab.simulation.face_estimates import estimated_over_face
 from wearlab.simulation.living import inherited_error, initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, along_duty, condition_coordinates, in_order, stages_of
 
@@ -75,7 +76,8 @@ def _dataset(
 ) -> xr.Dataset:
     """Return what every condition of operation says for itself, and what is the life's."""
     reached = stages[: len(lived.stages)]
-    inherited = inherited_error(scene, stages[0].first)
+    first = stages[0].first
+    inherited = inherited_error(scene, first)
     others: list[Search] = []
     failures: list[str] = []
     by_condition = [
@@ -83,7 +85,12 @@ def _dataset(
         for k, stage in enumerate(reached)
     ]
     estimates = [
-        label.diagnosed("estimates", partial(estimated, stage, own, inherited), not_estimated(own), failures)
+        label.diagnosed(
+            "estimates",
+            partial(estimated if first.face is None else estimated_over_face, stage, own, inherited),
+            not_estimated(own),
+            failures,
+        )
         for stage, own in zip(reached, lived.stages, strict=True)
     ]
     each = [
@@ -99,10 +106,9 @@ def _dataset(
     elif scene.operation.stage is not None:
         conditions = label.parts_of(in_order([label.joined(parts) for (parts,) in each]))
     sizes = conditions.sizes
-    first = stages[0].first
     values = named.life_values(scene, lived)
     if scene.wear is not None:
-        values |= named.wear_values(first, lived)
+        values |= (named if first.face is None else face).wear_values(first, lived)
         preset = named.preset_depth(scene, first, lived.state)
         values |= {} if preset is None else {"preset_depth": preset}
     if first.vibration is not None:
@@ -113,6 +119,7 @@ def _dataset(
     )
     values |= calibrated_values(calibration)
     coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
+    coordinates |= face.coordinates(first)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
     coordinates |= {name: labels for name, labels in LABELS.items() if name in sizes}
     if "mode" in sizes:
@@ -147,8 +154,9 @@ def _of_condition(
     def found(name: str, find: Callable[[], Values]) -> Values:
         return find() if lived.life is None else label.diagnosed(name, find, {}, failures)
 
-    values = found("quasi-static contact", lambda: named.mesh_values(parts, states))
-    values |= found("values along the path", lambda: named.path_values(parts, states))
+    of_states = named if parts.face is None else face
+    values = found("quasi-static contact", lambda: of_states.mesh_values(parts, states))
+    values |= found("values along the path", lambda: of_states.path_values(parts, states))
     values |= exact.exact_values(scene, parts, states, failures)
     if parts.vibration is not None:
         values |= found("dynamics of the states", lambda: vibrating.dynamic_values(parts, states))

@@ -139,12 +139,13 @@ def _static_harmonics(parts: Parts, mesh: int, states: Sequence[contact.Quasista
     ste = [
         harmonics.harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states
     ]
-    values = _harmonic_values("stiffness", stiffness) | _harmonic_values("ste", ste)
+    values = harmonic_values("stiffness", stiffness) | harmonic_values("ste", ste)
     errors = [state.deflection + prescribed for state in states]
     return values | {"ste_peak_to_peak": np.ptp(errors, axis=1), "ste_max": np.max(errors, axis=1)}
 
 
-def _harmonic_values(name: str, amplitude: list[harmonics.Harmonics]) -> dict[str, Array]:
+def harmonic_values(name: str, amplitude: list[harmonics.Harmonics]) -> dict[str, Array]:
+    """Return mean, RMS, amplitudes and phases of the harmonics of every state, (n_updates, …)."""
     return {
         f"{name}_mean": np.array([state.mean for state in amplitude]),
         f"{name}_rms": np.array([state.rms for state in amplitude]),
@@ -213,22 +214,31 @@ def _thickness(kind: KindParts, force: Array) -> tuple[Array, Array]:
 def wear_values(parts: Parts, lived: History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
     states = lived.state
-    gears, kinds = parts.gears, range(len(parts.kinds))
+    kinds = range(len(parts.kinds))
     depth = by_flank(parts, [np.stack([state.kind[k].wear for state in states]) for k in kinds])
     modification = by_flank(parts, [mesh_kind.modification for mesh_kind in parts.kinds])
-    passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
     values: Values = {
         "wear_depth": depth,
         "wear_slope": by_flank(parts, [_slopes(parts, kind, states) for kind in kinds]),
         "flank_deviation": -(depth + modification),
         "worn_mass": _worn_mass(parts, states),
+        **counts(parts, lived),
+    }
+    if all(state.wears for state in states):
+        values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
+    return values
+
+
+def counts(parts: Parts, lived: History) -> Values:
+    """Return the cycles of meshes and flanks and the operating time of the states, (n_updates, …)."""
+    gears = parts.gears
+    passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
+    values: Values = {
         "mesh_cycles": lived.cycle * gears.reference_teeth,
         "load_cycles": lived.cycle[:, None] * passes,
     }
     if lived.seconds is not None and np.isfinite(lived.seconds).all():
         values["operating_hours"] = lived.seconds
-    if all(state.wears for state in states):
-        values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
     return values
 
 

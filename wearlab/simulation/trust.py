@@ -14,6 +14,7 @@ from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, contact
+from wearlab.scene.face import face_coupling
 from wearlab.simulation import calibration, estimates, monitoring, operating
 from wearlab.wear.coefficients import CoefficientModel
 
@@ -142,14 +143,15 @@ def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
 def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
-    for kind, mesh_kind in enumerate(parts.kinds):
+    for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
         state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
         worst = state.kind[kind]
         flags += contact.reached_limits(
             mesh_kind.pair, mesh_kind.analysis, state.wear[kind], worst.nodes.gap, worst.static.deflection
         )
         flags += contact.cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
-    flags += monitoring.uncarried(parts, lived.state)
+    if parts.face is None:
+        flags += monitoring.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is not None and lived.life.saw_tooth:
@@ -184,6 +186,9 @@ EVERYWHERE = (
     "carries most, in proportion (mesh.face_load_factor)"
 )
 
+OVER_FACE = "load over the face: every tooth alike, isothermal; bodies of the gears even along it"
+"""What is known of the load of flanks with a width, before what their coupling leaves out."""
+
 
 def departures(scene: Scene, parts: Parts) -> str:
     """Return the known departures of a scene's models with size and source, one a line."""
@@ -206,4 +211,4 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
     if scene.wear is not None and scene.wear.coefficient is not None:
         told = getattr(scene.wear.coefficient, "departure", CoefficientModel.departure)
         yield f"wear coefficient: {told}"
-    yield EVERYWHERE
+    yield EVERYWHERE if parts.face is None else f"{OVER_FACE}: {face_coupling(scene.mesh).departure}"

@@ -12,13 +12,15 @@ from wearlab.mesh import clock, gear_set
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.contacts import ContactModel
 from wearlab.mesh.excitation import Excitation
+from wearlab.mesh.face.grid import lattice, nodes_per_pitch
 from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
 from wearlab.mesh.stiffnesses import StiffnessModel
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import build_errors, extension_wanted, flanks_of
 from wearlab.scene.build.sets import build_set, kinks, modifications
+from wearlab.scene.face import face_keys
 
-NODES_AT_DEFAULT = 201
+NODES_AT_DEFAULT, NODES_OF_A_FACE = 201, 101
 DEFAULT_TOLERANCE = 1e-3
 MOST_MORE_POINTS = 60
 KEPT_ANALYSES = 8
@@ -74,7 +76,7 @@ def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int) -> Extension:
         return NO_EXTENSION
     asked = scene.mesh.of(kind.section)
     load = largest_load(scene, kind)
-    options = ContactOptions(asked.stiffness, asked.contact, True)
+    options = ContactOptions(asked.stiffness, asked.contact, True, even=bool(scene.gears.helix_angle))
     plain = contact_analysis(kind.pair, options, points, NO_EXTENSION, load)
     return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
 
@@ -94,7 +96,8 @@ def _analysis(scene: Scene, kind: gear_set.PairOfSet, points: int, extension: Ex
     asked = scene.mesh.of(kind.section)
     initial = [None if scene.wear is None else scene.wear.initial_of(flank) for flank in kind.flanks]
     backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
-    options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact, backs)
+    even = bool(scene.gears.helix_angle)
+    options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact, backs, even)
     return contact_analysis(kind.pair, options, points, extension, kind.load)
 
 
@@ -106,12 +109,14 @@ class ContactOptions(NamedTuple):
     stiffness, contact : the models
     extended : whether tip corners touch beyond A and E
     backs : initial wear that the back flanks of (driving, driven) carry too, None without
+    even : whether nodes lie equally far apart, as slices of helical gears need them
     """
 
     stiffness: StiffnessModel
     contact: ContactModel
     extended: bool
     backs: tuple[Any, ...] = (None, None)
+    even: bool = False
 
 
 @lru_cache(KEPT_ANALYSES)
@@ -134,7 +139,10 @@ def contact_analysis(
 @lru_cache(KEPT_ANALYSES)
 def _unloaded(pair: GearPair, options: ContactOptions, points: int, extension: Extension) -> ContactAnalysis:
     stiffness, contact = options.stiffness, options.contact
-    grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
+    if options.even:
+        grid = lattice(pair, nodes_per_pitch(pair.contact_ratio, points), extension)
+    else:
+        grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
     teeth = stiffness.build(pair, grid)
     if any(back is not None for back in options.backs):
         position = grid.position
@@ -158,6 +166,8 @@ def profile_points(scene: Scene) -> int:
     if scene.numerics.profile_points is not None:
         return int(scene.numerics.profile_points)
     ratio = DEFAULT_TOLERANCE / scene.numerics.tolerance
+    if face_keys(scene):
+        return int(np.clip(NODES_OF_A_FACE * ratio ** (1 / 3), 41, 401))
     return int(np.clip(NODES_AT_DEFAULT * ratio ** (1 / 3), 81, 1601))
 
 

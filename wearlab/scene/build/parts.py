@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -10,13 +10,16 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
+from wearlab.life.face import FaceCoupling
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, contact, gear_set, profile
 from wearlab.scene import Scene, presence
 from wearlab.scene.build import mesh, sets
 from wearlab.scene.build.contact import class_flags, contact_flags
+from wearlab.scene.build.face import build_face, helix_of
 from wearlab.scene.build.vibration import build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
+from wearlab.scene.face import face_keys
 from wearlab.wear.film import Film
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
@@ -67,6 +70,7 @@ class Parts:
     friction : coefficient μ of the flanks, None: they do not rub [1]
     requested : names of the variables that are made on request
     validity : assumed values and limits this scene touches, in words
+    face : contact and wear over the face, which is the coupling then; None: flanks have no width
     """
 
     gears: gear_set.GearSet
@@ -83,6 +87,7 @@ class Parts:
     friction: float | None
     requested: tuple[str, ...]
     validity: tuple[str, ...]
+    face: FaceCoupling | None = None
 
     @property
     def vibration(self) -> Vibration | None:
@@ -118,6 +123,9 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
+    if face_keys(scene):
+        face = build_face(scene, gears.kinds[0], analyses[0], kinds[0].path, kinds[0].law)
+        return _parts(scene, gears, kinds, meshes, edges, cast("Coupling", face), face)
     patches = [
         None
         if scene.wear is None
@@ -130,6 +138,19 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
         vibration,
         build_load(scene),
     )
+    return _parts(scene, gears, kinds, meshes, edges, coupling)
+
+
+def _parts(
+    scene: Scene,
+    gears: gear_set.GearSet,
+    kinds: tuple[KindParts, ...],
+    meshes: tuple[clock.Mesh, ...],
+    edges: Array,
+    coupling: Coupling,
+    face: FaceCoupling | None = None,
+) -> Parts:
+    """Return what is joined, with what the scene says besides."""
     count = scene.numerics.phase_points or PHASE_POINTS
     wear: Any = scene.wear
     return Parts(
@@ -146,7 +167,8 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
         wohler_slope=None if wear is None else wear.wohler_slope,
         friction=_friction(scene),
         requested=scene.store.requested,
-        validity=_validity(scene, gears, analyses),
+        validity=_validity(scene, gears, [kind.analysis for kind in kinds]),
+        face=face,
     )
 
 
@@ -160,6 +182,7 @@ def _kind(scene: Scene, gears: gear_set.GearSet, kind: int, analysis: contact.Co
     path = build_path(
         gears_of_kind, analysis.grid.position, scene.mesh.of(gears_of_kind.section).face_load_factor
     )
+    path = path._replace(equivalent_radius=path.equivalent_radius / helix_of(scene).cosine)
     return KindParts(
         pair=gears_of_kind.pair,
         analysis=analysis,

@@ -8,6 +8,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.gears import external, internal, planetary, sets, train
 from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.helix import helix, transverse, transverse_basics
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
@@ -34,12 +35,16 @@ GIVEN = (
 
 
 def build_pair(scene: Scene) -> GearPair:
-    """Return the pair of ``[gears]``, driven by ``operation.input``."""
+    """Return the pair of ``[gears]``, driven by ``operation.input``; of helical gears their section."""
     gears: Any = scene.gears
     specs = [specification(name, member) for name, member in gears.gears().items()]
-    driving = scene.operation.input
+    basics, driving = basics_of(gears), scene.operation.input
+    if gears.helix_angle:
+        turned = helix(gears.helix_angle, gears.pressure_angle)
+        specs = [transverse(spec, turned) for spec in specs]
+        basics = transverse_basics(basics, gears.helix_angle)
     make = PAIRS[gears.descriptor]
-    return make(*specs, basics_of(gears), centre_distance=gears.centre_distance, driving=driving)
+    return make(*specs, basics, centre_distance=gears.centre_distance, driving=driving)
 
 
 def basics_of(gears: Any) -> Basics:

@@ -1,0 +1,131 @@
+"""Keys that give flanks a width: read, told, left out of identities, and refused where they do not fit."""
+
+import math
+
+import pytest
+
+from wearlab.scene import Scene, SceneError
+from wearlab.scene.face import face_coupling, face_keys, hands
+from wearlab.scene.presence import parts_present
+
+PAIR = {
+    "gears": {
+        "kind": "external-pair",
+        "module": "4 mm",
+        "face_width": "45 mm",
+        "pinion": {"teeth": 23},
+        "gear": {"teeth": 71},
+    },
+    "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
+}
+
+
+def scene(**changes):
+    return Scene.from_mapping(PAIR).replace({key.replace("__", "."): value for key, value in changes.items()})
+
+
+def refused(**changes):
+    with pytest.raises(SceneError) as caught:
+        scene(**changes)
+    return str(caught.value)
+
+
+def test_a_scene_without_these_keys_has_no_face_and_keeps_its_identity():
+    plain = Scene.from_mapping(PAIR)
+    assert face_keys(plain) == ()
+    assert not any(part.startswith("face") for part in parts_present(plain))
+    assert "face" not in plain.canonical().replace("face_width", "").replace("face_load_factor", "")
+    assert plain.id == "ff4c4ba36c8a92b829ba"
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("gears.helix_angle", "12 deg"),
+        ("gears.pinion.lead_crowning", "8 um"),
+        ("gears.gear.lead_slope", "5 um"),
+        ("gears.pinion.end_relief", {"amount": "10 um", "length": "4 mm"}),
+        ("gears.pinion.bias", "5 um"),
+        ("mesh.misalignment", "20 um"),
+        ("mesh.face_coupling", "none"),
+        ("mesh.face_points", 21),
+    ],
+)
+def test_each_key_gives_a_face(key, value):
+    faced = Scene.from_mapping(PAIR).replace(key, value)
+    assert face_keys(faced) == (key,)
+    assert any(part.startswith("face: ") for part in parts_present(faced))
+    assert faced.id != Scene.from_mapping(PAIR).id
+    assert Scene.from_canonical(faced.canonical()).id == faced.id
+
+
+def test_hands_follow_the_driving_gear():
+    helical = scene(gears__helix_angle="12 deg")
+    assert hands(helical) == {"pinion": "right", "gear": "left"}
+    assert hands(helical.replace("gears.gear.hand", "right")) == {"pinion": "left", "gear": "right"}
+
+
+def test_hands_that_do_not_mesh_are_refused():
+    told = refused(gears__helix_angle="12 deg", gears__pinion__hand="right", gears__gear__hand="right")
+    assert "scene.gears.gear.hand" in told and "opposite hands" in told
+    assert "give gears.helix_angle" in refused(gears__pinion__hand="left")
+
+
+def test_misalignment_of_axes_and_over_torque():
+    angle = math.radians(20.0)
+    axes = scene(mesh__misalignment={"in_plane": "10 um", "out_of_plane": "20 um"}).mesh.misalignment
+    wanted = 20e-6 * math.cos(angle) + 10e-6 * math.sin(angle)
+    assert axes.over_face(angle, 320.0) == pytest.approx(wanted, rel=1e-14)
+    bends = {"torque": ["0 N*m", "400 N*m"], "value": ["5 um", "25 um"]}
+    over = scene(mesh__misalignment=bends).mesh.misalignment
+    assert over.over_face(angle, 100.0) == pytest.approx(10e-6, rel=1e-14)
+    assert over.over_face(angle, 900.0) == pytest.approx(25e-6, rel=1e-14)
+    assert "one for each torque" in refused(mesh__misalignment={**bends, "value": ["5 um"]})
+    assert "must ascend" in refused(mesh__misalignment={**bends, "torque": ["9 N*m", "1 N*m"]})
+    assert "give a length" in refused(mesh__misalignment={})
+
+
+def test_slices_hold_each_other_unless_the_stiffness_is_prescribed():
+    faced = scene(mesh__misalignment="20 um")
+    assert face_coupling(faced.mesh).chosen == "pasternak"
+    given = faced.replace("mesh.stiffness", {"model": "constant", "value": "4e8 N/m"})
+    assert face_coupling(given.mesh).chosen == "none"
+
+
+CONSTANT = {"model": "constant", "value": "4e8 N/m"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "path", "instead"),
+    [
+        ({"dynamics": {"model": "torsional"}, "mesh.damping_ratio": 0.1}, "dynamics", "drop = ['dynamics']"),
+        ({"errors.seed": 3}, "errors", "leave [errors] out"),
+        ({"mesh.face_load_factor": 1.2}, "mesh.face_load_factor", "leave one out"),
+        ({"mesh.contact": "exact"}, "mesh.contact", "'displacement'"),
+        ({"mesh.stiffness": {**CONSTANT, "of": "mesh"}}, "mesh.stiffness.of", "'pair'"),
+        ({"mesh.stiffness": CONSTANT, "mesh.face_coupling": "pasternak"}, "mesh.face_coupling", "'none'"),
+    ],
+)
+def test_what_does_not_go_with_a_face_is_refused_with_what_to_give(changes, path, instead):
+    with pytest.raises(SceneError) as caught:
+        scene(mesh__misalignment="20 um").replace(changes)
+    assert f"scene.{path}: " in str(caught.value) and instead in str(caught.value)
+
+
+def test_planetary_sets_are_refused():
+    with pytest.raises(SceneError, match=r"gears\.helix_angle: flanks with a width are those of pairs"):
+        Scene.from_mapping(
+            {
+                "gears": {
+                    "kind": "planetary",
+                    "module": "2 mm",
+                    "face_width": "20 mm",
+                    "helix_angle": "10 deg",
+                    "planets": 3,
+                    "sun": {"teeth": 20},
+                    "planet": {"teeth": 28},
+                    "ring": {"teeth": 76, "rim_diameter": "190 mm"},
+                },
+                "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
+            }
+        )

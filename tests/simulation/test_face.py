@@ -1,0 +1,193 @@
+"""Runs of flanks with a width: their limits, mirror images, worn volume and running-in."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from wearlab.scene import Scene
+from wearlab.scene.build import build
+from wearlab.simulation import simulate
+from wearlab.simulation.face import worn_volume
+from wearlab.wear.path import sliding_velocity
+
+GEARS = {
+    "kind": "external-pair",
+    "module": "4 mm",
+    "face_width": "45 mm",
+    "pinion": {"teeth": 23},
+    "gear": {"teeth": 71},
+}
+SPUR = {
+    "gears": GEARS,
+    "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
+    "mesh": {"stiffness": {"model": "potential-energy", "hertz": "weber"}},
+    "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},
+    "numerics": {"profile_points": 61},
+}
+
+
+def scene(**changes):
+    return Scene.from_mapping(SPUR).replace({key.replace("__", "."): value for key, value in changes.items()})
+
+
+@cache
+def known(name):
+    return simulate(
+        {
+            "spur": scene(wear__until={"depth": "5 um"}),
+            "slices": scene(wear__until={"depth": "5 um"}, mesh__face_coupling="none", mesh__face_points=5),
+            "layer": scene(
+                wear__until={"depth": "5 um"}, mesh__face_coupling="pasternak", mesh__face_points=5
+            ),
+            "right": helical(),
+            "left": helical().replace({"gears.pinion.hand": "left", "mesh.misalignment": "-20 um"}),
+        }[name]
+    )
+
+
+def helical():
+    return scene(gears__helix_angle="12 deg", mesh__misalignment="20 um", mesh__face_points=21)
+
+
+@pytest.mark.parametrize("coupling", ["slices", "layer"])
+def test_an_even_spur_face_is_the_spur_pair(coupling):
+    """The first rate to rounding; later what wear does to the sections of teeth is left out."""
+    spur, face = known("spur"), known(coupling)
+    rate = spur["wear_rate"].values[0][:, None, :]
+    np.testing.assert_allclose(face["wear_rate"].values[0] - rate, 0.0, atol=1e-9 * rate.max())
+    for name in ("stiffness_mean", "stiffness_harmonics", "ste_mean", "ste_harmonics", "ste_max"):
+        wanted = spur[name].values[0]
+        np.testing.assert_allclose(
+            face[name].values[0], wanted, rtol=0.0, atol=1e-9 * wanted.max(), err_msg=name
+        )
+    assert float(face.life) == pytest.approx(float(spur.life), rel=2e-4)
+    assert face["worn_mass"].values[-1] == pytest.approx(spur["worn_mass"].values[-1], rel=1e-3)
+    assert face["face_load_factor"].values == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_vanishing_helix_leads_to_the_spur_pair():
+    straight = simulate(scene(mesh__face_points=7, mesh__face_coupling="none"))
+    errors = []
+    for degrees in ("2 deg", "0.02 deg"):
+        turned = simulate(scene(gears__helix_angle=degrees, mesh__face_points=7, mesh__face_coupling="none"))
+        mean = float(turned["stiffness_mean"].values.item() / straight["stiffness_mean"].values.item())
+        peak = float(turned["wear_rate"].values.max() / straight["wear_rate"].values.max())
+        errors.append((abs(mean - 1.0), abs(peak - 1.0)))
+    assert errors[1][0] < 5e-3 and errors[1][1] < 2e-2
+
+
+def test_whole_overlap_without_coupling_transmits_evenly():
+    """Even stiffness along the path, slices apart, as many as the lattice has nodes to a pitch."""
+    width = np.pi * 4.0 / np.sin(np.radians(12.0))
+    even = scene(
+        gears__helix_angle="12 deg",
+        gears__face_width=f"{float(width)!r} mm",
+        mesh__stiffness={"model": "constant", "value": "4e8 N/m"},
+        mesh__extended_contact=False,
+        numerics__profile_points=101,
+        mesh__face_points=61,
+    )
+    grid = build(even).face.kinds[0].contact.grid
+    assert len(grid.position) == len(grid.phase)
+    run = simulate(even)
+    assert run["overlap_ratio"].values == pytest.approx(1.0, rel=1e-12)
+    assert run["ste_peak_to_peak"].values.max() < 1e-12 * float(run["ste_mean"].values.item())
+
+
+def test_the_other_hand_and_the_other_misalignment_are_mirror_images():
+    right, left = known("right"), known("left")
+    for name in ("wear_rate", "line_load", "contact_pressure"):
+        there, here = right[name].values, left[name].values[..., ::-1, :]
+        np.testing.assert_allclose(here, there, rtol=1e-7, atol=1e-7 * there.max())
+    assert not np.allclose(right["line_load"].values, right["line_load"].values[..., ::-1, :], rtol=1e-2)
+
+
+def test_line_loads_carry_the_force():
+    run = known("right")
+    assert run["residual_line_load"].values.max() < 1e-12
+    width = np.gradient(run["face_position"].values)
+    assert run["mean_line_load"].values[0, 0] @ width == pytest.approx(
+        float(run["static_mesh_force"][0]), rel=0.05
+    )
+    assert run["face_load_factor"].values.item() > 1.2
+    assert run["peak_line_load_factor"].values.item() > run["face_load_factor"].values.item() * 0.5
+
+
+def test_worn_volume_is_that_of_the_work_of_sliding():
+    """``Σ h dA = k ∮ F_n |v_1 − v_2| dt``: what a pass takes off, summed over the lines of every phase."""
+    parts = build(helical().replace("wear.contact_patch", "none"))
+    state = parts.coupling.evaluate(parts.coupling.unworn())
+    contact = parts.face.kinds[0].contact
+    grid, path = contact.grid, parts.kinds[0].path
+    volume = worn_volume(parts, state.kind[0].rate[None])[0] / path.passes
+    speed = np.abs(sliding_velocity(path))
+    step = np.full(len(grid.profile.position), grid.profile.position[1] - grid.profile.position[0])
+    step[[0, -1]] *= 0.5
+    time = step / (parts.gears.kinds[0].speed * parts.kinds[0].pair.driving.base_radius)
+    load = state.kind[0].line_load
+    normal = load / contact.helix.cosine
+    work = 1e-18 * np.einsum("jk,gk,k,j->g", normal, speed, time, grid.width)
+    ends = 2.0 * step[0] / (grid.profile.position[-1] - grid.profile.position[0])
+    assert volume == pytest.approx(work, rel=ends)
+    inner = slice(1, -1)
+    area = path.arc_weight[:, inner] / contact.helix.cosine
+    h = state.kind[0].rate[:, :, inner] / path.passes[:, None, None]
+    taken = np.einsum("gjk,gk,j->g", h, area, grid.width)
+    given = 1e-18 * np.einsum("jk,gk,k,j->g", normal[:, inner], speed[:, inner], time[inner], grid.width)
+    assert taken == pytest.approx(given, rel=1e-9)
+
+
+def test_a_patch_keeps_the_worn_volume():
+    points, spread = (build(helical().replace("wear.contact_patch", patch)) for patch in ("none", "two-way"))
+    volumes = [
+        worn_volume(parts, parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None])
+        for parts in (points, spread)
+    ]
+    assert volumes[0] == pytest.approx(volumes[1], rel=1e-9)
+
+
+def test_misalignment_wears_in_as_an_exponential():
+    """``K − 1 = (K0 − 1) exp(−h̄ c/w̄)`` at one point of the path, slices and pairs apart, all touching.
+
+    At a point the depth follows ``dh/dN = a w``, so that every difference of load over the face decays with
+    the mean depth of both flanks together.
+    """
+    stiffness = 8e8
+    faced = scene(
+        mesh__stiffness={"model": "constant", "value": f"{stiffness} N/m"},
+        mesh__extended_contact=False,
+        mesh__misalignment="6 um",
+        mesh__face_points=21,
+        wear__contact_patch="none",
+        wear__until={"depth": "60 um"},
+        numerics__tolerance=1e-5,
+    )
+    run, parts = simulate(faced), build(faced)
+    grid = parts.face.kinds[0].contact.grid
+    single = [k for k, count in _pairs_at(grid).items() if count == 1]
+    node = single[len(single) // 4]
+    load = run["line_load"].values[:, 0, :, node]
+    depth = run["wear_depth"].values[:, :, :, node].sum(axis=1)
+    mean_depth, mean_load = depth.mean(axis=1), load.mean(axis=1)
+    uneven = load.max(axis=1) / mean_load - 1.0
+    c, w = stiffness / 45e-3, float(run["static_mesh_force"][0]) / 45e-3
+    assert uneven[0] == pytest.approx(6e-6 * c / (2.0 * w) * 20 / 21, rel=1e-9)
+    assert mean_depth[-1] * c / w > 1.0
+    np.testing.assert_allclose(uneven, uneven[0] * np.exp(-mean_depth * c / w), rtol=2e-3)
+
+
+def _pairs_at(grid):
+    """Return how many pairs are in contact while one touches at a wear node."""
+    counts = {}
+    for lines in grid.node[:, :, 0]:
+        present = lines[lines >= 0]
+        counts |= {int(node) - grid.profile.before: len(present) for node in present}
+    return counts
+
+
+def test_the_deepest_point_of_the_face_ends_the_life():
+    run = known("slices")
+    assert run["max_wear_depth"].values[-1].max() == pytest.approx(5e-6, rel=1e-9)
+    assert run["wear_depth"].dims == ("update", "flank", "face", "profile")
+    assert "residual_load_share" not in run

@@ -1,0 +1,223 @@
+"""Helical gears: from the normal section of a drawing to the transverse section, and their lines of contact.
+
+A helical pair is a spur pair of the transverse section, turned along the face: at y it is ahead by
+``y tan β_b`` on the line of action. So a :class:`wearlab.gears.gear.GearPair` of the transverse numbers is
+all of its profile, and a :class:`Helix` the rest.
+"""
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wearlab.arrays import Array
+from wearlab.gears.specification import Basics, GearError, GearSpec
+
+LARGEST = math.radians(45.0)
+"""Largest helix angle that is built."""
+AS_COEFFICIENTS = (
+    "profile_shift_coefficient",
+    "tip_alteration_coefficient",
+    "fillet_radius_coefficient",
+)
+
+
+class Helix(NamedTuple):
+    """What turns a transverse section into a helical pair; all angles 0 for a spur pair.
+
+    Parameters
+    ----------
+    angle : β, helix angle at the reference circle, unsigned [rad]
+    base_angle : β_b, helix angle at the base circle [rad]
+    sense : 1 where contact reaches larger y later, −1 where earlier
+    """
+
+    angle: float = 0.0
+    base_angle: float = 0.0
+    sense: float = 1.0
+
+    @property
+    def slope(self) -> float:
+        """Signed tan β_b: by how much a section at y = 1 m is behind along the line of action [1]."""
+        return self.sense * math.tan(self.base_angle)
+
+    @property
+    def cosine(self) -> float:
+        """Cosine of β_b [1]."""
+        return math.cos(self.base_angle)
+
+
+SPUR = Helix()
+
+
+def helix(helix_angle: float, normal_pressure_angle: float, sense: float = 1.0) -> Helix:
+    """Return the helix of a helix angle at the reference circle, ``sin β_b = sin β cos α_n``.
+
+    Parameters
+    ----------
+    helix_angle : β [rad]
+    normal_pressure_angle : α_n [rad]
+    sense : of :class:`Helix`
+
+    Raises
+    ------
+    GearError
+        For an angle that no gear has.
+
+    References
+    ----------
+    ISO 21771:2007, 4.3.
+
+    Examples
+    --------
+    >>> found = helix(math.radians(10.0), math.radians(20.0))
+    >>> round(math.degrees(found.base_angle), 3)
+    9.391
+    """
+    if not 0.0 <= helix_angle <= LARGEST:
+        raise GearError(
+            f"helix_angle must lie between 0 and {math.degrees(LARGEST):g} deg, not "
+            f"{math.degrees(helix_angle):.4g} deg; the hand says which way it turns"
+        )
+    return Helix(helix_angle, math.asin(math.sin(helix_angle) * math.cos(normal_pressure_angle)), sense)
+
+
+def transverse_basics(basics: Basics, helix_angle: float) -> Basics:
+    """Return module and pressure angle of the transverse section from those of the normal section.
+
+    ``m_t = m_n / cos β``, ``tan α_t = tan α_n / cos β``.
+
+    References
+    ----------
+    ISO 21771:2007, 4.3.
+
+    Examples
+    --------
+    >>> section = transverse_basics(Basics(8e-3), math.radians(15.8))
+    >>> round(1e3 * section.module, 6), round(math.degrees(section.pressure_angle), 6)
+    (8.314124, 20.720159)
+    """
+    cosine = math.cos(helix_angle)
+    angle = math.atan(math.tan(basics.pressure_angle) / cosine)
+    return basics._replace(module=basics.module / cosine, pressure_angle=angle)
+
+
+def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
+    """Return a gear's numbers of the transverse section from those of the normal section.
+
+    Coefficients count modules, so they shrink by cos β (x_t = x_n cos β); an allowance of the tooth thickness
+    grows by 1/cos β; what is removed along the flank normal leaves a gap of 1/cos β_b along the line of
+    action. Lengths along the path, diameters and widths stay.
+
+    References
+    ----------
+    ISO 21771:2007, 4.3 and 4.8.
+    """
+    cosine = math.cos(turned.angle)
+    scaled: dict[str, Any] = {
+        key: None if getattr(spec, key) is None else getattr(spec, key) * cosine for key in AS_COEFFICIENTS
+    }
+    addendum = spec.addendum_coefficient
+    if addendum is None and spec.tip_diameter is None:
+        addendum = 1.0
+    dedendum = spec.dedendum_coefficient
+    if dedendum is None and spec.root_diameter is None:
+        dedendum = 1.25
+    normal: dict[str, Any] = {
+        key: None if getattr(spec, key) is None else getattr(spec, key) / turned.cosine
+        for key in ("profile_crowning", "profile_slope")
+    }
+    return replace(
+        spec,
+        addendum_coefficient=None if addendum is None else addendum * cosine,
+        dedendum_coefficient=None if dedendum is None else dedendum * cosine,
+        tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine,
+        tip_relief=_along_action(spec.tip_relief, turned),
+        root_relief=_along_action(spec.root_relief, turned),
+        **scaled,
+        **normal,
+    )
+
+
+def _along_action(relief: Any, turned: Helix) -> Any:
+    return None if relief is None else replace(relief, amount=relief.amount / turned.cosine)
+
+
+def overlap_ratio(face_width: float, helix_angle: float, normal_module: float) -> float:
+    """Return the overlap ratio ``ε_β = b sin β / (π m_n)`` [1].
+
+    References
+    ----------
+    ISO 21771:2007, 5.4.
+
+    Examples
+    --------
+    >>> round(overlap_ratio(0.1, math.radians(15.8), 8e-3), 6)
+    1.083369
+    """
+    return face_width * math.sin(helix_angle) / (math.pi * normal_module)
+
+
+class FieldOfAction(NamedTuple):
+    """The rectangle in which the lines of contact lie.
+
+    Parameters
+    ----------
+    transverse_ratio, overlap : ε_α and ε_β [1]
+    face_width : b [m]
+    base_angle : β_b [rad]
+    """
+
+    transverse_ratio: float
+    overlap: float
+    face_width: float
+    base_angle: float
+
+    def line_length(self, phase: ArrayLike) -> Array:
+        """Return the length of all lines of contact at mesh phases, cut off at the edges of the field, [m].
+
+        At y from mid-face a pair touches at ``τ + n − ε_β y/b`` base pitches after A, as long as that lies
+        between 0 and ε_α.
+
+        Parameters
+        ----------
+        phase : (n,) τ, mesh phase at mid-face [1]
+        """
+        tau = np.atleast_1d(np.asarray(phase, float))[:, None]
+        reach = int(np.ceil(self.transverse_ratio + self.overlap)) + 2
+        at_middle = tau + np.arange(-reach, reach + 1)
+        if self.overlap == 0.0:
+            touching = (at_middle >= 0.0) & (at_middle < self.transverse_ratio)
+            return np.asarray(self.face_width * touching.sum(axis=1))
+        low = np.maximum(-0.5, (at_middle - self.transverse_ratio) / self.overlap)
+        high = np.minimum(0.5, at_middle / self.overlap)
+        width = self.face_width * np.maximum(0.0, high - low).sum(axis=1)
+        return np.asarray(width / np.cos(self.base_angle))
+
+    def line_length_series(self, phase: ArrayLike, terms: int) -> Array:
+        """Return the same by its Fourier series.
+
+        ``L_m [1 + 2 Σ_k sinc(k ε_α) sinc(k ε_β) cos πk(ε_α − 2τ)]``, ``L_m = ε_α b/cos β_b``: the lines are
+        counted from mid-face.
+
+        Parameters
+        ----------
+        phase : (n,) τ, mesh phase at mid-face [1]
+        terms : harmonics of the mesh frequency
+
+        References
+        ----------
+        Velex 2012, On the modelling of spur and helical gear dynamic behaviour, for the series.
+        """
+        tau = np.atleast_1d(np.asarray(phase, float))[:, None]
+        k = np.arange(1, terms + 1)
+        waves = np.cos(np.pi * k * (self.transverse_ratio - 2.0 * tau))
+        each = np.sinc(k * self.transverse_ratio) * np.sinc(k * self.overlap) * waves
+        return np.asarray(self.mean_length * (1.0 + 2.0 * each.sum(axis=1)))
+
+    @property
+    def mean_length(self) -> float:
+        """Mean length of all lines of contact, ``ε_α b/cos β_b`` [m]."""
+        return self.transverse_ratio * self.face_width / math.cos(self.base_angle)

@@ -1,0 +1,207 @@
+"""Quasi-static contact over the face: gaps of worn flanks at every slice, then the line loads at every phase.
+
+Every slice is the section that a spur pair has on its whole face, with gaps of its own. What does not change
+with wear - compliances, who meets whom - is laid out once a gear set.
+"""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array, Index
+from wearlab.gears.helix import SPUR, Helix
+from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
+from wearlab.mesh.exact.gaps import DisplacementBeyond
+from wearlab.mesh.face.grid import FaceGrid
+from wearlab.mesh.face.solve import solve_phases
+
+
+class LineLoads(NamedTuple):
+    """The mesh under its static load, at the phases of its face.
+
+    Parameters
+    ----------
+    deflection : (n_phases,) static transmission error δ, at mid-face [m]
+    tangent : (n_phases,) mesh stiffness [N/m]
+    load : (n_phases, n_lines, n_face) force in the plane of action per face width, which is also the normal
+        load per length of line [N/m]
+    unloaded : (n_phases,) unloaded transmission error, the least gap [m]
+    """
+
+    deflection: Array
+    tangent: Array
+    load: Array
+    unloaded: Array
+
+
+class Section(NamedTuple):
+    """How a slice yields, per face width.
+
+    Parameters
+    ----------
+    body : (n_touching,) compliance of teeth and bodies [m²/N]
+    cross : (n_apart, n_touching) what pairs share of their bodies [m/N]
+    hertz : (n_touching,) compliance of the contact at the least load [m²/N]
+    softening : by how much it falls as the load grows e-fold [m²/N]
+    least : load below which it no longer changes [N/m]
+    """
+
+    body: Array
+    cross: Array
+    hertz: Array
+    softening: float
+    least: float
+
+
+def section(analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR) -> Section:
+    """Return how the slices of a face yield, from the contact of the section over the whole face.
+
+    The load per length of line is the force in the transverse plane per face width; along the line of action
+    the contact yields by 1/cos β_b more than along the normal, and its radius is that of the normal section,
+    larger by as much.
+
+    Parameters
+    ----------
+    analysis : contact of the section, under the load of the mesh
+    face_width : b [m]
+    turned : the helix
+    """
+    stiffness = analysis.stiffness
+    unworn = np.zeros((2, len(analysis.grid.touching)))
+    body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
+    least = max(LEAST_LOADED * analysis.load, np.finfo(float).tiny)
+    softening = stiffness.softening * face_width
+    force = np.full(len(body), least)
+    contact = np.broadcast_to(stiffness.contact(force), body.shape) * face_width
+    contact = (contact - softening * np.log(turned.cosine)) / turned.cosine
+    if not contact.any():  # a stiffness that is prescribed: no part of it is the contact's
+        body, contact = 0.5 * body, 0.5 * body
+    return Section(body, cross, contact, softening / turned.cosine, least / face_width)
+
+
+@dataclass(frozen=True)
+class FaceContact:
+    """Contact of the worn flanks of one kind of mesh over its face.
+
+    Parameters
+    ----------
+    grid : slices and nodes
+    analysis : contact of the section
+    section : how a slice yields
+    lead : (2, n_face, n_profile) material removed on purpose that varies over the face, (driving, driven),
+        normal to the flank [m]
+    opening : (n_face,) gap by misalignment, along the line of action [m]
+    shear_length : ℓ over which slices hold each other, 0: they do not [m]
+    helix : of the gears
+    """
+
+    grid: FaceGrid
+    analysis: ContactAnalysis
+    section: Section
+    lead: Array
+    opening: Array
+    shear_length: float
+    helix: Helix = SPUR
+    _tips: tuple["_Tip", ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_tips", tuple(_tips(self.analysis)))
+
+    def gap(self, wear: Array) -> Array:
+        """Return the gap of every slice at every touching node for wear (2, n_face, n), normal [m].
+
+        Along the line of action: depths over cos β_b.
+
+        Raises
+        ------
+        SectionVanished
+            When wear is deeper than a tooth is thick.
+        """
+        gaps = self.analysis.gaps
+        if gaps is not None:
+            gaps.flanks.check_thickness(wear.max(axis=1))
+        on_purpose = np.zeros_like(wear[:, :1]) if gaps is None else gaps.flanks.modification[:, None, :]
+        removed = (wear + self.lead) / self.helix.cosine + on_purpose
+        total = removed.sum(axis=0)
+        if gaps is None:
+            total = total + self.analysis.modification
+        carried = self.analysis.grid.beyond(total)
+        for tip in self._tips:
+            carried[:, tip.part] += tip.beyond(removed)
+        return np.asarray(carried + self.opening[:, None])
+
+    def solve(self, wear: Array, near: LineLoads | None = None, force: float | None = None) -> LineLoads:
+        """Return the line loads of flanks worn by (2, n_face, n) [m].
+
+        Parameters
+        ----------
+        wear : (2, n_face, n), (driving, driven) [m]
+        near : loads in a neighbouring state, to start from
+        force : in the plane of action; None: the static load of the mesh [N]
+        """
+        grid, given = self.grid, self.section
+        gap = self.gap(wear)
+        load = np.zeros(grid.node.shape) if near is None else near.load.copy()
+        count = len(grid.phase)
+        deflection, tangent = np.empty(count), np.empty(count)
+        solve_phases(
+            grid.node, grid.width, np.diff(grid.position), grid.filled, given.body, given.cross, given.hertz,
+            given.softening, given.least, gap, self.shear_length**2,
+            self.analysis.load if force is None else force, load, deflection, tangent,
+        )  # fmt: skip
+        return LineLoads(deflection, tangent, load, self._unloaded(gap))
+
+    def _unloaded(self, gap: Array) -> Array:
+        """Return the least gap at every phase, (n_phases,) [m]."""
+        slices = np.arange(gap.shape[0])
+        each = np.where(self.grid.node >= 0, gap[slices, self.grid.node], np.inf)
+        return np.asarray(each.min(axis=(1, 2)))
+
+    def residuals(self, loads: LineLoads, force: float) -> Array:
+        """Return by how much the line loads miss the force at every phase, over it, (n_phases,) [1]."""
+        grid = self.grid
+        part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
+        return np.asarray((loads.load * part * grid.width).sum(axis=(1, 2)) / force - 1.0)
+
+
+class _Tip(NamedTuple):
+    """The tip corner beyond one end of the path, for all slices at once.
+
+    ``part``: the nodes beyond; ``gear``: whose tip; ``own``, ``low``, ``share``: its nodes, and where between
+    nodes the mate's points lie; ``separation``: of the unworn flanks [m].
+    """
+
+    part: slice
+    gear: int
+    own: Index
+    low: Index
+    share: Array
+    separation: Array
+
+    def beyond(self, removed: Array) -> Array:
+        """Return what the gap grows by beyond the end, (n_face, n_beyond) [m], as of `DisplacementBeyond`."""
+        mate = removed[1 - self.gear]
+        theirs = mate[:, self.low] * (1.0 - self.share) + mate[:, self.low + 1] * self.share
+        own = removed[self.gear][:, self.own]
+        least = (self.separation + theirs + own[:, None, :]).min(axis=2)
+        return np.asarray(least[:, :-1] - least[:, -1:])
+
+
+def _tips(analysis: ContactAnalysis) -> list[_Tip]:
+    """Return the tip corners of a contact that reaches beyond A and E."""
+    if not isinstance(analysis.gaps, DisplacementBeyond):
+        return []
+    tips = []
+    for part, corner in analysis.gaps.corners:
+        if len(corner.mate) < 2:
+            continue
+        position = corner.position
+        low = np.clip(np.searchsorted(position, corner.mate, side="right") - 1, 0, len(position) - 2)
+        length = position[low + 1] - position[low]
+        reached = np.divide(
+            corner.mate - position[low], length, out=np.zeros_like(corner.mate), where=length > 0.0
+        )
+        share = np.clip(reached, 0.0, 1.0)
+        tips.append(_Tip(part, corner.gear, corner.own, low, share, corner.separation))
+    return tips

@@ -1,0 +1,189 @@
+"""The nodes of a face: slices across its width, and which profile node of each slice touches when.
+
+A section at y is behind that at mid-face by ``y tan β_b``. On nodes that are equally far apart, M to the base
+pitch, slices as far apart as a whole number of them meet each node exactly, at one of M phases: wear is never
+interpolated. A spur pair keeps the nodes of its path, with two sides where load jumps.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array, Index
+from wearlab.gears.gear import GearPair
+from wearlab.gears.helix import Helix
+from wearlab.mesh.profile import NO_EXTENSION, SAME_PHASE, Extension, ProfileGrid, cubic_weights
+
+MORE = 1.4
+"""Range, from what is asked for on, in which the nodes of a base pitch are chosen so that E is nearly one."""
+
+
+class FaceGrid(NamedTuple):
+    """Slices across the face, and how they meet the profile.
+
+    Parameters
+    ----------
+    profile : nodes of every slice
+    position : (n_face,) y of the middle of each slice from mid-face, ascending [m]
+    width : (n_face,) of each slice [m]
+    weight : (n_phases,) of each phase in a mean over the mesh period, summing to 1 [1]
+    phase : (n_phases,) mesh phase at mid-face [1]
+    node : (n_phases, n_lines, n_face) touching node of the profile that each line meets, −1 beyond
+    filled : (n_touching,) share of the slice that touches there: half at the ends of a lattice [1]
+    even : whether the phases are equally far apart
+    """
+
+    profile: ProfileGrid
+    position: Array
+    width: Array
+    weight: Array
+    phase: Array
+    node: Index
+    filled: Array
+    even: bool
+
+    @property
+    def face_width(self) -> float:
+        """Width of all slices [m]."""
+        return float(self.width.sum())
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Slices, and wear nodes of each."""
+        return len(self.position), len(self.profile.position)
+
+    def at_nodes(self, load: Array) -> Array:
+        """Carry loads of lines (n_phases, n_lines, n_face) to the wear nodes, (n_face, n_profile)."""
+        nodal = np.zeros((len(self.position), len(self.profile.touching)))
+        phase, line, slice_ = np.nonzero(self.node >= 0)
+        nodal[slice_, self.node[phase, line, slice_]] = load[phase, line, slice_]
+        return nodal[:, self.profile.on_flank]
+
+    def at_phases(self, values: Array, phase: Array) -> Array:
+        """Return values of the grid's phases (n_phases,) at others (n,).
+
+        By cubics through four of them where they are equally far apart, else straight between them.
+        """
+        if not self.even:
+            return np.interp(phase, self.phase, values)
+        x = ((phase - self.phase[0]) % 1.0) * len(self.phase)
+        low = np.floor(x).astype(np.int64)
+        four = values[(low[:, None] + np.arange(-1, 3)) % len(values)]
+        return np.asarray((cubic_weights(x - low + 1.0) * four).sum(axis=1))
+
+
+def lattice(pair: GearPair, per_pitch: int, extension: Extension = NO_EXTENSION) -> ProfileGrid:
+    """Lay nodes equally far apart from A on, ``per_pitch`` to the base pitch; the last lies at E or before.
+
+    Parameters
+    ----------
+    pair : the gears, in their transverse section
+    per_pitch : M, intervals to a base pitch
+    extension : how far pairs may touch beyond A and E
+    """
+    step, start = pair.base_pitch / per_pitch, pair.path.A
+    inside = math.floor(pair.contact_ratio * per_pitch + SAME_PHASE)
+    before, after = (math.ceil(far / step - SAME_PHASE) for far in extension)
+    last = inside + after
+    marks = sorted({0, inside % per_pitch, -before % per_pitch, last % per_pitch} | {per_pitch})
+    intervals = np.diff(marks)
+    pairs = range(-math.ceil(before / per_pitch), math.ceil(last / per_pitch))
+    first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
+    for segment, (low, count) in enumerate(zip(marks, intervals, strict=False)):
+        for number in pairs:
+            begin = number * per_pitch + low
+            if begin >= -before and begin + count <= last:
+                first[segment, pairs[-1] - number] = begin + before
+    weight = np.full(inside + 1, step)
+    weight[[0, -1]] *= 0.5
+    places = np.arange(-before, last + 1)
+    return ProfileGrid(
+        breaks=np.array(marks) / per_pitch,
+        first=first,
+        intervals=intervals,
+        position=np.asarray(start + step * np.arange(inside + 1)),
+        phase=(np.arange(inside + 1) % per_pitch) / per_pitch,
+        weight=weight,
+        touching=np.asarray(start + step * places),
+        before=before,
+        leading=pairs[-1],
+        most_pairs=math.ceil(inside / per_pitch),
+    )
+
+
+def nodes_per_pitch(contact_ratio: float, points: int) -> int:
+    """Return how many nodes to lay to a base pitch so that E is nearly one of them.
+
+    Parameters
+    ----------
+    contact_ratio : ε_α [1]
+    points : nodes wanted on the path
+    """
+    least = max(8, round(points / contact_ratio))
+    choices = range(least, int(MORE * least) + 2)
+    return min(choices, key=lambda m: (round((contact_ratio * m) % 1.0, 9), m))
+
+
+def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
+    """Return the face of a spur pair: slices alike, that all meet the same node at a time.
+
+    Parameters
+    ----------
+    profile : nodes of the path
+    face_width : b [m]
+    slices : of equal width
+    """
+    phase, weight = profile.phase_nodes
+    node = np.repeat(profile.pairs_at_phase_nodes[:, :, None], slices, axis=2)
+    width = np.full(slices, face_width / slices)
+    position = (np.arange(slices) - 0.5 * (slices - 1)) * face_width / slices
+    filled = np.ones(len(profile.touching))
+    return FaceGrid(profile, position, width, weight / weight.sum(), phase, node, filled, even=False)
+
+
+def helical_face(profile: ProfileGrid, pair: GearPair, turned: Helix, slices: int) -> FaceGrid:
+    """Return the face of a helical pair, slices on the lattice of its nodes where that gives enough of them.
+
+    Slices that lie a whole number of nodes apart fill the face from its middle; the two at the ends have what
+    is left of it. Where the overlap is so small that they would be less than half as many as asked for, they
+    are alike, and turned by the nearest whole number of nodes.
+
+    Parameters
+    ----------
+    profile : a lattice
+    pair : the gears, in their transverse section
+    turned : the helix
+    slices : wanted
+    """
+    step = float(profile.position[1] - profile.position[0])
+    per_pitch = round(pair.base_pitch / step)
+    b, slope = pair.face_width, math.tan(turned.base_angle)
+    nodes = b * slope / step
+    if nodes < 0.5 * slices:
+        width = np.full(slices, b / slices)
+        position = (np.arange(slices) - 0.5 * (slices - 1)) * b / slices
+        shift = np.round(position * slope / step).astype(np.int64)
+    else:
+        apart = max(1, round(nodes / slices))
+        each = apart * step / slope
+        count = max(3, math.ceil(b / each - 1e-9))
+        offset = np.arange(count) - (count // 2 if count % 2 else count // 2 - 1)
+        centre = (offset - offset.mean()) * each
+        width = np.full(count, each)
+        width[[0, -1]] = 0.5 * (b - (count - 2) * each)
+        position = centre.copy()
+        position[[0, -1]] = [-0.5 * (b - width[0]), 0.5 * (b - width[-1])]
+        shift = apart * offset
+    shift = shift if turned.sense > 0.0 else -shift
+    phases = np.arange(per_pitch)
+    furthest = math.ceil((len(profile.touching) + np.abs(shift).max()) / per_pitch) + 1
+    lines = np.arange(furthest, -furthest - 1, -1)
+    number = phases[:, None, None] + lines[None, :, None] * per_pitch - shift[None, None, :] + profile.before
+    node = np.where((number >= 0) & (number < len(profile.touching)), number, -1)
+    node = node[:, (node >= 0).any(axis=(0, 2))]
+    filled = np.ones(len(profile.touching))
+    filled[[0, -1]] = 0.5
+    middle = float(shift.mean()) / per_pitch
+    weight = np.full(per_pitch, 1.0 / per_pitch)
+    return FaceGrid(profile, position, width, weight, phases / per_pitch - middle, node, filled, even=True)

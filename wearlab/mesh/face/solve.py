@@ -1,0 +1,274 @@
+"""The contact problem of a face at every phase: one-sided springs on layers that bend along the face.
+
+Each line of contact presses on the teeth of one pair: an elastic layer of stiffness k(y) whose neighbouring
+slices are joined by a shear stiffness T, free at both ends of the face (Pasternak), with Hertz's contact as a
+spring of its own at each slice. Lines act on each other through the bodies that their teeth share.
+
+    ``K u = b w``,  ``u + c_h(w) w + g = δ_l`` where ``w ≥ 0`` touches, ``≥ δ_l`` elsewhere,
+    ``δ_l = δ − Σ X_lq F_q``,  ``Σ F_l = F``
+
+By Newton's method, the contact straightened about the last loads, and those of negative load released.
+"""
+
+import numpy as np
+
+from wearlab.arrays import Array, Index
+from wearlab.compiled import jit, jit_inner
+
+MOST_ITERATIONS = 80
+SETTLED = 1e-11
+"""Largest change of a line load in the last iteration, over the mean one."""
+
+
+@jit
+def solve_phases(
+    node: Index,
+    width: Array,
+    spacing: Array,
+    filled: Array,
+    body: Array,
+    cross: Array,
+    hertz: Array,
+    softening: float,
+    least: float,
+    gap: Array,
+    shear: float,
+    force: float,
+    line_load: Array,
+    deflection: Array,
+    tangent: Array,
+) -> int:
+    """Fill line loads, deflection and stiffness of every phase, and return the iterations of the slowest.
+
+    Parameters
+    ----------
+    node : (n_phases, n_lines, n_face) touching node of the profile, −1 where a line does not reach
+    width : (n_face,) of the slices [m]
+    spacing : (n_face − 1,) between their middles [m]
+    filled : (n_touching,) share of a slice that touches at a node [1]
+    body : (n_touching,) compliance of teeth and bodies to a load per width [m²/N]
+    cross : (n_apart, n_touching) what a pair shares with that 1, 2 … base pitches ahead [m/N]
+    hertz : (n_touching,) compliance of the contact at the least load [m²/N]
+    softening : by how much it falls as the load grows e-fold [m²/N]
+    least : load per width below which it no longer changes [N/m]
+    gap : (n_face, n_touching) [m]
+    shear : ℓ², square of the length over which slices hold each other, 0: they do not [m²]
+    force : F [N]
+    line_load : (n_phases, n_lines, n_face) filled with w; what is in it is the start, all 0: none [N/m]
+    deflection, tangent : (n_phases,) filled with δ [m] and dF/dδ, the contact's compliance held [N/m]
+
+    References
+    ----------
+    Ajmi & Velex 2005 for the layer; Conry & Seireg 1973 for the release of negative loads.
+    """
+    n_phases, n_lines, n_face = node.shape
+    slots = (n_lines, n_face)
+    touching = np.zeros(slots, np.bool_)
+    unit, offset, spring, free = np.zeros(slots), np.zeros(slots), np.zeros(slots), np.zeros(slots)
+    layer = np.zeros((5, n_face))
+    shared, system = np.zeros((n_lines, n_lines)), np.zeros((n_lines, n_lines + 2))
+    slope, preload, at = np.zeros(n_lines), np.zeros(n_lines), np.zeros(n_lines)
+    most = 0
+    for i in range(n_phases):
+        load, reach = line_load[i], node[i]
+        _share(reach, width, cross, shared)
+        _start(reach, load, gap, force, touching)
+        mean = force / width.sum()
+        for iteration in range(MOST_ITERATIONS):
+            for line in range(n_lines):
+                slope[line], preload[line] = _respond(
+                    reach[line], width, spacing, filled, body, hertz, softening, least, gap, shear,
+                    load[line], touching[line], layer, unit[line], offset[line], spring[line], free[line],
+                    1.0,
+                )  # fmt: skip
+            deflection[i], _ = _balance(slope, preload, shared, force, system, at)
+            change, moved = _update(
+                reach, gap, at, unit, offset, spring, free, width, filled, force, load, touching
+            )
+            most = max(most, iteration + 1)
+            if not moved and change <= SETTLED * mean:
+                break
+        for line in range(n_lines):
+            slope[line], preload[line] = _respond(
+                reach[line], width, spacing, filled, body, hertz, softening, least, gap, shear,
+                load[line], touching[line], layer, unit[line], offset[line], spring[line], free[line],
+                0.0,
+            )  # fmt: skip
+        _, tangent[i] = _balance(slope, preload, shared, force, system, at)
+    return most
+
+
+@jit_inner
+def _share(reach, width, cross, shared):  # type: ignore[no-untyped-def]
+    """Fill what each two lines share of their bodies, in proportion to the width on which both are."""
+    n_lines, n_face = reach.shape
+    total = width.sum()
+    for line in range(n_lines):
+        shared[line, line] = 0.0
+        for other in range(line):
+            apart, value = line - other - 1, 0.0
+            if apart < cross.shape[0]:
+                for j in range(n_face):
+                    if reach[line, j] >= 0 and reach[other, j] >= 0:
+                        value += cross[apart, reach[line, j]] * width[j] / total
+            shared[line, other] = value
+            shared[other, line] = value
+
+
+@jit_inner
+def _start(reach, load, gap, force, touching):  # type: ignore[no-untyped-def]
+    """Say where to begin: where load was; without any, everywhere. Without a force, nowhere."""
+    known = force > 0.0 and load.max() > 0.0
+    for line in range(reach.shape[0]):
+        for j in range(reach.shape[1]):
+            touching[line, j] = reach[line, j] >= 0 and (load[line, j] > 0.0 or not known)
+            if not touching[line, j]:
+                load[line, j] = 0.0
+
+
+@jit_inner
+def _respond(  # type: ignore[no-untyped-def]
+    reach, width, spacing, filled, body, hertz, softening, least, gap, shear, load, touching, layer,
+    unit, offset, spring, free, straightened,
+):  # fmt: skip
+    """Fill ``u = unit δ − offset`` of one line's layer, and return A and B of ``F = A δ − B``.
+
+    ``straightened``: 1 about the last loads, 0 with what the contact yields under them held.
+
+    ``spring`` gets the stiffness of the contact of each slice, 0 where it does not touch, and ``free`` the
+    gap from which it counts.
+    """
+    n_face, last = len(width), len(body) - 1
+    lower, middle, forward, right, other = layer
+    first_node = -1
+    for j in range(n_face):
+        if reach[j] >= 0:
+            first_node = reach[j]
+            break
+    if first_node < 0:
+        for j in range(n_face):
+            unit[j], offset[j], spring[j], free[j] = 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0
+    rising = _rising(reach)
+    for j in range(n_face):
+        k = _nearest(reach, j, last, rising)
+        part = filled[k] if shear == 0.0 and reach[j] >= 0 else 1.0
+        middle[j] = part * width[j] / body[k]
+        lower[j] = 1.0 / body[k]
+        spring[j], free[j] = 0.0, 0.0
+        if touching[j]:
+            straight = straightened * softening if load[j] > least else 0.0
+            yielding = hertz[k] - softening * np.log(max(load[j], least) / least) - straight
+            spring[j] = filled[k] * width[j] / yielding
+            free[j] = gap[j, k] + straight * load[j]
+    for j in range(n_face):
+        right[j], other[j] = spring[j], spring[j] * free[j]
+        middle[j] += spring[j]
+    before = lower[0]
+    for j in range(n_face - 1):
+        after = lower[j + 1]
+        joint = shear * 0.5 * (before + after) / spacing[j]
+        middle[j] += joint
+        middle[j + 1] += joint
+        lower[j + 1], before = -joint, after
+    forward[0] = middle[0]
+    for j in range(1, n_face):
+        factor = lower[j] / forward[j - 1]
+        forward[j] = middle[j] - factor * lower[j]
+        right[j] -= factor * right[j - 1]
+        other[j] -= factor * other[j - 1]
+    unit[n_face - 1] = right[n_face - 1] / forward[n_face - 1]
+    offset[n_face - 1] = other[n_face - 1] / forward[n_face - 1]
+    for j in range(n_face - 2, -1, -1):
+        unit[j] = (right[j] - lower[j + 1] * unit[j + 1]) / forward[j]
+        offset[j] = (other[j] - lower[j + 1] * offset[j + 1]) / forward[j]
+    slope, preload = 0.0, 0.0
+    for j in range(n_face):
+        slope += spring[j] * (1.0 - unit[j])
+        preload += spring[j] * (free[j] - offset[j])
+    return slope, preload
+
+
+@jit_inner
+def _rising(reach):  # type: ignore[no-untyped-def]
+    """Whether a line meets later nodes at larger y."""
+    first, last = -1, -1
+    for j in range(len(reach)):
+        if reach[j] >= 0:
+            first = reach[j] if first < 0 else first
+            last = reach[j]
+    return last > first
+
+
+@jit_inner
+def _nearest(reach, j, last, rising):  # type: ignore[no-untyped-def]
+    """Return the node whose stiffness a slice has, that of the path's end where a line does not reach."""
+    if reach[j] >= 0:
+        return reach[j]
+    for ahead in range(j + 1, len(reach)):
+        if reach[ahead] >= 0:
+            return 0 if rising else last
+    return last if rising else 0
+
+
+@jit_inner
+def _balance(slope, preload, shared, force, system, at):  # type: ignore[no-untyped-def]
+    """Fill the approach of each line, and return that of the gears and dF/dδ."""
+    n = len(slope)
+    for line in range(n):
+        for other in range(n):
+            system[line, other] = shared[line, other] * slope[other]
+        system[line, line] += 1.0
+        system[line, n], system[line, n + 1] = 1.0, 0.0
+        for other in range(n):
+            system[line, n + 1] += shared[line, other] * preload[other]
+    for row in range(n):
+        for below in range(row + 1, n):
+            factor = system[below, row] / system[row, row]
+            if factor != 0.0:
+                for column in range(row, n + 2):
+                    system[below, column] -= factor * system[row, column]
+    for row in range(n - 1, -1, -1):
+        for column in range(n, n + 2):
+            for k in range(row + 1, n):
+                system[row, column] -= system[row, k] * system[k, column]
+            system[row, column] /= system[row, row]
+    stiffness, carried = 0.0, 0.0
+    for line in range(n):
+        stiffness += slope[line] * system[line, n]
+        carried += slope[line] * system[line, n + 1] - preload[line]
+    approach = (force - carried) / stiffness
+    for line in range(n):
+        at[line] = approach * system[line, n] + system[line, n + 1]
+    return approach, stiffness
+
+
+@jit_inner
+def _update(  # type: ignore[no-untyped-def]
+    reach, gap, at, unit, offset, spring, free, width, filled, force, load, touching
+):
+    """Put new loads and contacts in place; return the largest change of a load and whether contacts changed.
+
+    Without a force only the first to touch stays in contact.
+    """
+    largest, moved, least_gap = 0.0, False, np.inf
+    best_line, best = -1, -1
+    for line in range(reach.shape[0]):
+        for j in range(reach.shape[1]):
+            k = reach[line, j]
+            if k < 0:
+                continue
+            under = unit[line, j] * at[line] - offset[line, j]
+            if gap[j, k] < least_gap:
+                least_gap, best_line, best = gap[j, k], line, j
+            if touching[line, j]:
+                new = spring[line, j] * (at[line] - free[line, j] - under) / (filled[k] * width[j])
+                if new < 0.0:
+                    touching[line, j], moved, new = False, True, 0.0
+                largest = max(largest, abs(new - load[line, j]))
+                load[line, j] = new
+            elif at[line] - gap[j, k] - under > 0.0:
+                touching[line, j], moved = True, True
+    if best >= 0 and not touching.any():
+        touching[best_line, best] = True
+    return largest, moved

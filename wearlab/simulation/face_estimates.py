@@ -1,0 +1,99 @@
+"""Estimates of the numerical error of a life over the face: of its steps, and of nodes and slices.
+
+The first and the last state are evaluated once more with half the nodes and half the slices; what the wear
+rate changes by there, relative to the fastest, counts for all that was worn.
+"""
+
+import time
+from typing import cast
+
+import numpy as np
+from scipy.interpolate import interp1d
+
+from wearlab.arrays import Array
+from wearlab.life.coupled import Coupled
+from wearlab.life.face import FaceState
+from wearlab.life.history import History
+from wearlab.mesh.face.grid import FaceGrid
+from wearlab.scene import Scene
+from wearlab.scene.build import Parts, build
+from wearlab.scene.build.face import slices_of
+from wearlab.scene.build.mesh import profile_points
+from wearlab.simulation.estimates import Estimates
+from wearlab.simulation.face import states_of
+from wearlab.simulation.operating import Stage, coupled
+
+WEIGHT = 0.5
+"""Of the rougher twin's change of rate: a third is what halving a grid of second order leaves."""
+
+
+BUSY = 0.5
+"""Share of the fastest rate from which a node counts: where wear is deepest."""
+
+
+def rougher(scene: Scene, parts: Parts) -> Parts:
+    """Return the physics of a scene on half the nodes and half the slices."""
+    slices = max(3, slices_of(scene, parts.gears.kinds[0]) // 2)
+    mesh = scene.mesh.model_copy(update={"face_points": slices})
+    numerics = scene.numerics.model_copy(update={"profile_points": profile_points(scene) // 2})
+    return build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
+
+
+def estimated_over_face(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates:
+    """Estimate the errors of a life at its kept states.
+
+    Parameters
+    ----------
+    stage : what runs, in all its conditions
+    lived : its history
+    inherited : error of the wear that the run starts from [m]
+    """
+    if lived.life is None:
+        return Estimates(None, None, None)
+    clock = time.perf_counter()
+    own = states_of(lived.state)
+    twins = tuple(rougher(scene, parts) for scene, parts in zip(stage.scenes, stage.parts, strict=True))
+    together = coupled(twins, stage.shares)
+    share = max(_apart(stage.first, twins[0], fine, together) for fine in (own[0], own[-1]))
+    stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
+    steps = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
+    worn = np.array([float((one.wear - own[0].wear).max()) for one in own])
+    life = None
+    if lived.life.worn_out:
+        life = lived.life.error_estimate_life + WEIGHT * share * float(lived.life.cycle[-1])
+    return Estimates(inherited + steps + WEIGHT * share * worn, None, life)
+
+
+def _apart(parts: Parts, twin: Parts, fine: FaceState, together: Coupled) -> float:
+    """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
+    assert fine.rate is not None and parts.face is not None and twin.face is not None
+    grid, other = (face.kinds[0].contact.grid for face in (parts.face, twin.face))
+    rough = cast("FaceState", together.evaluate((moved(fine.wear, grid, other),)).kind[0])
+    assert rough.rate is not None
+    there, fastest = moved(rough.rate, other, grid), float(fine.rate.max())
+    if fastest == 0.0:
+        return 0.0
+    busy = fine.rate >= BUSY * fastest
+    return float(np.abs(there - fine.rate)[busy].max() / fastest)
+
+
+def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
+    """Return values at slices and nodes of another grid, linear between them, (2, n_face, n).
+
+    Parameters
+    ----------
+    values : (2, n_face, n) on the grid ``own``
+    own, wanted : grids of one pair
+    """
+    along = interp1d(
+        _apart_at_steps(own), values, axis=2, bounds_error=False, fill_value=(values[..., 0], values[..., -1])
+    )(_apart_at_steps(wanted))
+    ends = (along[:, 0], along[:, -1])
+    across = interp1d(own.position, along, axis=1, bounds_error=False, fill_value=ends)
+    return np.asarray(across(wanted.position))
+
+
+def _apart_at_steps(grid: FaceGrid) -> Array:
+    """Return path positions in which the node before a step lies before the one after it, (n,) [m]."""
+    position = grid.profile.position
+    return position + 1e-9 * (position[-1] - position[0]) * np.arange(len(position))
