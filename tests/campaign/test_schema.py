@@ -12,6 +12,13 @@ from wearlab.units import KINDS, quantity
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SCHEMA = json.loads(schema_json())
 DIMENSIONAL = {
+    "helix_angle",
+    "lead_crowning",
+    "lead_slope",
+    "bias",
+    "misalignment",
+    "in_plane",
+    "out_of_plane",
     "amplitude",
     "centre_distance",
     "damping",

@@ -97,7 +97,7 @@ def transverse_basics(basics: Basics, helix_angle: float) -> Basics:
     --------
     >>> section = transverse_basics(Basics(8e-3), math.radians(15.8))
     >>> round(1e3 * section.module, 6), round(math.degrees(section.pressure_angle), 6)
-    (8.314124, 20.720159)
+    (8.314124, 20.719712)
     """
     cosine = math.cos(helix_angle)
     angle = math.atan(math.tan(basics.pressure_angle) / cosine)

@@ -44,7 +44,7 @@ class Lead(NamedTuple):
 
         Examples
         --------
-        >>> [round(1e6 * float(g), 6) for g in Lead(crowning=8e-6).removed([-0.01, 0.0, 0.01], [0.5], 0.02)]
+        >>> (1e6 * Lead(crowning=8e-6).removed([-0.01, 0.0, 0.01], [0.5], 0.02)).round(6).ravel().tolist()
         [8.0, 0.0, 8.0]
         """
         y = np.asarray(face_position, float)[:, None]

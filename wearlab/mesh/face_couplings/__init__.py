@@ -47,13 +47,13 @@ class PasternakCoupling(FaceCouplingModel):
     )
 
     model: Literal["pasternak"] = option("pasternak", "slices joined in shear", source="Ajmi & Velex 2005")
-    length: Annotated[Number, POSITIVE] = option(
+    shear_modules: Annotated[Number, POSITIVE] = option(
         1.07,
-        "length over which they hold each other, over the normal module: what solid teeth have under waves "
+        "length over which they hold each other, in normal modules: what solid teeth have under waves "
         "longer than 20 modules",
         source="Ajmi & Velex 2005",
     )
 
     def shear_length(self, module: float) -> float:
         """Return ℓ [m]."""
-        return self.length * module
+        return self.shear_modules * module
