@@ -43,11 +43,12 @@ ROAD = (
         "gradients",
     ),
     *("query", "campaign", "store", "runner", "comparison", "updating", "figures", "accuracy", "report"),
-    "cli",
+    *("browsing", "cli"),
 )
 PHYSICS = ROAD[ROAD.index("gears") : ROAD.index("scene")]
 SIBLINGS = (("dynamics", "wear"), ("comparison", "figures"))
 FUNCTIONS = {
+    "browse",
     "compare",
     "figure",
     "gradient",
@@ -256,7 +257,7 @@ def test_the_store_knows_nothing_of_gears():
 
 
 def test_figures_never_simulate():
-    names = taken_by("figures", "query", "comparison", "report")
+    names = taken_by("figures", "query", "comparison", "report", "browsing")
     wrong = [both for both in names if room(both[1]) in (*PHYSICS, "simulation", "runner")]
     assert len(names) > 100 and wrong == []
 

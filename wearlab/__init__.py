@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from wearlab.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from wearlab.browsing import browse as browse
     from wearlab.campaign import Campaign as Campaign
     from wearlab.campaign import CampaignError as CampaignError
     from wearlab.campaign import load as load
@@ -42,6 +43,7 @@ HOMES = {
     "Store": "wearlab.store",
     "StoreError": "wearlab.store",
     "align": "wearlab.store.align",
+    "browse": "wearlab.browsing",
     "compare": "wearlab.comparison",
     "figure": "wearlab.figures",
     "gradient": "wearlab.gradients",
@@ -56,7 +58,8 @@ HOMES = {
 __all__ = [
     *("Campaign", "CampaignError", "FigureError", "GradientError", "QueryError", "Scene", "SceneError"),
     *("Store", "StoreError"),
-    *("align", "compare", "figure", "gradient", "load", "open", "plan", "run", "simulate", "sobol_indices"),
+    *("align", "browse", "compare", "figure", "gradient", "load", "open", "plan", "run", "simulate"),
+    "sobol_indices",
     "update",
 ]
 

@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parent
 AFTER = frozenset(
     (
         *("gradients", "query", "campaign", "store", "runner", "comparison", "updating"),
-        *("figures", "report", "accuracy", "cli", "__init__.py"),
+        *("figures", "report", "accuracy", "browsing", "cli", "__init__.py"),
     )
 )
 """Rooms that no run's numbers come from."""

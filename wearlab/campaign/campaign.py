@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from wearlab.campaign import exclusion, inheritance, update_options
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case
-from wearlab.campaign.claims import ClaimSpec
+from wearlab.campaign.claims import ClaimSpec, spelled_note
 from wearlab.options import Number, option
 from wearlab.plugins import Plugin
 
@@ -190,6 +190,26 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
         "axes": [_axis(axis) for axis in campaign.axes],
         "cases": [[case.id, case.label, [case.position.get(n) for n in names]] for case in campaign.cases],
     }
+
+
+MOST_RECORDED = 5_000  # cases
+
+
+def with_figures(campaign: Campaign) -> dict[str, Any] | None:
+    """Return a campaign and its figures as JSON can hold it, None of one with too many cases.
+
+    Points of papers are files of their own, and left out.
+    """
+    if len(campaign.cases) > MOST_RECORDED:
+        return None
+    claimed = getattr(campaign, "claims", ())
+    figures = []
+    for spec in campaign.figures:
+        given = {key: getattr(spec, key, None) for key in FigureSpec.model_fields if key != "published"}
+        note = given["note"]
+        given["note"] = spelled_note(note, claimed) if note else None
+        figures.append({key: value for key, value in given.items() if value not in (None, {}, (), "")})
+    return {**to_record(campaign), "figures": figures}
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

@@ -118,7 +118,7 @@ def banded(
     ended : what a run counts as beyond its end
     bands : the probabilities of their lower and upper edges
     """
-    bare = replace(group[0], x_error=None, y_error=None, doubtful=None)
+    bare = replace(group[0], x_error=None, y_error=None, doubtful=None, runs=None)
     x, values = _together(group, ended)
     top = max(float(np.nanmax(curve.y, initial=-np.inf)) for curve in group)
     drawn = []

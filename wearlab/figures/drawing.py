@@ -202,9 +202,11 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
 
 
 def _told(curve: Series, run: Run) -> Series:
-    """Return a curve that knows whether its run is in doubt."""
-    held = run.doubts and curve.look not in (*BESIDE, "area")
-    return replace(curve, doubtful=np.ones(len(curve.x), bool)) if held else curve
+    """Return a curve that knows its run, and whether that is in doubt."""
+    if curve.look in (*BESIDE, "area"):
+        return curve
+    curve = replace(curve, runs=np.full(len(curve.x), run.id))
+    return replace(curve, doubtful=np.ones(len(curve.x), bool)) if run.doubts else curve
 
 
 def _joined(series: list[Series], ask: Ask, join: Callable[[list[Series]], list[Series]]) -> list[Series]:
@@ -381,14 +383,20 @@ def figure(
     ------
     FigureError : no such kind or option, or nothing of it can be drawn
     """
-    spec = _specified({"kind": kind, **options})
+    spec = specified({"kind": kind, **options})
     plot, _, _ = plotted(_grid(of), read(spec, 1, None))
     from wearlab.figures.render import drawn
 
     return drawn(plot, size, ax)
 
 
-def _specified(given: dict[str, Any]) -> FigureSpec:
+def specified(given: dict[str, Any]) -> FigureSpec:
+    """Return options as of ``[[figure]]`` as a campaign has them.
+
+    Raises
+    ------
+    FigureError : no such kind or option
+    """
     known = FigureSpec.model_fields
     for key in given:
         if key not in known:

@@ -346,6 +346,7 @@ def _panel(
             None if s.x_error is None else s.x_error / 10.0**across,
             None if s.y_error is None else s.y_error / 10.0**up,
             s.doubtful,
+            s.runs,
         )
         for s in sorted(inside, key=lambda s: s.look == "published")
     ]

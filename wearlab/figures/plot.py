@@ -59,6 +59,7 @@ class Series:
     own : abscissa of a run that is drawn as a horizontal line, None where it has none
     x_error, y_error : estimated errors of its points, None where nothing is known of them
     doubtful : whether each point is of a run that speaks against itself
+    runs : id of the run of each point, None where it is of none, or of several
     """
 
     key: Mapping[str, Label]
@@ -76,6 +77,7 @@ class Series:
     x_error: Array | None = None
     y_error: Array | None = None
     doubtful: Array | None = None
+    runs: Array | None = None
 
     def at(self, index: Any) -> "Series":
         """Return some of its points."""
@@ -83,16 +85,15 @@ class Series:
         return replace(self, x=self.x[index], y=self.y[index], **beside)
 
 
-BESIDE_POINTS = ("x_error", "y_error", "doubtful")
+BESIDE_POINTS = {"x_error": float, "y_error": float, "doubtful": bool, "runs": "U64"}
 
 
 def merged(group: Sequence[Series]) -> Series:
     """Return the points of several series as one, otherwise like the first."""
     fields: dict[str, Any] = {}
-    for name in ("x", "y", *BESIDE_POINTS):
+    for name, kind in ({"x": float, "y": float} | BESIDE_POINTS).items():
         some = [getattr(curve, name) for curve in group]
         if any(values is not None for values in some):
-            kind = bool if name == "doubtful" else float
             none = (np.zeros(len(curve.x), kind) for curve in group)
             fields[name] = np.concatenate([n if v is None else v for v, n in zip(some, none, strict=True)])
     return replace(group[0], **fields)
@@ -123,7 +124,7 @@ class Pen:
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve with its pen, and a text at its lowest point."""
+    """A curve with its pen, and a text at its lowest point; errors, doubts and runs as of `Series`."""
 
     x: Array
     y: Array
@@ -133,6 +134,7 @@ class Curve:
     x_error: Array | None = None
     y_error: Array | None = None
     doubtful: Array | None = None
+    runs: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from wearlab.sources import source_hash
 from wearlab.store import errors
 from wearlab.store.catalogue import Head
 from wearlab.store.outcome import Outcome, place
+from wearlab.store.presence import Reached
 
 if TYPE_CHECKING:
     from dask.distributed import Client
@@ -226,7 +227,8 @@ class _Work:
     def _receive(self, message: dict[str, Any]) -> None:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
-            self.store.checkpoints.write(message["id"], message["image"], self.code)
+            reached = Reached(message["cycle"], message["depth"])
+            self.store.checkpoints.write(message["id"], message["image"], self.code, reached)
             self.bar.in_progress(message["id"], in_words(message))
 
     def _free(self, entry: Head) -> bool:
@@ -265,6 +267,8 @@ def _cluster(
 
 def _record(campaign: "Campaign", store: "Store") -> str:
     """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
+    from wearlab.campaign.campaign import with_figures
+
     members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
     path = getattr(campaign, "path", None)
     return store.catalogue.record_campaign(
@@ -273,6 +277,7 @@ def _record(campaign: "Campaign", store: "Store") -> str:
         None if path is None else str(path),
         members,
         getattr(campaign, "metadata", None),
+        with_figures(campaign),
     )
 
 

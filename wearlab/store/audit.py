@@ -47,9 +47,10 @@ def verify(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
 
-    from wearlab.store import updates
+    from wearlab.store import remark_files, updates
 
     yield from updates.verify_updates(store)
+    yield from remark_files.verify(store)
 
 
 def _uncalibrated(
@@ -174,9 +175,9 @@ def reindex(store: kept_runs.KeptRuns) -> list[errors.Problem]:
                 adopted.add(outcome.id)
     store.catalogue.end_anew(before, adopted, store.is_alive)
 
-    from wearlab.store import updates
+    from wearlab.store import remark_files, updates
 
-    return problems + updates.reindex_updates(store)
+    return problems + updates.reindex_updates(store) + remark_files.reindex(store)
 
 
 def _adopted(path: Path, problems: list[errors.Problem]) -> Outcome | None:

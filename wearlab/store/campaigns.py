@@ -10,6 +10,8 @@ from typing import Any, Literal
 
 from wearlab.store import database, outcome
 
+RECORDS = "CREATE TABLE IF NOT EXISTS records (campaign TEXT PRIMARY KEY, record TEXT) WITHOUT ROWID"
+
 
 @dataclass(frozen=True)
 class Member:
@@ -39,8 +41,12 @@ class Campaigns(database.Database):
         path: str | None,
         members: Sequence[tuple[str, str, Mapping[str, Any]]],
         metadata: Mapping[str, str] | None = None,
+        record: Mapping[str, Any] | None = None,
     ) -> str:
-        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one."""
+        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one.
+
+        A ``record`` holds its axes and figures, so that these can be drawn where its file is not.
+        """
         rows = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
         key = key_of(json.dumps([title, path, rows]))
         with self._transaction() as connection:
@@ -53,7 +59,23 @@ class Campaigns(database.Database):
                 "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)",
                 [(key, number, *row) for number, row in enumerate(rows)],
             )
+            if record is not None:
+                connection.execute(RECORDS)
+                connection.execute("INSERT OR REPLACE INTO records VALUES (?, ?)", (key, json.dumps(record)))
         return key
+
+    def record_of(self, key: str) -> dict[str, Any]:
+        """Return what was recorded of a campaign's axes and figures, {} where nothing was."""
+        if not self.read("SELECT 1 FROM sqlite_master WHERE name = 'records'"):
+            return {}
+        rows = self.read("SELECT record FROM records WHERE campaign = ?", [key])
+        return database.understood("a campaign in the catalogue", database.table, rows[0][0]) if rows else {}
+
+    def keep_record(self, key: str, record: Mapping[str, Any]) -> None:
+        """Write what another catalogue has recorded of a campaign's axes and figures."""
+        with self._transaction() as connection:
+            connection.execute(RECORDS)
+            connection.execute("INSERT OR IGNORE INTO records VALUES (?, ?)", (key, json.dumps(record)))
 
     def insert(self, table: Literal["campaigns", "members"], rows: Sequence[tuple[Any, ...]]) -> None:
         """Copy another catalogue's rows, in the order of the table's columns; those we have stay."""

@@ -6,7 +6,7 @@ Memory holds one run at a time. Grid points without a run are NaN (texts: empty)
 import json
 import os
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ import dask
 import numpy as np
 import xarray as xr
 
-from wearlab.store import errors, files, outcome
+from wearlab.store import errors, files, outcome, remarks
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -89,8 +89,23 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         {calibration for entry in entries.values() if (calibration := outcome.calibration_of(entry))}
     ):
         attributes["calibration"] = "; ".join(calibrations)
+    attributes |= _remarked(store, campaign.title, list(entries))
     attributes |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
     return {key: value for key, value in attributes.items() if value}
+
+
+def _remarked(store: "Store", title: str, ids: Sequence[str]) -> dict[str, str]:
+    """Return tags and notes on a campaign and its runs: texts of one list each, as JSON."""
+    told = remarks.remarks_on(store.catalogue, [remarks.subject_of(title), *ids])
+    lists = {
+        name: [
+            {"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when}
+            for r in told
+            if r.what == what
+        ]
+        for name, what in (("tags", "tag"), ("notes", "note"))
+    }
+    return {name: json.dumps(some, ensure_ascii=False) for name, some in lists.items() if some}
 
 
 def _netcdf(

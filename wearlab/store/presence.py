@@ -14,10 +14,12 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
+from typing import NamedTuple
 
 from wearlab.store import errors, files
 
 LONGEST_HOST = 100
+LONGEST_HEAD = 200  # bytes
 MOST_TIDIED = 100  # locks looked at when a process begins
 
 
@@ -99,6 +101,19 @@ def _lock_file(folder: Path, token: str) -> Path:
     return folder / f"{token}.lock"
 
 
+class Reached(NamedTuple):
+    """How far a life is.
+
+    Parameters
+    ----------
+    cycle : reached [1]
+    depth : largest depth reached [m]
+    """
+
+    cycle: float
+    depth: float
+
+
 class Checkpoints:
     """The folder ``checkpoints/<id>.life`` of a store; plain bytes that only a process that runs understands.
 
@@ -112,7 +127,7 @@ class Checkpoints:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def write(self, run_id: str, image: bytes, code: str) -> None:
+    def write(self, run_id: str, image: bytes, code: str, reached: Reached | None = None) -> None:
         """Keep an image of a run, whole or not at all; what cannot be written is left out.
 
         Parameters
@@ -120,10 +135,12 @@ class Checkpoints:
         run_id : the run
         image : what its life needs to go on
         code : hash of the sources that made it
+        reached : how far the run is, for those who look on
         """
         path = self._path(run_id)
         part = path.with_suffix(f".{os.getpid()}.part")
-        head = f"{hashlib.sha256(image).hexdigest()} {code}\n".encode("ascii")
+        far = "" if reached is None else f" {reached.cycle!r} {reached.depth!r}"
+        head = f"{hashlib.sha256(image).hexdigest()} {code}{far}\n".encode("ascii")
         with suppress(OSError):
             self.folder.mkdir(exist_ok=True)
             with part.open("wb") as file:
@@ -138,8 +155,17 @@ class Checkpoints:
             head, _, image = self._path(run_id).read_bytes().partition(b"\n")
         except OSError:
             return None
-        expected = f"{hashlib.sha256(image).hexdigest()} {code}".encode("ascii")
-        return image if head == expected else None
+        expected = [hashlib.sha256(image).hexdigest().encode(), code.encode()]
+        return image if head.split(b" ")[:2] == expected else None
+
+    def reached(self, run_id: str) -> Reached | None:
+        """Return how far a run under way was when it was last kept, None where nothing tells it."""
+        try:
+            with self._path(run_id).open("rb") as file:
+                told = file.readline(LONGEST_HEAD).split()
+            return Reached(float(told[2]), float(told[3]))
+        except (OSError, ValueError, IndexError):
+            return None
 
     def forget(self, run_ids: Iterable[str]) -> None:
         """Remove the images of runs that are finished."""

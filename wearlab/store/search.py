@@ -1,15 +1,18 @@
 """Questions to the catalogue: what can be asked for, and the runs that meet a condition.
 
-What a question names is read for all runs at once, one key after the other; the condition is then asked of
-each run, by `wearlab.query.holds` as everywhere.
+What a question names is read for some thousand runs at once, one key after the other; the condition is then
+asked of each run, by `wearlab.query.holds` as everywhere. So no more of a large catalogue is in memory than
+which runs were found, by what they are sorted, and what is to be shown of them.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from itertools import chain
+from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, evaluate, grammar, holds, read_column, read_condition
-from wearlab.store import catalogue, database
+from wearlab.store import catalogue, database, remarks
 from wearlab.store.table import Column, Table
 from wearlab.units import KINDS, split
 
@@ -21,10 +24,12 @@ COLUMNS = {
 }
 DOCUMENTS = ("reason", "warnings")
 OF_CAMPAIGNS = ("campaign", "case")
+OF_REMARKS = ("tag", "note")
+AT_ONCE = 2_000  # runs whose values are in memory together
 OTHER_CODE = "other_code"
 OWN_KEYS = (
     *(Key(name, "text") for name in ("id", "status", "source_hash", "wearlab_version")),
-    *(Key(name, "text") for name in (*DOCUMENTS, *OF_CAMPAIGNS)),
+    *(Key(name, "text") for name in (*DOCUMENTS, *OF_CAMPAIGNS, *OF_REMARKS)),
     *(Key("started", "date"), Key("seconds", unit="s", display_unit="s"), Key("bytes"), Key(OTHER_CODE)),
 )
 ALIASES = {
@@ -32,6 +37,19 @@ ALIASES = {
     **{"life_hours": "service_life", "hours_of_life": "service_life", "hours": "operating_hours"},
     **{"torque": "operation.torque", "speed": "operation.speed"},  # not those of a duty or a calibration
 }
+
+
+class Page(NamedTuple):
+    """Some of the runs that were found, and how many were.
+
+    Parameters
+    ----------
+    table : of some runs
+    count : of all that meet the condition
+    """
+
+    table: Table
+    count: int
 
 
 class CatalogueSearch:
@@ -58,7 +76,8 @@ class CatalogueSearch:
 
         if (declared := keys.declared_key(name) or keys.declared_scene_key(name)) is not None:
             return declared
-        if not any(name in member.position for member in self.catalogue.members()):
+        mark = f"%{json.dumps(name)}:%"
+        if not self.catalogue.read("SELECT 1 FROM members WHERE position LIKE ? LIMIT 1", [mark]):
             return None
         self.axes.add(name)
         return Key(name, "text")
@@ -77,6 +96,17 @@ class CatalogueSearch:
         ------
         QueryError : a name is unknown or a value does not fit; the message points at the place
         """
+        return self.page(where, columns, sort, limit).table
+
+    def page(
+        self,
+        where: str = "",
+        columns: Sequence[str] | None = None,
+        sort: str | None = None,
+        limit: int | None = None,
+        skip: int = 0,
+    ) -> Page:
+        """Return some of the runs that meet a condition, and how many do; as `table`, some skipped."""
         condition = read_condition(where, self.vocabulary) if where.strip() else None
         asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
         named = keys_of(condition)
@@ -85,53 +115,93 @@ class CatalogueSearch:
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
         shown = dict(first + asked)
-        named += [key for operand in (*shown.values(), by) for key in keys_of(operand)]
-        runs = self._values(dict.fromkeys(key.name for key in named))
-        found = [run for run in runs if condition is None or holds(condition, run)]
-        if by is not None:
-            found = _sorted(found, by, sort or "")
+        descending = bool(sort and sort.startswith("-"))
+        if condition is None and (by is None or self._is_of_tables(by)):
+            some, count = self._in_order(by, descending, limit, skip)
+        else:
+            found = self._found(condition, by, descending)
+            some, count = found[skip:] if limit is None else found[skip : skip + limit], len(found)
+        values = self._values([key for column in shown.values() for key in keys_of(column)], some)
         heads = tuple(_column(text, column) for text, column in shown.items())
-        return Table(
-            heads,
-            [
-                tuple(_cell(evaluate.value_of(column, run)) for column in shown.values())
-                for run in found[:limit]
-            ],
+        rows = [tuple(_cell(evaluate.value_of(column, run)) for column in shown.values()) for run in values]
+        return Page(Table(heads, rows), count)
+
+    def _is_of_tables(self, by: Any) -> bool:
+        return isinstance(by, Key) and (by.name in COLUMNS or by.name in self.numbers)
+
+    def _in_order(
+        self, by: Key | None, descending: bool, limit: int | None, skip: int
+    ) -> tuple[list[tuple[int, str]], int]:
+        """Return number and id of some of all runs, by a column of the tables, and how many there are."""
+        ((count,),) = self.catalogue.read("SELECT count(*) FROM runs")
+        fact = by is not None and by.name not in COLUMNS
+        value = "f.value" if fact else None if by is None else f"r.{COLUMNS[by.name]}"
+        order = f"{value} IS NULL, {value}{' DESC' if descending else ''}, r.number" if value else "r.number"
+        beside = (
+            f"LEFT JOIN facts AS f ON f.run = r.number AND f.key = {int(self.numbers[by.name])}"
+            if by and fact
+            else ""
         )
+        question = f"SELECT r.number, r.id FROM runs AS r {beside} ORDER BY {order} LIMIT ? OFFSET ?"
+        return self.catalogue.read(question, (-1 if limit is None else limit, skip)), count
 
-    def _values(self, names: Iterable[str]) -> list[dict[str, Any]]:
-        """Return the values of these names for every run, in the order in which they were begun."""
-        numbers = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
-        columns: list[tuple[str, Callable[[int, str], Any]]] = []
-        for name in names:
-            if name in COLUMNS:
-                columns.append((name, _by_number(self._rows(f"SELECT number, {COLUMNS[name]} FROM runs"))))
-            elif name in DOCUMENTS:
-                columns.append((name, _by_number(self._rows(f"SELECT number, {name} FROM documents"))))
-            elif name == OTHER_CODE:
-                columns.append((name, _by_number(self._other_code())))
-            elif name in OF_CAMPAIGNS or name in self.axes:
-                columns.append((name, _by_id(self._of_campaigns(name))))
-            elif name in self.numbers:
-                facts = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])}"
-                columns.append((name, _by_number(self._rows(facts))))
-        return [{name: value(number, run_id) for name, value in columns} for number, run_id in numbers]
+    def _found(self, condition: Any, by: Any, descending: bool) -> list[tuple[int, str]]:
+        """Return number and id of the runs that meet a condition, in order."""
+        runs = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
+        keys = list(dict.fromkeys([*keys_of(condition), *keys_of(by)]))
+        known, missing = [], []
+        for run, values in zip(runs, self._values(keys, runs), strict=True):
+            if condition is None or holds(condition, values):
+                rank = None if by is None else _rank(evaluate.value_of(by, values))
+                (missing if rank is None else known).append((rank, run))
+        known.sort(key=lambda pair: pair[0], reverse=descending)
+        return [run for _, run in chain(known, missing)]
 
-    def _rows(self, question: str) -> dict[int, Any]:
-        return dict(self.catalogue.read(question))
+    def _values(self, keys: Iterable[Key], runs: Sequence[tuple[int, str]]) -> Iterator[dict[str, Any]]:
+        """Yield the values of keys for each run, read for some thousand runs at once."""
+        names = dict.fromkeys(key.name for key in keys)
+        for some in database.batched(runs, AT_ONCE):
+            columns = [(name, values) for name in names if (values := self._column(name, some)) is not None]
+            for number, run_id in some:
+                yield {name: value(number, run_id) for name, value in columns}
 
-    def _other_code(self) -> dict[int, bool | None]:
+    def _column(self, name: str, runs: Sequence[tuple[int, str]]) -> Callable[[int, str], Any] | None:
+        """Return what gives the value of a name for each of some runs, None where no run has any."""
+        if name in COLUMNS:
+            return _by_number(self._rows(f"SELECT number, {COLUMNS[name]} FROM runs WHERE number", runs))
+        if name in DOCUMENTS:
+            return _by_number(self._rows(f"SELECT number, {name} FROM documents WHERE number", runs))
+        if name == OTHER_CODE:
+            return _by_number(self._other_code(runs))
+        if name in OF_CAMPAIGNS or name in self.axes:
+            return _by_id(self._of_campaigns(name, [run_id for _, run_id in runs]))
+        if name in OF_REMARKS:
+            return _by_id(remarks.texts_of(self.catalogue, [run_id for _, run_id in runs], name))
+        if name in self.numbers:
+            facts = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])} AND run"
+            return _by_number(self._rows(facts, runs))
+        return None
+
+    def _rows(self, question: str, runs: Sequence[tuple[int, str]]) -> dict[int, Any]:
+        """Return the answers to a question that ends in the number of the run, for some runs."""
+        numbers = [number for number, _ in runs]
+        low, high = min(numbers), max(numbers)
+        if high - low < 2 * len(numbers):
+            return dict(self.catalogue.read(f"{question} BETWEEN ? AND ?", (low, high)))
+        return dict(self.catalogue.read(f"{question} IN ({', '.join(map(str, numbers))})"))
+
+    def _other_code(self, runs: Sequence[tuple[int, str]]) -> dict[int, bool | None]:
         """Return whether runs were made by other code than the present, where that is known."""
         from wearlab.sources import present_hashes
 
         known = present_hashes()
-        rows = self._rows("SELECT number, source_hash FROM runs")
+        rows = self._rows("SELECT number, source_hash FROM runs WHERE number", runs)
         return {number: source not in known if source else None for number, source in rows.items()}
 
-    def _of_campaigns(self, name: str) -> dict[str, tuple[str, ...]]:
+    def _of_campaigns(self, name: str, ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
         """Return what campaigns say of each run: their titles, its labels, or its places on an axis."""
         told: dict[str, dict[str, None]] = {}
-        for member in self.catalogue.members():
+        for member in self.catalogue.members(ids):
             of = {"campaign": member.campaign, "case": member.label}
             value = of[name] if name in of else member.position.get(name)
             if value is not None:
@@ -172,14 +242,6 @@ def keys_of(tree: Any) -> list[Key]:
         case _:
             names = []
     return list(dict.fromkeys(names))
-
-
-def _sorted(runs: list[dict[str, Any]], by: Any, sort: str) -> list[dict[str, Any]]:
-    """Return runs in the order of a column; equal ones stay as they are."""
-    ranked = [(_rank(evaluate.value_of(by, run)), run) for run in runs]
-    known = [(rank, run) for rank, run in ranked if rank is not None]
-    known.sort(key=lambda pair: pair[0], reverse=sort.startswith("-"))
-    return [run for _, run in known] + [run for rank, run in ranked if rank is None]
 
 
 def _rank(value: Any) -> tuple[bool, Any, str] | None:

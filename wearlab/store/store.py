@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign.reading import Given
-    from wearlab.store import catalogue, table
+    from wearlab.store import catalogue, remarks, table
 
 
 LATEST = 20  # runs that a notebook shows
@@ -88,6 +88,41 @@ class Store(kept_runs.KeptRuns):
         from wearlab.store import features
 
         return features.features(self, where, variables)
+
+    def tag(self, run_id: str, *tags: str, remove: Sequence[str] = (), campaign: bool = False) -> None:
+        """Put tags on a run or a campaign, or take some off; ``query('tag = "…"')`` finds its runs.
+
+        Parameters
+        ----------
+        run_id : the run, as `run` takes it, or a condition that it alone meets; with ``campaign`` a title
+        tags : to be put on it
+        remove : to be taken off
+        campaign : whether a campaign is meant
+
+        Raises
+        ------
+        StoreError : no such run or campaign, no such text, or the store is only read from here
+        """
+        from wearlab.store import remark_files
+
+        subject, title = remark_files.meant(self, run_id, campaign)
+        for text in tags:
+            remark_files.add(self, subject, "tag", text, title)
+        for text in remove:
+            remark_files.add(self, subject, "untag", text, title)
+
+    def note(self, run_id: str, text: str, *, campaign: bool = False) -> None:
+        """Write a note on a run or a campaign, as `tag`; what is written stays."""
+        from wearlab.store import remark_files
+
+        subject, title = remark_files.meant(self, run_id, campaign)
+        remark_files.add(self, subject, "note", text, title)
+
+    def remarks(self, run_id: str, *, campaign: bool = False) -> "list[remarks.Remark]":
+        """Return tags and notes on a run or a campaign, the latest last, as `tag` takes it."""
+        from wearlab.store import remark_files, remarks
+
+        return remarks.remarks_on(self.catalogue, [remark_files.meant(self, run_id, campaign)[0]])
 
     def verify(self) -> list[errors.Problem]:
         """Return everything wrong with the run files, nothing when all is well."""

@@ -1,4 +1,4 @@
-"""Stores joined: runs, campaigns and updates of another one taken in; and runs removed that nothing needs."""
+"""Stores joined: runs, campaigns, updates and remarks taken in; and runs removed that nothing needs."""
 
 import hashlib
 import json
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
-from wearlab.store import audit, database, description, errors, files, lineage, outcome, updates
+from wearlab.store import audit, database, description, errors, files, lineage, outcome, remark_files, updates
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue
@@ -29,7 +29,7 @@ class Merged:
     repaired : are ours again: our files were damaged
     conflicting : are ours with other results; ours stay
     damaged : id → why it was left there
-    campaigns, updates : how many campaigns and updates came along
+    campaigns, updates, remarks : how many campaigns, updates, and lines of tags and notes came along
     """
 
     copied: list[str] = field(default_factory=list)
@@ -39,6 +39,7 @@ class Merged:
     damaged: dict[str, str] = field(default_factory=dict)
     campaigns: int = 0
     updates: int = 0
+    remarks: int = 0
 
 
 def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda run_id: None) -> Merged:
@@ -71,6 +72,8 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
     if other.address is None:
         made.updates = _updates(store, other, made)
         _plugins(store, other)
+    made.remarks, left = remark_files.adopt(store, other)
+    made.damaged |= left
     return made
 
 
@@ -163,6 +166,9 @@ def _campaigns(store: "Store", other: "Store") -> int:
     )
     store.catalogue.insert("campaigns", rows)
     store.catalogue.insert("members", members)
+    for key in keys:
+        if record := other.catalogue.record_of(key):
+            store.catalogue.keep_record(key, record)
     return len(rows)
 
 

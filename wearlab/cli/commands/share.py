@@ -101,6 +101,7 @@ def merge(
         output.say(
             f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
             f"{made.campaigns} campaigns and {made.updates} updates copied"
+            f"{f', {made.remarks} tags and notes' if made.remarks else ''}"
         )
         for run_id in made.repaired:
             output.say(f"repaired: run {run_id}: its file here was damaged")

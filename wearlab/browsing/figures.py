@@ -1,0 +1,223 @@
+"""Figures on pages: interactive ones, their words, files for print, thumbnails, and what follows a slider."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.embed import components
+from bokeh.layouts import column
+from bokeh.models import Button, Div, Row, Slider
+from markupsafe import Markup
+
+from wearlab.browsing import interactive, question, words
+from wearlab.figures import drawing
+from wearlab.figures.errors import FigureError
+from wearlab.figures.wording import cycles
+from wearlab.store.errors import StoreError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.figures.plot import Plot
+    from wearlab.figures.question import Question
+    from wearlab.store import Store
+
+FORMATS = ("png", "svg", "pdf", "csv")
+WIDE = {"sizing_mode": "stretch_width"}
+PROBLEMS = (FigureError, StoreError, OSError, ValueError, KeyError)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A figure on a page.
+
+    Parameters
+    ----------
+    title : above it
+    html : where it is drawn
+    script : what draws it
+    words : what it shows, in sentences
+    files : name and address of its files for print
+    problem : why there is none
+    open : whether its words are seen at once
+    """
+
+    title: str
+    html: str = ""
+    script: str = ""
+    words: tuple[str, ...] = ()
+    files: tuple[tuple[str, str], ...] = ()
+    problem: str = ""
+    open: bool = False
+
+
+def shown(
+    store: "Store", asked: "Question", grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
+) -> Shown:
+    """Return a figure for a page, or why there is none.
+
+    Parameters
+    ----------
+    store, asked, grid : the question, and the runs that it is asked of
+    files : of the same question for print
+    """
+    title = str(asked.table.get("title") or "")
+    try:
+        plot = question.seen(store, asked, grid)
+    except PROBLEMS as error:
+        return Shown(title or str(asked.table["kind"]), problem=str(error))
+    except Exception as error:  # a fault of ours in one figure stops no page
+        return Shown(title or str(asked.table["kind"]), problem=drawing.fault(asked.name, error))
+    return of_plot(plot, files)
+
+
+def of_plot(plot: "Plot", files: tuple[tuple[str, str], ...] = ()) -> Shown:
+    """Return a figure that is known as data for a page."""
+    script, div = components(column(*interactive.panels(plot), **WIDE), wrap_script=False)
+    return Shown(plot.title, Markup(div), script, tuple(words.summary(plot)), files)
+
+
+def printed(store: "Store", asked: "Question", grid: "xr.Dataset", ending: str) -> bytes:
+    """Return the file of a figure for print, which carries its question; or its numbers.
+
+    Raises
+    ------
+    FigureError : it cannot be drawn, or no such format
+    """
+    if ending == "csv":
+        return words.table(question.seen(store, asked, grid)).encode()
+    drawing.check_format(ending)
+    return drawing.answer(asked, grid, store, ending)[0]
+
+
+def thumbnail(store: "Store", key: str) -> bytes:
+    """Return a small picture of the first figure of a campaign that can be drawn.
+
+    Raises
+    ------
+    FigureError : none can
+    """
+    from wearlab.browsing.recorded import campaign_of
+    from wearlab.figures.plot import narrow
+    from wearlab.figures.render import lightened, rendered
+
+    source = campaign_of(store, key)
+    grid = store.open(source)  # type: ignore[arg-type]
+    asked = [
+        question.question_of_figure(source, number) for number in range(1, min(len(source.figures), 3) + 1)
+    ]
+    asked += [question.asked(source, kind, {}) for kind in question.possible(grid)[:3]]
+    for each in asked:
+        try:
+            plot = question.seen(store, each, grid)
+        except PROBLEMS:
+            continue
+        bare = replace(
+            narrow(plot), notes=(), title="", panels=narrow(plot).panels[:1], rows=1, legend=(), bar=None
+        )
+        return lightened(rendered(bare, {}))
+    raise FigureError("none of its figures can be drawn")
+
+
+@dataclass
+class Follower:
+    """Figures of one run that follow a slider over its wear states: unworn, chosen, last.
+
+    Parameters
+    ----------
+    store, run_id : the run
+    """
+
+    store: "Store"
+    run_id: str
+    grid: Any = None
+    asked: list["Question"] = field(default_factory=list)
+
+    def add_to(self, document: Document) -> None:
+        """Put slider, figures and their words into a document."""
+        source = question.recorded.together(self.store, [self.run_id])
+        self.grid = self.store.open(source)  # type: ignore[arg-type]
+        kinds = question.of_one_run(self.grid)
+        self.asked = [question.asked(source, kind, {}) for kind in kinds]
+        states = self.labels()
+        last = len(states) - 1
+        self.plots = [self.plot(asked, last) for asked in self.asked]
+        self.places = [column(*self._drawn(plot), **WIDE) for plot in self.plots]
+        self.said = Div(text=self.words(states, last), **WIDE)
+        self.drawn = [interactive.sources(plot) if not isinstance(plot, str) else None for plot in self.plots]
+        if last > 0:
+            slider = Slider(
+                start=0, end=last, step=1, value=last, title="Wear state", show_value=True, **WIDE,
+                html_attributes={"aria-label": f"Wear state, 0 to {last}"}, name="state",
+            )  # fmt: skip
+            before, after = (Button(label=text, name=text) for text in ("Less worn", "More worn"))
+            before.on_click(lambda: setattr(slider, "value", max(0, slider.value - 1)))
+            after.on_click(lambda: setattr(slider, "value", min(last, slider.value + 1)))
+            slider.on_change("value", lambda name, old, new: self.follow(states, int(new)))
+            document.add_root(column(slider, Row(before, after), self.said, *self.places, **WIDE))
+        else:
+            document.add_root(column(self.said, *self.places, **WIDE))
+
+    def labels(self) -> list[str]:
+        """Return what the wear states are called."""
+        if "cycle" not in self.grid.variables or "update" not in self.grid.dims:
+            return ["the only wear state"]
+        depth = self.grid.get("max_wear_depth")
+        told = []
+        for number, count in enumerate(np.atleast_1d(self.grid["cycle"].values)):
+            deep = (
+                ""
+                if depth is None
+                else f", {1e6 * float(np.nanmax(depth.isel(update=number).values)):.3g} µm worn"
+            )
+            told.append(f"{cycles(float(count)).text}{deep}")
+        return told
+
+    def plot(self, asked: "Question", state: int) -> "Plot | str":
+        """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
+        count = self.grid.sizes.get("update", 1)
+        chosen = list(dict.fromkeys((0, state, count - 1)))
+        try:
+            table = {**asked.table, "select": {"update": chosen}} if count > 1 else asked.table
+            return question.seen(self.store, replace(asked, table=table), self.grid)
+        except PROBLEMS as error:
+            return str(error)
+
+    def _drawn(self, plot: "Plot | str") -> list[Any]:
+        if isinstance(plot, str):
+            return [Div(text=escape(plot))]
+        return [Div(text=f"<h3>{escape(words.plain(plot.title))}</h3>", **WIDE), *interactive.panels(plot)]
+
+    def words(self, states: list[str], state: int) -> str:
+        """Return what is seen, for readers who do not see it."""
+        lines = [line for plot in self.plots if not isinstance(plot, str) for line in words.summary(plot)]
+        inside = "".join(f"<li>{escape(line)}</li>" for line in lines)
+        return (
+            f'<p role="status" aria-live="polite"><b>State {state} of {len(states) - 1}: '
+            f"{escape(states[state])}</b>, beside the first and the last.</p>"
+            f"<details><summary>In words</summary><ul>{inside}</ul></details>"
+        )
+
+    def follow(self, states: list[str], state: int) -> None:
+        """Show another wear state: new data in what is drawn, or a new drawing of another form."""
+        self.plots = [self.plot(asked, state) for asked in self.asked]
+        for number, plot in enumerate(self.plots):
+            self.places[number].children = self._drawn(plot)
+        self.said.text = self.words(states, state)
+
+
+def follow(store: "Store") -> Callable[[Document], None]:
+    """Return what fills a document of Bokeh with the figures of the run that its address names."""
+
+    def fill(document: Document) -> None:
+        arguments = document.session_context.request.arguments
+        run_id = (arguments.get("id") or [b""])[0].decode("utf-8", "replace")
+        try:
+            Follower(store, store.find(run_id).id).add_to(document)
+        except PROBLEMS as error:
+            document.add_root(Div(text=f'<p role="alert">{escape(str(error))}</p>', **WIDE))
+
+    return fill

@@ -1,0 +1,100 @@
+"""Who may ask: this machine under its own name, with the token of this window; anything else is refused."""
+
+import secrets
+from collections.abc import Mapping
+from typing import Any
+
+from bokeh.resources import Resources
+from bokeh.server.tornado import BokehTornado
+from bokeh.server.views.static_handler import StaticHandler
+from tornado.httputil import HTTPServerRequest
+from tornado.web import RequestHandler
+
+HOST = "127.0.0.1"
+SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
+"""Parts of Bokeh that pages load; not that which typesets formulas: texts of others could hold some."""
+STATIC = "/static/"
+SOCKET = "/figure/ws"
+"""Only a page that was given a signed session can open it."""
+WRONG = "The token of this window is missing or wrong: open the address that 'wearlab browse' printed."
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+def policy(nonce: str) -> str:
+    """Return what a page may load: from here alone; of scripts the library's, and those of this nonce."""
+    return (
+        f"default-src 'none'; script-src 'self' blob: 'nonce-{nonce}'; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; form-action 'self'; "
+        "base-uri 'none'"
+    )
+
+
+class Refusal(RequestHandler):
+    """Says no, and nothing else."""
+
+    def initialize(self, status: int, reason: str) -> None:
+        """Take up the answer."""
+        self.status, self.reason = status, reason
+
+    def prepare(self) -> None:
+        """Answer."""
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.set_status(self.status)
+        self.finish(self.reason + "\n")
+
+
+class Gate(BokehTornado):
+    """The application: Bokeh's for figures, ours for pages, behind one check.
+
+    Parameters
+    ----------
+    token : that every address bears
+    more : as of `BokehTornado`
+    """
+
+    def __init__(self, token: str, more: Mapping[str, Any]) -> None:
+        self.token = token
+        self.hosts: frozenset[str] = frozenset()
+        super().__init__(
+            **more, sign_sessions=True, secret_key=secrets.token_bytes(32), use_index=False,
+            redirect_root=False, include_headers=[], include_cookies=[],
+            log_function=lambda handler: None,
+        )  # fmt: skip
+
+    def opened(self, port: int) -> None:
+        """Know the port, and so the names under which this window may be asked."""
+        self.hosts = frozenset(f"{name}:{port}" for name in (HOST, "localhost"))
+        self._websocket_origins = set(self.hosts)
+
+    def resources(self, absolute_url: str | bool | None = None) -> Resources:
+        """Return where Bokeh's scripts come from: here, whatever the environment says."""
+        return Resources(
+            mode="server", root_url="/", path_versioner=StaticHandler.append_version, components=SCRIPTS
+        )
+
+    def find_handler(self, request: HTTPServerRequest, **more: Any) -> Any:
+        """Return who answers a request, a refusal where it may not be asked."""
+        if problem := self.refused(request):
+            status, reason = problem
+            return self.get_handler_delegate(request, Refusal, {"status": status, "reason": reason})
+        return super().find_handler(request, **more)
+
+    def refused(self, request: HTTPServerRequest) -> tuple[int, str] | None:
+        """Return status and reason of a refusal, None where a request is in order."""
+        if request.host.lower() not in self.hosts:
+            return 403, "This window answers under its own address only."
+        if request.method not in ("GET", "HEAD", "POST"):
+            return 405, "This window is looked at."
+        if request.path.startswith(STATIC) or request.path == SOCKET:
+            return None
+        given = [value.decode("utf-8", "replace") for value in request.query_arguments.get("token", [])]
+        if len(given) != 1 or not secrets.compare_digest(given[0].encode(), self.token.encode()):
+            return 403, WRONG
+        return None

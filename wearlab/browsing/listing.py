@@ -1,0 +1,181 @@
+"""Tables of runs, page by page: columns, order and condition as on the command line, and their words."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from wearlab.query import Key, QueryError
+from wearlab.report.run import value_text
+from wearlab.schema import VARIABLES
+from wearlab.sources import SHORT_ID
+from wearlab.store.grid import words_of_key
+from wearlab.store.search import CatalogueSearch, Page
+from wearlab.units import KINDS
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+
+ROWS = 50  # of a page
+USUAL = (
+    *("case", "operation.torque", "operation.speed", "life", "service_life", "max_wear_depth", "verdict"),
+    *("tag", "campaign", "started"),
+)
+SIGNS = (
+    *(
+        (">=", "at least"),
+        ("<=", "at most"),
+        ("=", "is"),
+        ("!=", "is not"),
+        (">", "more than"),
+        ("<", "less than"),
+    ),
+    ("contains", "contains"),
+)
+TEXTS = {
+    **{"id": "identity of the run", "status": "state of the run", "campaign": "title of its campaign"},
+    **{"case": "label of its case", "tag": "a tag on it, or on its campaign", "note": "a note on it"},
+    **{"started": "when it was computed", "seconds": "how long that took", "bytes": "size of its file"},
+    "other_code": "whether other code than the present made it",
+}
+MOST_WORDS = 400
+
+
+class Word(NamedTuple):
+    """Something that can be asked for: its name, what it is, and a value of it."""
+
+    name: str
+    meaning: str
+    example: str
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A page of a table of runs.
+
+    Parameters
+    ----------
+    where, columns, sort, number : the condition, what is shown, by what it is sorted, and the page, from 1
+    heads : column and its heading with unit
+    rows : of each run its id, and its cells as texts
+    count : of all runs that meet the condition
+    words : what can be asked for
+    problem : why there are none, "" where nothing is wrong
+    """
+
+    where: str
+    columns: tuple[str, ...]
+    sort: str
+    number: int
+    heads: tuple[tuple[str, str], ...] = ()
+    rows: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    count: int = 0
+    words: tuple[Word, ...] = ()
+    problem: str = ""
+
+    @property
+    def pages(self) -> int:
+        """How many pages there are."""
+        return max(1, -(-self.count // ROWS))
+
+    @property
+    def reach(self) -> str:
+        """Which rows these are, in words."""
+        if not self.rows:
+            return "no run"
+        first = (self.number - 1) * ROWS
+        return f"runs {first + 1:,} to {first + len(self.rows):,} of {self.count:,}"
+
+
+def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
+    """Return the page of runs that the arguments of an address ask for.
+
+    Parameters
+    ----------
+    store : asked for one page of its runs
+    arguments : where, columns (joined by commas), sort, page; add: a column; word, sign, value: a condition
+    """
+    search = CatalogueSearch(store.catalogue)
+    known = search.vocabulary
+    words = _words(known.keys.values(), known.ends)
+    where = _with(arguments, search)
+    given = tuple(filter(None, (name.strip() for name in arguments.get("columns", "").split(","))))
+    columns = given or tuple(name for name in USUAL if name in known.keys)
+    if (more := arguments.get("add", "").strip()) and more not in columns:
+        columns = (*columns, more)
+    sort, number = arguments.get("sort", ""), _page(arguments.get("page", ""))
+    asked = Listed(where, columns, sort, number, words=words)
+    try:
+        page = search.page(where, columns, sort or None, ROWS, (number - 1) * ROWS)
+    except QueryError as error:
+        return _replaced(asked, problem=str(error), columns=tuple(c for c in columns if c in known.keys))
+    heads, rows = rows_of(store, page)
+    return _replaced(asked, heads=heads, rows=rows, count=page.count)
+
+
+def _replaced(asked: Listed, **told: Any) -> Listed:
+    return Listed(**{**vars(asked), **told})
+
+
+def rows_of(store: "Store", page: Page) -> tuple[Any, Any]:
+    """Return headings and rows of some runs: the id apart, and states as their processes have them."""
+    heads, rows = page.table.displayed()
+    names = [column.name for column in page.table.columns]
+    states = {head.id: store.state_of(head) for head in store.heads(row[0] for row in rows).values()}
+    at = names.index("status")
+    told = tuple(
+        (row[0], tuple(states.get(row[0], "") if i == at else value_text(v) for i, v in enumerate(row) if i))
+        for row in rows
+    )
+    return tuple((name, _heading(head)) for name, head in zip(names, heads, strict=True))[1:], told
+
+
+def _heading(head: str) -> str:
+    """Return a heading as people read it: the last words of a key, and its unit."""
+    name, bracket, unit = head.partition(" [")
+    words = words_of_key(name) if "." in name and "(" not in name else name.replace("_", " ")
+    return f"{words}{bracket}{unit.replace('*', '·').replace('um', 'µm')}"
+
+
+def _page(text: str) -> int:
+    return max(1, int(text)) if text.isascii() and text.isdigit() and len(text) < 9 else 1
+
+
+def _with(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
+    """Return the condition, with what was added by choosing a word, a sign and a value."""
+    where = arguments.get("where", "").strip()
+    word, value = arguments.get("word", "").strip(), arguments.get("value", "").strip()
+    if not (word and value):
+        return where
+    sign = arguments.get("sign", "=")
+    sign = sign if sign in dict(SIGNS) else "="
+    key = search.vocabulary.keys.get(search.vocabulary.aliases.get(word, word))
+    if key is not None and key.kind == "text" and value[:1] not in "'\"":
+        value = f"'{value}'" if "'" not in value else f'"{value}"'
+    return f"{where} and {word} {sign} {value}" if where else f"{word} {sign} {value}"
+
+
+def _words(keys: Any, ends: Mapping[str, Sequence[str]]) -> tuple[Word, ...]:
+    """Return what can be asked for, results before the values of scenes."""
+    told = [_word(key, ends) for key in keys if not key.name.endswith("()") and not _is_numbered(key.name)]
+    told.sort(key=lambda word: (word.name.count("."), word.name))
+    return tuple(told[:MOST_WORDS])
+
+
+def _is_numbered(name: str) -> bool:
+    return any(word.isdigit() for word in name.split("."))
+
+
+def _word(key: Key, ends: Mapping[str, Sequence[str]]) -> Word:
+    meaning = TEXTS.get(key.name) or (VARIABLES[key.name].long_name if key.name in VARIABLES else "")
+    if key.quantity:
+        example = KINDS[key.quantity].example
+    elif key.unit in ("", "1", "cycles"):
+        example = "word" if key.kind == "text" else "2026-11-01" if key.kind == "date" else "1"
+    else:
+        example = f"1 {key.display_unit or key.unit}"
+    return Word(key.name, meaning or ("of the scene" if key.is_path else ""), example)
+
+
+def short(run_id: str) -> str:
+    """Return the beginning of an id, by which people know a run."""
+    return run_id[:SHORT_ID]

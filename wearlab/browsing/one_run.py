@@ -1,0 +1,176 @@
+"""What a page tells of one run: its worth in words, then numbers, scene, origin and citation."""
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from wearlab.browsing.recorded import differing_keys, in_words, labels_of
+from wearlab.figures.doubt import FIRM, LOST, TRUSTED
+from wearlab.query.keys import flat
+from wearlab.report import run as told
+from wearlab.report.page import model_errors, remarks
+from wearlab.store import outcome, publish
+from wearlab.store import remarks as said
+from wearlab.store.errors import StoreError
+from wearlab.store.lineage import name_of
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Entry
+
+MOST_KEYS = 200  # of a comparison
+SUMMED = (
+    *(
+        "verdict",
+        "life",
+        "service_life",
+        "max_wear_depth",
+        "contact_ratio",
+        "dynamic_factor",
+        "equivalent_load",
+    ),
+    *("mesh_force_max", "stiffness_mean", "lambda_ratio", "contact_pressure", "run_time_total"),
+)
+
+
+class Change(NamedTuple):
+    """A key of the scene: what the base of the campaign has, and what this run has."""
+
+    key: str
+    base: str
+    own: str
+
+
+def content(store: "Store", entry: "Entry") -> dict[str, Any]:
+    """Return what there is to tell of a run, by the names in the page; words come before numbers.
+
+    Parameters
+    ----------
+    store : where it is
+    entry : the run as the catalogue has it
+    """
+    alone = {entry.id: entry}
+    layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
+    stored = layouts[entry.layout]["variables"] if entry.layout else {}
+    scene = json.loads(entry.scene or "{}")
+    facts = told.facts(store, entry)
+    facts.pop("result"), facts.pop("verdict"), facts.pop("tags"), facts.pop("notes")
+    lists = {name: value if isinstance(value, list) else [value] for name, value in facts.items()}
+    return {
+        "id": entry.id,
+        "title": name_of(store, entry.id) or f"Run {entry.id[:10]}",
+        "state": store.state_of(entry),
+        "verdict": verdict(store, entry),
+        "doubts": doubts(entry),
+        "remarks": [line for line, _ in remarks(alone)],
+        "model_errors": [line for line, _ in model_errors(alone)],
+        "reason": (entry.reason or "").strip(),
+        "headlines": [
+            (h.text, "" if h.error is None else f"± {100 * h.error:.2g} %")
+            for h in outcome.headlines(entry.summary)
+        ],
+        "results": told.results(stored, entry),
+        "changes": list(changes(store, entry)),
+        "scene": [(path, told.in_file_units(path, value)) for path, value in sorted(told.flat(scene))],
+        "facts": {name: values for name, values in lists.items() if any(v not in (None, "") for v in values)},
+        "citation": citation(store, entry),
+        "remarked": said.remarks_on(store.catalogue, [entry.id]),
+        "stored": told.groups(stored),
+    }
+
+
+def verdict(store: "Store", entry: "Entry") -> str:
+    """Return in a sentence what became of a run."""
+    state = store.state_of(entry)
+    if state != "done":
+        reason = outcome.last_line(entry.reason)
+        return {
+            "failed": f"It failed: {reason}",
+            "refused": f"It was refused: {reason}",
+            "running": "It is being computed.",
+            "interrupted": "The process that computed it is no more; its campaign, run again, continues it.",
+            "lost": "Its file has gone or changed its length: 'wearlab verify' tells more.",
+        }.get(state, f"It is {state}.")
+    words = str(entry.summary.get("verdict") or "completed")
+    end = outcome.unasked_end(entry.summary)
+    sentence = (
+        "It ran to the end that was asked for." if words == "completed" and not end else f"It ended: {words}."
+    )
+    return f"{sentence} {end[:1].upper()}{end[1:]}.".replace(" .", "") if end else sentence
+
+
+def doubts(entry: "Entry") -> list[str]:
+    """Return what a run says against itself, in words."""
+    summary = entry.summary
+    found = [word for word in (str(summary.get("verdict") or ""),) if word not in FIRM]
+    quality = str(summary.get("estimate_quality") or "")
+    found += [quality] if quality not in ("", TRUSTED) else []
+    share = summary.get("separation_fraction")
+    lost = [line for line in str(summary.get("validity") or "").split("\n") if line.startswith(LOST)]
+    if not lost and isinstance(share, int | float) and share > 0.0:
+        lost = [f"{LOST} for {100 * share:.2g} % of the time"]
+    return [*found, *lost, *(f"warning: {text}" for text in entry.warnings)]
+
+
+def changes(store: "Store", entry: "Entry") -> Iterator[Change]:
+    """Yield how a run's scene differs from the first case of the campaign recorded last that has it."""
+    member = next(iter(store.catalogue.members([entry.id])), None)
+    if member is None:
+        return
+    rows = store.catalogue.read(
+        "SELECT run FROM members WHERE campaign = (SELECT m.campaign FROM members AS m JOIN campaigns AS c "
+        "ON c.key = m.campaign WHERE m.run = ? ORDER BY c.recorded DESC LIMIT 1) ORDER BY number LIMIT 1",
+        [entry.id],
+    )
+    base = next(iter(store.entries(row[0] for row in rows).values()), None)
+    if base is None or base.id == entry.id:
+        return
+    first, own = (dict(flat(json.loads(each.scene or "{}"))) for each in (base, entry))
+    for key in differing_keys([first, own]):
+        yield Change(key, in_words(key, first.get(key)), in_words(key, own.get(key)))
+
+
+def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
+    """Return how to cite a run, in a sentence and as BibTeX; why not where that cannot be told."""
+    if entry.state != "done":
+        return "", ""
+    try:
+        facts = publish.facts_of(store, entry.id)
+    except StoreError as error:
+        return str(error), ""
+    return publish.citation(facts), publish.bibtex(facts)
+
+
+def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
+    """Return what differs between runs, and what they came to: a row a key, a column a run."""
+    entries = store.entries(ids)
+    scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries.values()]
+    keys = differing_keys(scenes)[:MOST_KEYS]
+    asked = [(key, [in_words(key, scene.get(key)) for scene in scenes]) for key in keys]
+    layouts = store.catalogue.layouts(entry.layout for entry in entries.values() if entry.layout)
+    came = []
+    for name in SUMMED:
+        cells = [_result(name, entry, layouts) for entry in entries.values()]
+        if any(cells):
+            came.append((name.replace("_", " "), cells))
+    labels = labels_of(store, list(entries.values()), scenes, keys)
+    names = [
+        (entry.id, label, verdict(store, entry), doubts(entry))
+        for entry, label in zip(entries.values(), labels, strict=True)
+    ]
+    return {"runs": names, "asked": asked, "came": came}
+
+
+def _result(name: str, entry: "Entry", layouts: Any) -> str:
+    value = entry.summary.get(name)
+    if value is None:
+        return ""
+    variable = layouts.get(entry.layout, {"variables": {}})["variables"].get(name)
+    text, unit = told.as_shown(value, variable["attrs"] if variable else {})
+    error = entry.summary.get(f"error_estimate_{name}")
+    beside = (
+        f" ± {100 * error / value:.2g} %"
+        if isinstance(error, int | float) and value and name == "life"
+        else ""
+    )
+    return f"{text} {unit.replace('*', '·').replace('um', 'µm')}".strip() + beside

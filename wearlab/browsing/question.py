@@ -1,0 +1,185 @@
+"""What a figure of a window asks, read from an address: one question for screen and print."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlencode
+
+from wearlab.browsing import recorded
+from wearlab.campaign.campaign import RecordedCampaign
+from wearlab.figures import drawing, kinds
+from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import KINDS, Kind
+from wearlab.figures.question import KEYS, Question
+from wearlab.schema import VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.figures.plot import Plot
+    from wearlab.store import Store
+
+ROLES = ("x", "hue", "rows", "cols")
+MOST_RUNS = 200
+AT = {"first": {"update": 0}, "last": {"update": -1}, "all": {}}
+OF_RUN = ("wear-profile", "tvms", "ste", "mesh-force", "orders")
+"""Kinds that tell of one run at its wear states, before those of a flank with a width."""
+OF_CAMPAIGN = ("wear-profile", "max-wear", "tvms", "mesh-force", "scatter", "cases")
+"""Kinds that a campaign without figures of its own is shown by, the first that can be drawn."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A figure as an address asks for it.
+
+    Parameters
+    ----------
+    runs : ids of the runs that were marked
+    campaign : key of a campaign, "" where runs were marked
+    kind : of figure, "" for the first that can be drawn
+    options : as of ``[[figure]]``
+    """
+
+    runs: tuple[str, ...] = ()
+    campaign: str = ""
+    kind: str = ""
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def address(self) -> str:
+        """What comes behind the question mark of the address."""
+        pairs = [("run", run) for run in self.runs] + [("campaign", self.campaign), ("kind", self.kind)]
+        options = dict(self.options)
+        pairs += [("select", f"{dim}={label}") for dim, label in (options.pop("select", None) or {}).items()]
+        return urlencode([*(pair for pair in pairs if pair[1]), *options.items()])
+
+
+def wanted(arguments: Mapping[str, Sequence[str]]) -> Wanted:
+    """Return what the arguments of an address ask for.
+
+    Raises
+    ------
+    FigureError : too many runs
+    """
+    runs = tuple(dict.fromkeys(run for run in arguments.get("run", ()) if run))
+    if len(runs) > MOST_RUNS:
+        raise FigureError(f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows")
+    first = {name: values[0] for name, values in arguments.items() if values and values[0]}
+    select: dict[str, Any] = {}
+    for pair in arguments.get("select", ()):
+        dim, sign, label = pair.partition("=")
+        if sign and dim:
+            select[dim] = _label(label)
+    select |= AT.get(first.get("state", ""), {})
+    options: dict[str, Any] = {name: first[name] for name in ROLES if name in first}
+    if "y" in first:
+        options["y"] = first["y"]
+    if first.get("y_as") in ("logarithm", "difference"):
+        options["y_as"] = first["y_as"]
+    if select:
+        options["select"] = select
+    return Wanted(runs, first.get("campaign", ""), first.get("kind", ""), options)
+
+
+def _label(text: str) -> Any:
+    """Return a place along a dimension: a whole number where it is one, as files write it."""
+    try:
+        return int(text)
+    except ValueError:
+        return text
+
+
+def source_of(store: "Store", of: Wanted) -> RecordedCampaign:
+    """Return the campaign that an address names, or its marked runs as one.
+
+    Raises
+    ------
+    StoreError : no such run or campaign
+    """
+    return recorded.campaign_of(store, of.campaign) if of.campaign else recorded.together(store, of.runs)
+
+
+def question_of(store: "Store", of: Wanted) -> tuple[Question, "xr.Dataset"]:
+    """Return the question, and the runs it is asked of as one grid.
+
+    Raises
+    ------
+    FigureError : no such kind or option
+    StoreError : no such run or campaign
+    """
+    source = source_of(store, of)
+    grid = store.open(source)  # type: ignore[arg-type]
+    kind = of.kind or next(iter(possible(grid)), "line")
+    return asked(source, kind, of.options), grid
+
+
+def asked(source: RecordedCampaign, kind: str, options: Mapping[str, Any]) -> Question:
+    """Return what a kind of figure asks of a campaign, with options as of ``[[figure]]``.
+
+    Raises
+    ------
+    FigureError : no such kind or option
+    """
+    spec = drawing.specified({"kind": kind, **options})
+    given = {key: getattr(spec, key, None) for key in KEYS}
+    table = {
+        key: list(v) if isinstance(v, tuple) else v for key, v in given.items() if v not in (None, {}, (), "")
+    }
+    return Question(1, table, None, source)  # type: ignore[arg-type]
+
+
+def question_of_figure(source: RecordedCampaign, number: int) -> Question:
+    """Return what a figure of a campaign, counted from 1, asks."""
+    spec = source.figures[number - 1]
+    return Question(number, {k: v for k, v in vars(spec).items() if k in KEYS}, None, source)  # type: ignore[arg-type]
+
+
+def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> "Plot":
+    """Return the figure as data.
+
+    Raises
+    ------
+    FigureError : it cannot be drawn
+    """
+    return drawing.seen(asked, grid, store)[0]
+
+
+def possible(grid: "xr.Dataset", first: Sequence[str] = OF_CAMPAIGN) -> list[str]:
+    """Return the kinds of figures that runs have the variables for, the most telling first."""
+    able = [name for name, kind in KINDS.items() if kind.of == "runs" and name != "line" and _has(grid, kind)]
+    preferred = [name for name in first if name in able]
+    return [*preferred, *(name for name in able if name not in preferred), "line"]
+
+
+def _has(grid: "xr.Dataset", kind: Kind) -> bool:
+    return all(need in grid.variables for need in kind.needs)
+
+
+def of_one_run(grid: "xr.Dataset") -> list[str]:
+    """Return the kinds of figures that are shown of one run over its wear states."""
+    able = possible(grid)
+    faces = [name for name, kind in kinds.KINDS.items() if "face" in "|".join(kind.dims).split("|")]
+    return [name for name in (*OF_RUN, *faces) if name in able]
+
+
+def numbers(grid: "xr.Dataset") -> list[tuple[str, str]]:
+    """Return name and meaning of results that a sweep can be drawn of: a number a state, or a run."""
+    inner = {"update", "flank", "mesh", "member"}
+    dims = {str(dim) for dim in grid.run_id.dims}
+    found = [
+        str(name)
+        for name, values in grid.variables.items()
+        if name in VARIABLES and values.dtype.kind in "fiu" and set(map(str, values.dims)) <= dims | inner
+        and not str(name).startswith(("count_", "run_time_", "residual_", "error_estimate_"))
+    ]  # fmt: skip
+    place = {name: number for number, name in enumerate(VARIABLES)}
+    first = ("life", "service_life", "max_wear_depth", "dynamic_factor")
+    ordered = sorted(found, key=lambda name: (name not in first, place[name]))
+    return [(name, VARIABLES[name].long_name) for name in ordered]
+
+
+def beside_axes(grid: "xr.Dataset") -> list[str]:
+    """Return the keys that advance along an axis of a grid, over which a sweep can be drawn as well."""
+    from wearlab.figures.runs import along_axes
+
+    return [name for name in along_axes(grid) if name not in grid.run_id.dims]

@@ -1,0 +1,257 @@
+"""Campaigns as a store knows them, without their files: how far they are, their cases and axes."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from wearlab.campaign.axes import Axis
+from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
+from wearlab.figures.doubt import FIRM, TRUSTED
+from wearlab.query.keys import flat, scene_key
+from wearlab.schema import DIMENSIONS, VARIABLES
+from wearlab.store.errors import StoreError
+from wearlab.store.grid import words_of_key
+from wearlab.store.lineage import name_of
+from wearlab.units import convert, split
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Entry
+
+MOST_WORDS = 3  # keys that tell runs apart by words
+BASE = "base"
+ORDER = ("done", "running", "interrupted", "failed", "refused", "missing", "doubtful")
+
+
+@dataclass(frozen=True)
+class Told:
+    """A campaign in a list.
+
+    Parameters
+    ----------
+    key, title, reference, path : as the catalogue has it; of several versions of a file, the latest
+    cases : how many
+    counts : runs by state, and how many of those that are done are doubtful
+    changed : when it was recorded, or its latest run was begun
+    """
+
+    key: str
+    title: str
+    reference: str
+    path: str
+    cases: int
+    counts: Mapping[str, int]
+    changed: str
+
+    @property
+    def states(self) -> list[tuple[str, int]]:
+        """States with their numbers, those that there are."""
+        return [(state, self.counts[state]) for state in ORDER if self.counts.get(state)]
+
+
+def campaigns(store: "Store", limit: int = -1, skip: int = 0) -> tuple[list[Told], int]:
+    """Return campaigns of a store, the one recorded last first, and how many there are.
+
+    Parameters
+    ----------
+    store : asked by one question for all, so that many runs cost little
+    limit, skip : so many, after the first ones
+    """
+    rows = store.catalogue.read(
+        "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY recorded DESC"
+    )
+    latest: dict[tuple[str, str], tuple[Any, ...]] = {}
+    for row in rows:
+        latest.setdefault((str(row[1]), str(row[3] or "")), row)
+    shown = list(latest.values())[skip:] if limit < 0 else list(latest.values())[skip : skip + limit]
+    counts = _counts(store, [row[0] for row in shown])
+    told = []
+    for key, title, reference, path, recorded in shown:
+        own = counts.get(key, {})
+        changed = max(str(recorded or ""), own.pop("changed", ""))
+        cases = own.pop("cases", 0)
+        told.append(Told(key, str(title or ""), str(reference or ""), str(path or ""), cases, own, changed))
+    return told, len(latest)
+
+
+def _counts(store: "Store", keys: Sequence[str]) -> dict[str, dict[str, Any]]:
+    alive = {
+        owner: store.is_alive(str(owner or ""))
+        for (owner,) in store.catalogue.read("SELECT DISTINCT owner FROM runs WHERE state = 'running'")
+    }
+    question = (
+        "SELECT m.campaign, r.state, CASE WHEN r.state = 'running' THEN r.owner END, count(DISTINCT m.run), "
+        "count(*), max(r.started) FROM members AS m LEFT JOIN runs AS r ON r.id = m.run "
+        f"WHERE m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1, 2, 3"
+    )
+    counts: dict[str, dict[str, Any]] = {}
+    for key, state, owner, runs, cases, started in store.catalogue.read(question, keys):
+        own = counts.setdefault(key, {"cases": 0, "changed": ""})
+        named = "missing" if state is None else state
+        if state == "running" and not alive.get(owner):
+            named = "interrupted"
+        own[named] = own.get(named, 0) + runs
+        own["cases"] += cases
+        own["changed"] = max(own["changed"], str(started or ""))
+    for key, doubtful in _doubtful(store, keys):
+        counts[key]["doubtful"] = doubtful
+    return counts
+
+
+def _doubtful(store: "Store", keys: Sequence[str]) -> list[tuple[Any, ...]]:
+    """Return how many runs of each campaign speak against themselves, as figures mark them."""
+    firm, trusted = (", ".join(f"'{word}'" for word in words) for words in (FIRM, ("", TRUSTED)))
+    question = (
+        "SELECT m.campaign, count(DISTINCT m.run) FROM keys AS k JOIN facts AS f ON f.key = k.number "
+        "JOIN runs AS r ON r.number = f.run JOIN members AS m ON m.run = r.id "
+        f"WHERE ((k.name = 'verdict' AND f.value NOT IN ({firm})) "
+        f"OR (k.name = 'estimate_quality' AND f.value NOT IN ({trusted})) "
+        "OR (k.name = 'separation_fraction' AND f.value > 0)) "
+        f"AND m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1"
+    )
+    return store.catalogue.read(question, keys)
+
+
+def campaign_of(store: "Store", key: str) -> RecordedCampaign:
+    """Return a campaign of a store, with its axes and figures, as far as they were recorded.
+
+    Raises
+    ------
+    StoreError : there is none, or it cannot be understood
+    """
+    rows = store.catalogue.read("SELECT title, reference FROM campaigns WHERE key = ?", [key])
+    if not rows:
+        raise StoreError(f"campaign {key[:40]!r} is not in this store")
+    title, reference = (str(text or "") for text in rows[0])
+    record = store.catalogue.record_of(key)
+    try:
+        if record:
+            figures = tuple(map(_figure, record.get("figures") or ()))
+            return replace(from_record(record), title=title, reference=reference, figures=figures)
+        members = store.catalogue.read(
+            "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number", [key]
+        )
+        cases = [
+            (str(run), str(label), dict(json.loads(position or "{}"))) for run, label, position in members
+        ]
+    except (ValueError, TypeError, AttributeError) as error:
+        raise StoreError(f"{title}: what the catalogue says of it cannot be understood ({error})") from error
+    return _from_places(store, title, reference, cases)
+
+
+def _figure(table: Any) -> SimpleNamespace:
+    if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
+        raise ValueError("a figure without a kind")
+    return SimpleNamespace(**{str(key): value for key, value in table.items()})
+
+
+def _from_places(
+    store: "Store", title: str, reference: str, cases: Sequence[tuple[str, str, dict[str, Any]]]
+) -> RecordedCampaign:
+    """Return a campaign of which only the places of its cases in words are known: one of an older store."""
+    names = dict.fromkeys(name for _, _, position in cases for name in position)
+    texts = {name: list(dict.fromkeys(str(p[name]) for _, _, p in cases if name in p)) for name in names}
+    some = next((entry for entry in store.entries(run for run, _, _ in cases[:1]).values()), None)
+    scene = dict(flat(json.loads(some.scene or "{}"))) if some else {}
+    axes = tuple(_axis(name, own, scene) for name, own in texts.items())
+    recorded = tuple(
+        RecordedCase(label, run, {name: texts[name].index(str(text)) for name, text in position.items()})
+        for run, label, position in cases
+    )
+    return RecordedCampaign(title, reference, recorded, axes)
+
+
+def _axis(name: str, texts: Sequence[str], scene: Mapping[str, Any]) -> Axis:
+    keys = [key for key in scene if key == name or key.endswith(f".{name}")]
+    key = keys[0] if len(keys) == 1 else name
+    try:
+        parts = [split(text) for text in texts]
+        (unit,) = {unit for _, unit in parts}
+        return Axis(name, tuple(float(number) for number, _ in parts), unit or None, key)
+    except ValueError:
+        return Axis(name, tuple(texts), None, key)
+
+
+def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
+    """Return any runs as one campaign: an axis where one number tells them apart, else a case each.
+
+    Raises
+    ------
+    StoreError : one of them is not in the store
+    """
+    wanted = list(dict.fromkeys(ids))
+    entries = store.entries(wanted)
+    if absent := [run for run in wanted if run not in entries]:
+        raise StoreError(f"run {absent[0][:40]!r}: no such run")
+    if len(wanted) == 1:
+        return RecordedCampaign(
+            name_of(store, wanted[0]) or "One run", None, (RecordedCase(BASE, wanted[0], {}),)
+        )
+    scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries.values()]
+    differing = differing_keys(scenes)
+    title = f"{len(wanted)} runs"
+    if len(differing) == 1 and (axis := _numbers(differing[0], scenes)) is not None:
+        cases = tuple(
+            RecordedCase(BASE, run, {axis[0].name: place}) for run, place in zip(wanted, axis[1], strict=True)
+        )
+        return RecordedCampaign(title, None, cases, (axis[0],))
+    labels = labels_of(store, list(entries.values()), scenes, differing)
+    return RecordedCampaign(
+        title, None, tuple(RecordedCase(label, run, {}) for label, run in zip(labels, wanted, strict=True))
+    )
+
+
+def differing_keys(scenes: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the keys that not all scenes have the same value of, in the order of the first scene."""
+    keys = dict.fromkeys(key for scene in scenes for key in scene)
+    return [key for key in keys if len({repr(scene.get(key)) for scene in scenes}) > 1]
+
+
+def _numbers(key: str, scenes: Sequence[Mapping[str, Any]]) -> tuple[Axis, list[int]] | None:
+    """Return an axis of the numbers of a key, and the place of each scene on it."""
+    values = [scene.get(key) for scene in scenes]
+    name = key.rpartition(".")[2]
+    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        return None
+    if name in VARIABLES or name in {dimension.name for dimension in DIMENSIONS} or not name.isidentifier():
+        return None
+    unit, shown = _units(key)
+    numbers = [_short(v, unit, shown) for v in values]
+    ordered = sorted(set(numbers))
+    if len(ordered) < len(numbers):
+        return None
+    return Axis(name, tuple(ordered), shown or None, key), [ordered.index(number) for number in numbers]
+
+
+def _units(key: str) -> tuple[str, str]:
+    known = scene_key(key, False)
+    return known.unit, known.display_unit or known.unit
+
+
+def _short(value: Any, unit: str, shown: str) -> float:
+    return float(f"{convert(float(value), unit, shown) if shown and shown != unit else value:.9g}")
+
+
+def labels_of(
+    store: "Store", entries: "Sequence[Entry]", scenes: Sequence[Mapping[str, Any]], keys: Sequence[str]
+) -> list[str]:
+    """Return what tells runs apart in words, each once."""
+    labels: list[str] = []
+    for entry, scene in zip(entries, scenes, strict=True):
+        told = [f"{words_of_key(key)} {in_words(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
+        few = bool(told) and len(keys) <= MOST_WORDS
+        label = ", ".join(told) if few else name_of(store, entry.id) or entry.id[:10]
+        labels.append(label if label not in labels else f"{label} ({entry.id[:10]})")
+    return labels
+
+
+def in_words(key: str, value: Any) -> str:
+    """Return a value of a scene as files write it, "none" where there is none."""
+    if value is None:
+        return "none"
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    unit, shown = _units(key)
+    return f"{_short(value, unit, shown):.6g} {shown}".strip().replace("*", "·")

@@ -1,0 +1,148 @@
+"""What there is to tell of one run: where it stands, what came out, and its scene as files write it."""
+
+import re
+from collections.abc import Mapping
+from json import dumps
+from typing import TYPE_CHECKING, Any
+
+from wearlab.sources import is_other_code
+from wearlab.store import outcome
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Entry
+
+LONGEST_TEXT = 24  # characters of a text in a table of values
+LONGEST_LIST = 100  # characters of a list in one line
+WIDEST = 96  # characters of a line of names
+DIGITS = 6  # of a value
+FIRST = 3  # items of a longer one
+FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
+TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
+
+
+def value_text(value: Any) -> str:
+    """Return a value as tables show it."""
+    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[str, ...]]:
+    """Return every number or word that came out, as it is shown, with its meaning."""
+    rows: list[tuple[str, ...]] = []
+    for name, variable in stored.items():
+        value = entry.summary.get(name)
+        if variable["dims"] or value is None or name in TOLD or name.startswith(FOR_MACHINES):
+            continue
+        if not is_long(value):
+            told, unit = as_shown(value, variable["attrs"])
+            rows.append((name, told, unit, str(variable["attrs"].get("long_name", ""))))
+    return rows
+
+
+def as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
+    """Return a value in the unit in which it is shown, and that unit."""
+    from wearlab.units import convert
+
+    unit = str(attributes.get("units", ""))
+    shown = str(attributes.get("display_units", unit))
+    if isinstance(value, int | float) and shown not in (unit, "", "1"):
+        value = convert(float(value), unit, shown)
+    return value_text(value), "" if shown == "1" else shown
+
+
+def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
+    """Return the names of what is stored along some dimension by their groups, in lines."""
+    from wearlab.schema import VARIABLES, origin_of
+
+    groups: dict[str, list[str]] = {}
+    order = {name: place for place, name in enumerate(VARIABLES)}
+    for name in sorted(stored, key=lambda name: order.get(name, len(order))):
+        if stored[name]["dims"] and stored[name]["dims"] != [name]:
+            groups.setdefault(origin_of(name)[0] if name in VARIABLES else "others", []).append(name)
+    lines = []
+    for group, names in groups.items():
+        line = f"{group:<20}"
+        for number, name in enumerate(names):
+            if len(line) + len(name) > WIDEST:
+                lines.append(line.rstrip())
+                line = " " * 20
+            line += name + (", " if number < len(names) - 1 else "")
+        lines.append(line)
+    return lines
+
+
+def in_file_units(path: str, value: Any) -> str:
+    """Return a value of a scene as files write it: a quantity with its unit, anything else as JSON."""
+    from wearlab.query.keys import scene_key
+    from wearlab.units import convert
+
+    some = value if isinstance(value, list) else [value]
+    if not all(isinstance(variant, int | float) and not isinstance(variant, bool) for variant in some):
+        return _shortened(value)
+    key = scene_key(re.sub(r"\[\d+\]", "", path), False)
+    if not key.unit or not key.display_unit:
+        return _shortened(value)
+    told = [f"{convert(float(variant), key.unit, key.display_unit):.{DIGITS}g}" for variant in some]
+    if len(told) > FIRST + 1:
+        told = [*told[:FIRST], f"… {len(told)} in all"]
+    words = ", ".join(told)
+    return f"{f'[{words}]' if isinstance(value, list) else words} {key.display_unit}"
+
+
+def _shortened(value: Any) -> str:
+    """Return a value of a scene as JSON; of a long list its first items and how many there are."""
+    text = dumps(value, ensure_ascii=False)
+    if not isinstance(value, list) or len(text) <= LONGEST_LIST:
+        return text
+    first = ", ".join(dumps(element, ensure_ascii=False) for element in value[:FIRST])
+    return f"[{first}, … {len(value)} in all]"
+
+
+def is_long(value: Any) -> bool:
+    """Say whether a value is a text that would widen a table; it stands below."""
+    return isinstance(value, str) and (len(value) > LONGEST_TEXT or "\n" in value)
+
+
+def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
+    """Return where a run stands and what made it, by words; what there is nothing of is empty."""
+    from wearlab.store import publish
+    from wearlab.store.lineage import calibrated_by, children, lineage
+
+    members = store.catalogue.members([entry.id])
+    metadata = members[0].metadata if members else {}
+    said = store.remarks(entry.id)
+    return {
+        "id": entry.id,
+        "state": store.state_of(entry),
+        "verdict": entry.summary.get("verdict"),
+        "result": [headline.text for headline in outcome.headlines(entry.summary)],
+        "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
+        "tags": [r.text for r in said if r.what == "tag"],
+        "notes": [f"{r.text} ({r.who}, {r.when[:10]})" for r in said if r.what == "note"],
+        "goes on from": [str(step) for step in lineage(store, entry)],
+        "continued by": children(store, entry.id),
+        "calibrated by": outcome.calibration_of(entry) or None,
+        "calibrates": calibrated_by(store, entry.id),
+        **{key: metadata[key] for key in publish.WHO if key in metadata},
+        "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
+        "bytes": entry.size,
+        "sha256": entry.sha256,
+        "started": entry.started,
+        "run time": outcome.seconds_text(entry.seconds),
+        "source hash": entry.source_hash,
+        "wearlab": entry.wearlab_version,
+        "model version": entry.summary.get("model_version"),
+        "commit": entry.summary.get("commit"),
+        "made by": "other code" if is_other_code(entry.source_hash) else "this code",
+    }
+
+
+def flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
+    """Return a scene's values by dotted key, tables of a list numbered; what is absent is left out."""
+    if isinstance(scene, dict):
+        return [
+            pair for key, value in scene.items() for pair in flat(value, f"{path}.{key}" if path else key)
+        ]
+    if isinstance(scene, list) and any(isinstance(block, dict) for block in scene):
+        return [pair for number, block in enumerate(scene) for pair in flat(block, f"{path}[{number}]")]
+    return [] if scene is None else [(path, scene)]
