@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from wearlab.browsing import figures, listing, one_run, question, recorded
-from wearlab.browsing.listing import ROWS
+from wearlab.browsing.listing import ROWS, whole
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import KINDS, read
 from wearlab.store import outcome, remark_files, remarks
@@ -30,7 +30,7 @@ MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of
 
 def campaigns(store: "Store", page: str) -> dict[str, Any]:
     """Return a page of the campaigns."""
-    number = max(1, int(page)) if page.isascii() and page.isdigit() and len(page) < 9 else 1
+    number = whole(page)
     told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
     said: dict[str, list[remarks.Remark]] = {}
     for remark in remarks.remarks_on(store.catalogue, [remarks.subject_of(each.title) for each in told]):
@@ -46,8 +46,7 @@ def campaign(store: "Store", key: str, place: Any, first: Mapping[str, str]) -> 
     StoreError : it is not in the store
     """
     told = _told(store, key)
-    page = first.get("page", "")
-    number = max(1, int(page)) if page.isascii() and page.isdigit() and len(page) < 9 else 1
+    number = whole(first.get("page", ""))
     heads, rows = cases(store, key, (number - 1) * ROWS, ROWS)
     source = recorded.campaign_of(store, key) if told.cases <= MOST_DRAWN else None
     drawn: list[figures.Shown] = []
@@ -116,10 +115,8 @@ def _figures(
 ) -> tuple[list[figures.Shown], list[tuple[int, str]]]:
     """Return the figures of a campaign that are drawn, and number and name of the others."""
     grid = store.open(source)
-    asked = [question.question_of_figure(source, number) for number in range(1, len(source.figures) + 1)]
-    if not asked:
-        asked = [question.asked(source, kind, {}) for kind in question.possible(grid)[:FIGURES]]
-    at = min(int(chosen), len(asked)) - 1 if chosen.isascii() and chosen.isdigit() and int(chosen) else 0
+    asked = _asked(source, grid)
+    at = min(whole(chosen), len(asked)) - 1
     drawn = []
     for number, each in list(enumerate(asked, 1))[at : at + FIGURES]:
         files = _files(place, "campaign", f"key={key}&figure={number}")
@@ -127,6 +124,12 @@ def _figures(
     shown = range(at, at + FIGURES)
     names = [(n, str(each.table.get("title") or each.table["kind"])) for n, each in enumerate(asked, 1)]
     return drawn, [pair for i, pair in enumerate(names) if i not in shown]
+
+
+def _asked(source: Any, grid: Any) -> "list[Question]":
+    """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
+    asked = [question.question_of_figure(source, number) for number in range(1, len(source.figures) + 1)]
+    return asked or [question.asked(source, kind, {}) for kind in question.possible(grid)[:FIGURES]]
 
 
 def _files(place: Any, name: str, address: str) -> tuple[tuple[str, str], ...]:
@@ -241,7 +244,7 @@ def _compare_commands(store: "Store", asked: question.Wanted, drawn: "Question")
 
 def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str]]]:
     """Return the updates of a store, the latest first, each with its answer."""
-    from wearlab.updating.summary import answers
+    from wearlab.updating.report_text import answers
 
     told = []
     for update in reversed(kept.kept_updates(store).values()):
@@ -260,8 +263,7 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
     ------
     StoreError : there is none, or its file is damaged
     """
-    from wearlab.updating.summary import answers
-    from wearlab.updating.summary import told as lines
+    from wearlab.updating.report_text import answers, text_of
 
     known = kept.find_update(store, prefix)
     tree = None if known is None else kept.read_update(store, known.id)
@@ -277,7 +279,7 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
     return {
         "title": known.title or "Update",
         "answers": answers(tree),
-        "lines": lines(tree)[1:],
+        "lines": text_of(tree)[1:],
         "figures": drawn,
         "runs": known.runs,
         "id": known.id,
@@ -352,19 +354,14 @@ def printed(store: "Store", name: str, ending: str, arguments: Mapping[str, Sequ
     if name == "campaign":
         source = recorded.campaign_of(store, first.get("key", ""))
         grid = store.open(source)  # type: ignore[arg-type]
-        number = first.get("figure", "1")
-        number = max(1, int(number)) if number.isascii() and number.isdigit() else 1
-        if source.figures:
-            return figures.printed(
-                store, question.question_of_figure(source, min(number, len(source.figures))), grid, ending
-            )
+        asked = _asked(source, grid)
         return figures.printed(
-            store, question.asked(source, question.possible(grid)[number - 1], {}), grid, ending
+            store, asked[min(whole(first.get("figure", "")), len(asked)) - 1], grid, ending
         )
     if name == "update":
         return _printed_update(store, first.get("id", ""), first.get("kind", ""), ending)
-    asked, grid = question.question_of(store, question.wanted(arguments))
-    return figures.printed(store, asked, grid, ending)
+    wanted, grid = question.question_of(store, question.wanted(arguments))
+    return figures.printed(store, wanted, grid, ending)
 
 
 def _printed_update(store: "Store", prefix: str, kind: str, ending: str) -> bytes:

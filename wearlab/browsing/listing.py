@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wearlab.query import Key, QueryError
 from wearlab.report.run import value_text
 from wearlab.schema import VARIABLES
-from wearlab.sources import SHORT_ID
 from wearlab.store.grid import words_of_key
 from wearlab.store.search import CatalogueSearch, Page
 from wearlab.units import KINDS
@@ -102,14 +101,14 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     columns = given or tuple(name for name in USUAL if name in known.keys)
     if (more := arguments.get("add", "").strip()) and more not in columns:
         columns = (*columns, more)
-    sort, number = arguments.get("sort", ""), _page(arguments.get("page", ""))
+    sort, number = arguments.get("sort", ""), whole(arguments.get("page", ""))
     asked = Listed(where, columns, sort, number, words=words)
     try:
         page = search.page(where, columns, sort or None, ROWS, (number - 1) * ROWS)
     except QueryError as error:
         return _replaced(asked, problem=str(error), columns=tuple(c for c in columns if c in known.keys))
     heads, rows = rows_of(store, page)
-    return _replaced(asked, heads=heads, rows=rows, count=page.count)
+    return _replaced(asked, heads=heads, rows=rows, count=page.total)
 
 
 def _replaced(asked: Listed, **told: Any) -> Listed:
@@ -134,10 +133,6 @@ def _heading(head: str) -> str:
     name, bracket, unit = head.partition(" [")
     words = words_of_key(name) if "." in name and "(" not in name else name.replace("_", " ")
     return f"{words}{bracket}{unit.replace('*', '·').replace('um', 'µm')}"
-
-
-def _page(text: str) -> int:
-    return max(1, int(text)) if text.isascii() and text.isdigit() and len(text) < 9 else 1
 
 
 def _with(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
@@ -176,6 +171,6 @@ def _word(key: Key, ends: Mapping[str, Sequence[str]]) -> Word:
     return Word(key.name, meaning or ("of the scene" if key.is_path else ""), example)
 
 
-def short(run_id: str) -> str:
-    """Return the beginning of an id, by which people know a run."""
-    return run_id[:SHORT_ID]
+def whole(text: str) -> int:
+    """Return the whole number from 1 on that a text is, 1 where it is none."""
+    return max(1, int(text)) if text.isascii() and text.isdigit() and len(text) < 9 else 1

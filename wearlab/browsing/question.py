@@ -125,13 +125,13 @@ def asked(source: RecordedCampaign, kind: str, options: Mapping[str, Any]) -> Qu
     table = {
         key: list(v) if isinstance(v, tuple) else v for key, v in given.items() if v not in (None, {}, (), "")
     }
-    return Question(1, table, None, source)  # type: ignore[arg-type]
+    return Question(1, table, None, source)
 
 
 def question_of_figure(source: RecordedCampaign, number: int) -> Question:
     """Return what a figure of a campaign, counted from 1, asks."""
     spec = source.figures[number - 1]
-    return Question(number, {k: v for k, v in vars(spec).items() if k in KEYS}, None, source)  # type: ignore[arg-type]
+    return Question(number, {k: v for k, v in vars(spec).items() if k in KEYS}, None, source)
 
 
 def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> "Plot":

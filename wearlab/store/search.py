@@ -45,11 +45,11 @@ class Page(NamedTuple):
     Parameters
     ----------
     table : of some runs
-    count : of all that meet the condition
+    total : how many meet the condition
     """
 
     table: Table
-    count: int
+    total: int
 
 
 class CatalogueSearch:
@@ -149,7 +149,8 @@ class CatalogueSearch:
         """Return number and id of the runs that meet a condition, in order."""
         runs = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
         keys = list(dict.fromkeys([*keys_of(condition), *keys_of(by)]))
-        known, missing = [], []
+        known: list[tuple[Any, tuple[int, str]]] = []
+        missing: list[tuple[Any, tuple[int, str]]] = []
         for run, values in zip(runs, self._values(keys, runs), strict=True):
             if condition is None or holds(condition, values):
                 rank = None if by is None else _rank(evaluate.value_of(by, values))
