@@ -59,7 +59,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     rng = np.random.default_rng(int(speed or 1))
     length = {
         **{"update": 3, "flank": 2, "profile": len(S), "mesh": 1, "phase": 16, "mesh_period": 2, "pair": 3},
-        **{"member": 2, "harmonic": 5, "mode": 3},
+        **{"member": 2, "harmonic": 5, "mode": 3, "face": 4},
         **{"response_speed": 6, "direction": 2, "strobe": 4, "order": 8, "jump": 1, "edge": 2},
         **sizes,
     }
@@ -76,6 +76,7 @@ def run(speed: float | None, **sizes: int) -> xr.Dataset:
     given: dict[str, Any] = {
         "cycle": CYCLES[: length["update"]], "phase": PHASE, "path_position": np.stack([S, S]),
         "operating_hours": 60.0 * CYCLES[: length["update"]] / (speed or 1000.0),
+        "face_position": np.linspace(-7.5e-3, 7.5e-3, 4), "base_helix_angle": [0.2],
         "contact_ratio": [RATIO], "mesh_phase_offset": [0.0],
         "mesh_stiffness": 3e8 + 1e7 * np.arange(3)[:, None, None] + 1e6 * PHASE,
         "max_wear_depth": np.array([[0.0, 0.0], [1e-6, 2e-6], [4e-6, 5e-6]]) * (speed or 1000.0) / 1000.0,

@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
+import numpy as np
+
 from wearlab.figures import runs
 from wearlab.figures.curves import from_first, require_positive, states_in_common
 from wearlab.figures.errors import FigureError
@@ -11,6 +13,8 @@ from wearlab.figures.kind import Ask, Kind
 from wearlab.figures.plot import (
     BESIDE,
     INK,
+    WEAR,
+    Bar,
     Curve,
     LegendEntry,
     Panel,
@@ -245,8 +249,8 @@ def compose(
         if inside:
             named = [x.text for x in (column, row) if x and not _tells_itself(roles, x, varied)]
             title = ", ".join(dict.fromkeys(named))
-            panels.append(_panel(inside, (r, c), title, lambda curve: _pen(curve, hue, pen), powers))
-    bar = bar_of([h for h in hues if h is not None], hue)
+            panels.append(_panel(inside, (r, c), title, lambda curve: _pen(curve, hue, pen), powers, series))
+    bar = _bar_of_maps(series, hue, ask) or bar_of([h for h in hues if h is not None], hue)
     ups = {s.up.words for s in series}
     return Plot(
         title=_title(series, varied, ask, kind) if ask.title is None else ask.title,
@@ -261,6 +265,32 @@ def compose(
         logarithmic=ask.y_as == "logarithm",
         bar=bar,
     )
+
+
+def _bar_of_maps(series: Sequence[Series], hue: str | None, ask: Ask) -> Bar | None:
+    """Return the bar that tells what the colours of maps mean, None where there is no map.
+
+    Raises
+    ------
+    FigureError : maps would lie one on another
+    """
+    maps = [s for s in series if s.level is not None]
+    if not maps:
+        return None
+    if hue is not None:
+        raise FigureError(f"{ask.name}: one map hides another; choose one place of {hue!r} in select")
+    colours = maps[0].colours
+    assert colours is not None
+    low, high = _reach_of_maps(series)
+    return Bar(axis_label(*colours, 0), low, high, WEAR)
+
+
+def _reach_of_maps(series: Sequence[Series]) -> tuple[float, float]:
+    """Return what the colours of all maps reach over, from zero on where nothing is below."""
+    levels = np.concatenate([s.level for s in series if s.level is not None])
+    high = float(np.nanmax(levels, initial=0.0))
+    low = min(0.0, float(np.nanmin(levels, initial=0.0)))
+    return low, high if high > low else low + 1.0
 
 
 def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask, kind: Kind) -> str:
@@ -337,6 +367,7 @@ def _panel(
     title: str,
     pen: Callable[[Series], Pen],
     powers: Mapping[tuple[str, str, str], int],
+    all_series: Sequence[Series],
 ) -> Panel:
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
     across, up = powers[("x", *_scale(first, "x"))], powers[("y", *_scale(first, "y"))]
@@ -347,6 +378,8 @@ def _panel(
             None if s.y_error is None else s.y_error / 10.0**up,
             s.doubtful,
             s.runs,
+            s.level,
+            (0.0, 1.0) if s.level is None else _reach_of_maps(all_series),
         )
         for s in sorted(inside, key=lambda s: s.look == "published")
     ]

@@ -24,6 +24,7 @@ Look = Literal[
     "dash-dot",
     "horizontal",
     "stem",
+    "map",
 ]
 
 
@@ -60,6 +61,8 @@ class Series:
     x_error, y_error : estimated errors of its points, None where nothing is known of them
     doubtful : whether each point is of a run that speaks against itself
     runs : id of the run of each point, None where it is of none, or of several
+    level : of a map, the values that colours tell at its points, row after row of one y each
+    colours : what they show
     """
 
     key: Mapping[str, Label]
@@ -78,6 +81,8 @@ class Series:
     y_error: Array | None = None
     doubtful: Array | None = None
     runs: Array | None = None
+    level: Array | None = None
+    colours: Scale | None = None
 
     def at(self, index: Any) -> "Series":
         """Return some of its points."""
@@ -85,7 +90,7 @@ class Series:
         return replace(self, x=self.x[index], y=self.y[index], **beside)
 
 
-BESIDE_POINTS = {"x_error": float, "y_error": float, "doubtful": bool, "runs": "U64"}
+BESIDE_POINTS = {"x_error": float, "y_error": float, "doubtful": bool, "runs": "U64", "level": float}
 
 
 def merged(group: Sequence[Series]) -> Series:
@@ -126,6 +131,8 @@ class Pen:
 class Curve:
     """A curve with its pen, and a text at its lowest point; errors, doubts and runs as of `Series`."""
 
+    """A curve with its pen, and a text at its lowest point; a map has levels, and what its colours reach over."""
+
     x: Array
     y: Array
     pen: Pen
@@ -135,6 +142,8 @@ class Curve:
     y_error: Array | None = None
     doubtful: Array | None = None
     runs: Array | None = None
+    level: Array | None = None
+    reach: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)

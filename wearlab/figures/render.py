@@ -25,7 +25,7 @@ from PIL.PngImagePlugin import PngInfo
 from wearlab.arrays import Array
 from wearlab.figures.doubt import least_seen
 from wearlab.figures.errors import FigureError
-from wearlab.figures.plot import BESIDE, INK, Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import BESIDE, INK, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, latex, power_of_ten
 
 if TYPE_CHECKING:
@@ -443,6 +443,9 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
 
 
 def _curve(ax: "Axes", curve: Curve) -> None:
+    if curve.level is not None:
+        _map(ax, curve, curve.level)
+        return
     if curve.look == "area":
         ax.fill(curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2)
         return
@@ -469,6 +472,18 @@ def _curve(ax: "Axes", curve: Curve) -> None:
             color=curve.pen.colour,
             gid=END_TEXT,
         )
+
+
+def _map(ax: "Axes", curve: Curve, level: Array) -> None:
+    """Colour a rectangle by the levels at its points, row after row, with lines of equal level."""
+    wide = int(np.argmax(curve.y != curve.y[0])) or len(curve.y)
+    x, y, z = (values.reshape(-1, wide) for values in (curve.x, curve.y, level))
+    colours = LinearSegmentedColormap.from_list("", WEAR)
+    low, high = curve.reach
+    ax.pcolormesh(x, y, z, shading="gouraud", cmap=colours, vmin=low, vmax=high, rasterized=True)
+    if np.ptp(z) > 0.05 * (high - low):
+        ax.contour(x, y, z, np.linspace(low, high, 9)[1:-1], colors="white", linewidths=0.4)
+    ax.grid(False)
 
 
 def part_texts(figure: "Figure") -> None:
@@ -545,7 +560,9 @@ def _limits(ax: "Axes", plot: Plot) -> None:
 
 
 def _scaled(ax: "Axes", plot: Plot) -> None:
-    """Set the limits of an axes on which everything has been drawn."""
+    """Set the limits of an axes on which everything has been drawn; a map fills its own."""
+    if any(curve.level is not None for panel in plot.panels for curve in panel.curves):
+        return
     if not plot.logarithmic:
         _limits(ax, plot)
         return

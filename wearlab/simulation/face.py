@@ -63,6 +63,7 @@ def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         "contact_ratio": [gears.kinds[0].pair.contact_ratio],
         "mesh_phase_offset": gears.mesh_lags,
         "static_mesh_force": [load],
+        "base_helix_angle": [contact.helix.sense * contact.helix.base_angle],
         "overlap_ratio": [overlap_ratio(grid.face_width, contact.helix.angle, normal_module)],
         "line_load": np.stack([one.line_load for one in own])[:, None],
         "mean_line_load": np.stack(means)[:, None],

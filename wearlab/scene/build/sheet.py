@@ -8,7 +8,9 @@ import numpy as np
 
 from wearlab.gears import drawing, shifts
 from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene
+from wearlab.scene.build.face import helix_of
 from wearlab.scene.build.sets import GearSet, build_set
 from wearlab.shop.materials import KGF_PER_MM2
 
@@ -36,6 +38,10 @@ ROWS: tuple[tuple[str, str, str, Callable[[Gear], float]], ...] = (
     ("m", "mass", "kg", lambda g: g.mass),
     ("J", "moment of inertia", "kg·mm²", lambda g: 1e6 * g.inertia),
 )
+
+
+IN_NORMAL_SECTION = {"x_E": -1, "s_n": 1}
+"""Power of cos β by which what a row says of the transverse section is that of the normal section."""
 
 
 class Sheet(NamedTuple):
@@ -72,20 +78,30 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         ("m_n", "module", "mm", 1e3 * scene.gears.module),
         ("α_n", "pressure angle", "°", math.degrees(scene.gears.pressure_angle)),
     ]
+    turned = helix_of(scene)
+    if turned.angle:
+        overlap = overlap_ratio(gears.kinds[0].pair.face_width, turned.angle, scene.gears.module)
+        shared += [
+            ("β", "helix angle", "°", math.degrees(turned.angle)),
+            ("β_b", "base helix angle", "°", math.degrees(turned.base_angle)),
+            ("ε_β", "overlap ratio", "", overlap),
+        ]
     for kind in gears.kinds:
         tail = "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in kind.pair.gears)}"
         shared += [
             ("a_w", f"working centre distance{tail}", "mm", 1e3 * kind.pair.centre_distance),
             ("α_wt", f"working pressure angle{tail}", "°", math.degrees(kind.pair.working_pressure_angle)),
             ("ε_α", f"transverse contact ratio{tail}", "", kind.pair.contact_ratio),
-            ("j_bn", f"normal backlash{tail}", "mm", 1e3 * (kind.pair.drawn_backlash or 0.0)),
+            ("j_bn", f"normal backlash{tail}", "mm", 1e3 * turned.cosine * (kind.pair.drawn_backlash or 0.0)),
         ]
     for symbol, meaning, unit, value in shared:
         yield GearRow(symbol, meaning, unit, (_said(value, unit),))
     for kind in gears.kinds:
         yield from _sliding(kind.pair)
     for symbol, meaning, unit, of in ROWS:
-        yield GearRow(symbol, meaning, unit, tuple(_said(of(gear), unit) for gear in gears.gears.values()))
+        factor = math.cos(turned.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
+        each = tuple(_said(factor * of(gear), unit) for gear in gears.gears.values())
+        yield GearRow(symbol, meaning, unit, each)
     given: dict[str, Any] = scene.gears.gears()
     materials = [given[name].material or scene.gears.material for name in gears.gears]
     yield GearRow("", "material", "", tuple(material.name or "as given" for material in materials))
