@@ -129,9 +129,10 @@ class Pen:
 
 @dataclass(frozen=True)
 class Curve:
-    """A curve with its pen, and a text at its lowest point; errors, doubts and runs as of `Series`."""
+    """A curve with its pen, and a text at its lowest point; errors, doubts and runs as of `Series`.
 
-    """A curve with its pen, and a text at its lowest point; a map has levels, and what its colours reach over."""
+    A map has levels, and what its colours reach over.
+    """
 
     x: Array
     y: Array
