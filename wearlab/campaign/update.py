@@ -33,6 +33,8 @@ from wearlab.campaign.update_options import (
     PopulationBlock,
     RecordBlock,
     RecordColumns,
+    Replaced,
+    ReplacedBlock,
     TrueModel,
     UnitBlock,
     UpdateBlock,
@@ -60,7 +62,7 @@ def read_update(given: Any) -> UpdateSpec:
     if not isinstance(blocks, list):
         problems.append(f"{SECTION}.data: {shown(blocks)} is no list of tables: write [[{SECTION}.data]]")
         blocks = []
-    own = ("data", "limit", "calendar", "check", "population", "unit", "decision", "record")
+    own = ("data", "limit", "calendar", "check", "population", "unit", "decision", "record", "replaced")
     head = {key: value for key, value in given.items() if key not in own}
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
@@ -78,6 +80,7 @@ def read_update(given: Any) -> UpdateSpec:
     check = _tried(problems, _check, given.get("check"), data)
     decision = _tried(problems, _decision, given.get("decision"))
     record = _tried(problems, _record, given.get("record"), data)
+    replaced = _tried(problems, _replaced, given.get("replaced", []), given, unknown or {})
     fleet = None
     if "population" in given or "unit" in given or any(each and each.columns.unit for each in data):
         fleet = _tried(problems, read_fleet, given.get("population"), given.get("unit", []), _days)
@@ -85,7 +88,7 @@ def read_update(given: Any) -> UpdateSpec:
     if problems:
         raise CampaignError(problems)
     numbers = spec.discrepancy, spec.draws, spec.seed
-    more = (fleet, decision, record, spec.change)
+    more = (fleet, decision, record, spec.change, replaced)
     if spec.change != "none" and [*unknown] != [FACTOR]:
         raise CampaignError([f"{SECTION}.change: goes with the unknown {FACTOR} alone: what changes is k"])
     return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, *more)
@@ -192,6 +195,24 @@ def _decision(given: Any) -> Decision | None:
     where = f"{SECTION}.decision"
     block = modelled(DecisionBlock, given, where)
     return Decision(block.planned, block.failure, block.inspection, block.horizon_hours)
+
+
+def _replaced(given: Any, section: dict[str, Any], unknown: dict[str, Distribution]) -> tuple[Replaced, ...]:
+    where, found = f"{SECTION}.replaced", []
+    if not isinstance(given, list):
+        raise CampaignError([f"{where}: {shown(given)} is no list of tables: write [[{where}]]"])
+    for number, one in enumerate(given):
+        block = modelled(ReplacedBlock, one, f"{where}[{number}]")
+        found.append(Replaced(block.members, block.cycle, block.hours, block.date))
+    others = [key for key in ("record", "unit", "population", "check") if section.get(key)]
+    others += [key for key in ("change",) if section.get(key, "none") != "none"]
+    if given and others:
+        raise CampaignError([f"{where}: does not go with {SECTION}.{others[0]} yet: leave one of them out"])
+    if given and [*unknown] != [FACTOR]:
+        raise CampaignError(
+            [f"{where}: goes with the unknown {FACTOR} alone: one run is made of each new gear"]
+        )
+    return tuple(found)
 
 
 def _record(given: Any, data: Sequence[Data | None]) -> RecordBlock | None:

@@ -6,7 +6,7 @@ from datetime import date as date_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le, Lt
+from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
 from wearlab.campaign.distributions import Distribution
@@ -217,6 +217,27 @@ class RecordBlock(BaseModel):
         return f"{SECTION}.record"
 
 
+class ReplacedBlock(BaseModel):
+    """Gears that were replaced by new ones; their mates went on as worn as they were."""
+
+    model_config = Strict
+
+    members: Annotated[tuple[str, ...], MinLen(1)] = option(..., "gears that were new then")
+    cycle: Annotated[float, Ge(0.0)] | None = option(
+        None, "cycles of the reference gear at which it was", derived="hours or date"
+    )
+    hours: Annotated[float, Ge(0.0)] | None = option(
+        None, "operating hours at which it was", derived="cycle or date"
+    )
+    date: date_ | None = option(None, "the day, by update.calendar with its hours", derived="cycle or hours")
+
+    @model_validator(mode="after")
+    def _one_time(self) -> "ReplacedBlock":
+        if sum(each is not None for each in (self.cycle, self.hours, self.date)) != 1:
+            raise ValueError("give one of cycle, hours, date")
+        return self
+
+
 class DecisionBlock(BaseModel):
     """What changes and inspections cost, in any currency."""
 
@@ -273,6 +294,10 @@ class UpdateBlock(BaseModel):
         "none",
         "whether k itself may have changed: once between two inspections, or after running-in; the evidence "
         "decides",
+    )
+    replaced: tuple[ReplacedBlock, ...] = option(
+        (),
+        "gears that were replaced by new ones: their wear counts from then on, that of their mates goes on",
     )
     decision: DecisionBlock | None = option(
         None, "what changes cost: when to change, and whether to look first", derived="no advice"
@@ -363,6 +388,16 @@ class Days:
 
 
 @dataclass(frozen=True)
+class Replaced:
+    """Gears that were replaced by new ones, and when: by cycles, hours or a day."""
+
+    members: tuple[str, ...]
+    cycle: float | None = None
+    hours: float | None = None
+    date: date_ | None = None
+
+
+@dataclass(frozen=True)
 class TrueModel:
     """What is true of synthetic twins: errors of each block (None: its own), and a power of the cycles."""
 
@@ -423,6 +458,7 @@ class UpdateSpec:
     decision: Decision | None = None
     record: RecordBlock | None = None
     change: str = "none"
+    replaced: tuple[Replaced, ...] = ()
 
 
 def unit_of(quantity: str) -> str:

@@ -86,7 +86,7 @@ def states_at(
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
     for run, mine in draws.by_run(post):
         factor, last = draws.factor[mine], log_likelihood(block, run, number, draws.lanes(number, mine))
-        mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor))
+        mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor, run.asked[number].clock))
         rate = draws.drift[number][mine] ** 2 / PER
         w = last.mean + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
         value[mine] = mean + w

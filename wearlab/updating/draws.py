@@ -170,7 +170,7 @@ def over_cycles(
         depths[:, mine] = history.beside[name].at(history.own_cycle(cycles[:, None], draws.factor[mine]))
     if drifting is None:
         return depths
-    block, n, start = post.blocks[drifting], len(draws), post.histories[0].start
+    block, n, start = post.blocks[drifting], len(draws), post.histories[0].begin(drifting)
     rate = draws.drift[drifting] ** 2 / PER
     known, paths = [start], [np.zeros(n)]
     if len(block.rows):

@@ -26,9 +26,10 @@ from wearlab.updating.population import (
     FleetMember,
     Population,
     Shared,
+    along,
     drawn,
     factors,
-    log_marginal,
+    integrand,
     population,
     seen_by,
 )
@@ -112,14 +113,13 @@ class UnitState:
 
     def value_below(self, cycle: float, value: Array | float, count: int = 1) -> Array:
         """Return the probability that less is measured at a cycle, (q,); of the mean of so many values."""
-        mean, sd = self.measured(cycle, count)
-        return np.asarray(ndtr((np.atleast_1d(value)[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1))
+        return _below(np.atleast_1d(value), *self.measured(cycle, count))
 
     def value(self, cycle: float, p: Array) -> Array:
         """Return quantiles of a value measured at a cycle [SI]."""
         mean, sd = self.measured(cycle)
         low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
-        return quantiles(lambda x: self.value_below(cycle, x), p, low, high)
+        return quantiles(lambda x: _below(x, mean, sd), p, low, high)
 
     def crps(self, cycle: float, value: float, rng: np.random.Generator) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
@@ -158,17 +158,19 @@ class UnitState:
         return self._passage.quantile(np.asarray(p, float))
 
 
-def state_of(found: Population, unit: FleetMember, theta: Array, rng: np.random.Generator) -> UnitState:
+def _below(value: Array, mean: Array, sd: Array) -> Array:
+    return np.asarray(ndtr((value[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1))
+
+
+def state_of(found: Population, unit: FleetMember, theta: Array, log_factor: Array) -> UnitState:
     """Return equally probable states of a unit.
 
     Parameters
     ----------
     found : what is known of all units together
     unit : with the measurements that count
-    theta : (n, parameters) draws of what units share, these measurements included
-    rng : of the draws
+    theta, log_factor : (n, parameters), (n,) draws of what units share and of ln f, given these measurements
     """
-    log_factor = factors(unit, found.law, theta, rng)
     shared, asked = found.law.shared(theta), unit.run.asked
     whole = [n for n, block in enumerate(unit.blocks) if block.seen.place_kind is None]
     limits = [n for n in whole if asked[n].curve is unit.run.limit]
@@ -185,7 +187,8 @@ def state_of(found: Population, unit: FleetMember, theta: Array, rng: np.random.
 
 def now(found: Population, number: int, rng: np.random.Generator) -> UnitState:
     """Return the states of a unit after all measurements."""
-    return state_of(found, found.units[number], found.theta[drawn(found, DRAWS, rng)], rng)
+    unit, theta = found.units[number], found.theta[drawn(found, DRAWS, rng)]
+    return state_of(found, unit, theta, factors(unit, found.law, theta, rng))
 
 
 def after(
@@ -194,10 +197,12 @@ def after(
     """Return the states of a unit after its inspections up to a cycle, all of the other units being known."""
     unit = found.units[number].up_to(cycle)
     theta = found.theta[drawn(found, draws, rng, found.weight(number))]
-    if len(unit.cycles):
-        logs = log_marginal(unit, found.law, theta)
-        theta = theta[rng.choice(draws, draws, p=np.exp(logs - logsumexp(logs)))]
-    return state_of(found, unit, theta, rng)
+    if not len(unit.cycles):
+        return state_of(found, unit, theta, factors(unit, found.law, theta, rng))
+    u, logs = integrand(unit, found.law, theta)
+    marginal = logsumexp(logs, axis=1)
+    pick = rng.choice(draws, draws, p=np.exp(marginal - logsumexp(marginal)))
+    return state_of(found, unit, theta[pick], along(u, logs[pick], rng))
 
 
 FEW = 400  # draws that inspections are checked with
@@ -379,7 +384,8 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
                 off, score = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
             more = value > ahead[2]
             rows.append((unit.name, state.block, cycle, value, off, more, score, ahead, *last))
-            last, state = (cycle, value), after(found, number, cycle, rng, FEW)
+            if cycle < unit.now:
+                last, state = (cycle, value), after(found, number, cycle, rng, FEW)
     columns = [np.array([row[k] for row in rows], dtype=None if k else object) for k in range(10)]
     names, block, at, seen, p, higher, crps, q, before, worn = columns
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -10,7 +10,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,15 +21,16 @@ from scipy.special import ndtr, ndtri
 from wearlab.arrays import Array
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import written
-from wearlab.scene import SceneError
+from wearlab.scene import Scene, SceneError
 from wearlab.sources import hash_of
 from wearlab.updating.clocks import changing, clock_of
 from wearlab.updating.fleet import fleet_groups, fleet_of
 from wearlab.updating.measurements import UpdateError
 from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
 from wearlab.updating.posterior import Posterior, posterior
-from wearlab.updating.run_curves import RunHistory
-from wearlab.updating.study import DRAW, MeasuredCase, conditions_of, histories, plain, studies
+from wearlab.updating.replacement import renewed
+from wearlab.updating.run_curves import RunHistory, StoredRun, read_runs
+from wearlab.updating.study import DRAW, MeasuredCase, conditions_of, histories, plain, studies, wanted_of
 from wearlab.updating.tree import tree_of, tree_of_groups
 
 if TYPE_CHECKING:
@@ -142,6 +143,23 @@ class Runner(NamedTuple):
         run(conditions, self.store, progress=self.progress, workers=self.workers)
         return (_clocked(study, runs[0], conditions_of(study, self.store)),), which
 
+    def stored(self, study: MeasuredCase, scene: Scene) -> StoredRun:
+        """Return what is stored of a scene, which is run where it is missing.
+
+        Raises
+        ------
+        UpdateError : it has no data
+        """
+        from wearlab.runner import run
+
+        campaign = replace(study.campaign(self.title), cases=(Case("replaced", scene, {}),), axes=())
+        run(campaign, self.store, progress=self.progress, workers=self.workers)
+        found = read_runs(self.store, [scene.id], wanted_of(study))
+        if scene.id not in found:
+            reason = (self.store.find(scene.id).reason or "").strip().rpartition("\n")[2]
+            raise UpdateError(f"{study.label}: update.replaced: its run with worn mates: {reason}")
+        return found[scene.id]
+
 
 def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
@@ -159,6 +177,11 @@ def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHisto
 def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     runs, which = runner.run(study)
+    if study.spec.replaced:
+        study, history = renewed(
+            study, runner.stored(study, study.scenes()[0]), partial(runner.stored, study)
+        )
+        return outcome(study, (history,), which)
     while True:
         answer = answered(study, runs, blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:

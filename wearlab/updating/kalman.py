@@ -150,6 +150,10 @@ def _mean_of(
     """Return how far an inspection's mean is off, its variance expected, chi square and log likelihood."""
     r = residual[..., values]
     v = variance if variance.shape[-1] == 1 else variance[..., values]
+    if len(values) == 1:
+        off, expected = r[..., 0] - before, spread + v[..., 0]
+        chi = off * off / expected
+        return off, expected, chi, -0.5 * (chi + np.log(expected) + LOG_TWO_PI)
     n, times = len(values), len(values) if v.shape[-1] == 1 else 1
     precision = np.sum(1.0 / v, axis=-1) * times
     own = 1.0 / precision

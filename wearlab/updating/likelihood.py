@@ -178,11 +178,11 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array, passed: 
     cycle, column, since = asked.cycle[block.rows], asked.column[block.rows], block.data.since
     if passed is not None:
         return asked.curve.at(run.start + passed * (f / run.factor), column)
-    depth = asked.curve.at(run.own_cycle(cycle, f), column)
+    depth = asked.curve.at(run.own_cycle(cycle, f, asked.clock), column)
     if since is None:
         return depth
-    first = _previous(cycle, run.start) if since == PREVIOUS else np.full_like(cycle, float(since))
-    return np.asarray(depth - asked.curve.at(run.own_cycle(first, f), column))
+    first = _previous(cycle, run.begin(number)) if since == PREVIOUS else np.full_like(cycle, float(since))
+    return np.asarray(depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column))
 
 
 def _previous(cycle: Array, start: float) -> Array:
@@ -203,7 +203,7 @@ def log_likelihood(
     """
     factor, sd, drift, passed = lanes
     rate = drift**2 / PER
-    data, rows, asked, start = block.data, block.rows, run.asked[number], run.start
+    data, rows, asked, start = block.data, block.rows, run.asked[number], run.begin(number)
     cycle, hidden, offset = asked.cycle[rows], block.seen.censored[rows], data.error.offset_sd
     times = inspections_of(block, run, number)
     shares = bool(np.any(rate > 0.0)) or offset > 0.0
@@ -327,10 +327,12 @@ def _of_factors(
 ) -> Array:
     """Return Σ w (y − m)²/v + ln 2πv for a few factors, each with its deviations, (factors, deviations)."""
     curve, f = asked.curve, factor[:, None, None]
-    model = curve.at(run.own_cycle(bins.node, f), bins.column)
+    model = curve.at(run.own_cycle(bins.node, f, asked.clock), bins.column)
     off, (zeroth, once, twice) = model - bins.centre, bins.moment
     square = twice + off * (off * zeroth - 2.0 * once)
-    ends = np.searchsorted(curve.cycle[1:], run.own_cycle(bins.cycle[:, [0, -1]], f), side="right")
+    ends = np.searchsorted(
+        curve.cycle[1:], run.own_cycle(bins.cycle[:, [0, -1]], f, asked.clock), side="right"
+    )
     smooth = ends[..., 0] == ends[..., 1]
     if relative:
         least, largest = np.abs(model).min(axis=-1), np.abs(model).max(axis=-1)
@@ -340,7 +342,7 @@ def _of_factors(
     lane, uneven = np.nonzero(~smooth)
     for some in np.array_split(np.arange(len(lane)), max(len(lane) * SIZE // NUMBERS, 1)):
         i, b = lane[some], uneven[some]
-        own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None]), bins.column[b])
+        own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b])
         square = bins.weight[b] * (bins.value[b] - own) ** 2
         each = _added(square[:, None], bins.real[b][:, None], own[:, None], sd[i], relative)
         np.add.at(total, i, each)

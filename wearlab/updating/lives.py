@@ -28,6 +28,7 @@ DROPPED = 1e-6  # probability of all states of a run that do not
 STATES = 5  # points over the present state
 STIFFEST = 1e8  # shape over mean from which a law is as good as a step
 TIMES, LONGEST = 49, 1e6  # of a first table of lives; times the median from which a life counts as endless
+NEAR = 0.05  # of ln of a life that is guessed by some of the states
 LAST_DAY = np.datetime64("9999-12-31")
 NEVER = "never"
 
@@ -159,20 +160,22 @@ class Passage:
         if not len(self.weight):
             return found
         logs = np.log(np.median(self.mean)) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
-        thinned = max(len(self.weight) // 2000, 1)
+        thinned = max(len(self.weight) // 600, 1)
         known = np.array([self.below(self.now + t, thinned) for t in np.exp(logs)])
 
-        def off(u: float, wanted: float) -> float:
-            return self.below(self.now + float(np.exp(u))) - wanted
+        def off(u: float, wanted: float, thinned: int = 1) -> float:
+            return self.below(self.now + float(np.exp(u)), thinned) - wanted
+
+        def root(low: float, high: float, wanted: float, thinned: int = 1) -> float:
+            held = off(low, wanted, thinned) <= 0.0 <= off(high, wanted, thinned)
+            return float(brentq(off, low, high, (wanted, thinned), xtol=1e-8)) if held else np.inf
 
         for n, wanted in np.ndenumerate(p):
-            k = int(np.clip(np.searchsorted(known, wanted), 2, TIMES - 2))
-            ends = [logs[k - 2], logs[k + 1]]
-            if off(ends[0], wanted) > 0.0 or off(ends[1], wanted) < 0.0:  # the table was too coarse
-                ends = [logs[0], logs[-1]]
             if wanted > self.over:
-                there = off(ends[0], wanted) <= 0.0 <= off(ends[1], wanted)
-                at = brentq(off, *ends, (wanted,), xtol=1e-8) if there else np.inf
+                k = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
+                guess = root(logs[k - 1], logs[k], wanted, thinned)
+                at = root(guess - NEAR, guess + NEAR, wanted) if np.isfinite(guess) else np.inf
+                at = at if np.isfinite(at) else root(logs[0], logs[-1], wanted)
                 found[n] = self.now + np.exp(at)
         return found
 

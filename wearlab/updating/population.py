@@ -31,7 +31,8 @@ from wearlab.updating.run_curves import RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES, FINER = 65, 4  # of a unit's grid; times as fine as it is integrated
-ZOOMS, ZOOMED = 4, 13  # to find the top of a unit's likelihood
+ZOOMS, ZOOMED = 2, 61  # to find the top of a unit's likelihood
+DEPTH = 60.0  # of a unit's log likelihood below its top that counts
 REACH = 6.0  # standard deviations of the population that a unit's grid goes to
 RADIUS = 4.5  # of the lattice, in standard deviations
 SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
@@ -94,6 +95,15 @@ class Shared(NamedTuple):
     sd: tuple[Array, ...]
     reference: float
 
+    @property
+    def middle(self) -> "Shared":
+        """One lane in the middle of all."""
+        power, straying, *sd = (
+            np.exp(np.mean(np.log(np.maximum(each, 1e-300)), axis=0, keepdims=True))
+            for each in (self.power, self.straying, *self.sd)
+        )
+        return Shared(power, straying, tuple(sd), self.reference)
+
     def equal(self, cycle: float | Array) -> Array:
         """Return Λ of cycles from the start."""
         return np.asarray(self.reference * (cycle / self.reference) ** self.power)
@@ -153,41 +163,39 @@ def sd_name(number: int) -> str:
 
 
 def _table(unit: FleetMember, shared: Shared, low: float, high: float) -> tuple[Array, Array]:
-    """Return ln f on a fine grid of the unit, (p, n), and the log of its likelihood times the spacing."""
+    """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n)."""
 
-    def log_likelihood(u: Array) -> Array:
-        return np.asarray(sum(np.broadcast_to(s.log_likelihood, u.shape) for s in seen_by(unit, shared, u)))
+    def log_likelihood(lanes: Shared, u: Array) -> Array:
+        return np.asarray(sum(np.broadcast_to(s.log_likelihood, u.shape) for s in seen_by(unit, lanes, u)))
 
-    lanes = len(shared.power)
-    centre, half = np.full(lanes, 0.5 * (low + high)), 0.5 * (high - low)
-    width, even = np.full(lanes, 0.5 * half), np.linspace(-1.0, 1.0, ZOOMED)
+    middle = shared.middle  # the top moves little with what the units share
+    centre, half, even = 0.5 * (low + high), 0.5 * (high - low), np.linspace(-1.0, 1.0, ZOOMED)
     for _ in range(ZOOMS):
-        logs = log_likelihood(centre[:, None] + half * even)
-        best = np.clip(logs.argmax(axis=1), 1, ZOOMED - 2)
-        left, top, right = (logs[np.arange(lanes), best + k] for k in (-1, 0, 1))
+        logs = log_likelihood(middle, (centre + half * even)[None])[0]
+        best = int(np.clip(logs.argmax(), 1, ZOOMED - 2))
         step = half * (even[1] - even[0])
-        bend = np.maximum((2.0 * top - left - right) / step**2, 1e-12)
-        centre = np.clip(centre + half * even[best], low, high)
-        width, half = np.clip(1.0 / np.sqrt(bend), 1e-4, 0.25 * (high - low)), 0.2 * half
-    ends = [np.arcsinh((end - centre) / width)[:, None] for end in (low, high)]
-    coarse, fine = (np.linspace(0.0, 1.0, n) for n in (NODES, FINER * (NODES - 1) + 1))
-    logs = log_likelihood(centre[:, None] + width[:, None] * np.sinh(ends[0] + (ends[1] - ends[0]) * coarse))
+        bend = max(float(2.0 * logs[best] - logs[best - 1] - logs[best + 1]) / step**2, 1e-12)
+        centre = float(np.clip(centre + half * even[best], low, high))
+        width, half = float(np.clip(bend**-0.5, 1e-4, 0.25 * (high - low))), 2.0 * step
+    ends = [float(np.arcsinh((end - centre) / width)) for end in (low, high)]
+    coarse, fine = (np.linspace(*ends, n) for n in (NODES, FINER * (NODES - 1) + 1))
+    u = np.broadcast_to(centre + width * np.sinh(coarse), (len(shared.power), NODES))
+    logs = log_likelihood(shared, u)
     logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=1, keepdims=True) - 1e5), axis=1)(fine)
-    z = ends[0] + (ends[1] - ends[0]) * fine
-    spacing = width[:, None] * np.cosh(z) * (ends[1] - ends[0]) * fine[1] * even_weights(len(fine))
-    return centre[:, None] + width[:, None] * np.sinh(z), logs + np.log(spacing)
+    held = (logs > logs.max(axis=1, keepdims=True) - DEPTH).any(axis=0)
+    spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * even_weights(len(fine))
+    return (centre + width * np.sinh(fine))[held], (logs + np.log(spacing))[:, held]
 
 
 def integrand(unit: FleetMember, law: Law, theta: Array) -> tuple[Array, Array]:
-    """Return ln f of a unit, (p, n), and the log of the mass there of L N(u; m, s²), for points (p, d)."""
+    """Return ln f of a unit, (n,), and ln of the mass there of L N(u; m, s²), (p, n), for points (p, d)."""
     spread, median = np.exp(theta[:, -2]), theta[:, -1]
     low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
     errors = np.round(theta[:, :-2], 10)
     _, first, which = np.unique(errors, axis=0, return_index=True, return_inverse=True)
     u, logs = _table(unit, law.shared(theta[first]), low, high)
-    u, logs = u[which.ravel()], logs[which.ravel()]
     z = (u - median[:, None]) / spread[:, None]
-    return u, logs - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
+    return u, logs[which.ravel()] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
 
 
 def log_marginal(unit: FleetMember, law: Law, theta: Array) -> Array:
@@ -351,12 +359,16 @@ def factors(unit: FleetMember, law: Law, theta: Array, rng: np.random.Generator)
     """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
     if not len(unit.cycles):
         return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))
-    u, logs = integrand(unit, law, theta)
+    return along(*integrand(unit, law, theta), rng)
+
+
+def along(u: Array, logs: Array, rng: np.random.Generator) -> Array:
+    """Return a draw from each of some laws on one grid, (n,), from the logs of their masses (n, grid)."""
     mass = np.exp(logs - logs.max(axis=1, keepdims=True))
     below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
-    at = rng.random(len(theta)) * below[:, -1]
+    at = rng.random(len(logs)) * below[:, -1]
     i = np.minimum((below < at[:, None]).sum(axis=1), below.shape[1] - 1)
-    rows = np.arange(len(theta))
+    rows = np.arange(len(logs))
     before = np.where(i > 0, below[rows, i - 1], 0.0)
     share = (at - before) / np.maximum(below[rows, i] - before, 1e-300)
-    return np.asarray(u[rows, i] + share * (u[rows, i + 1] - u[rows, i]))
+    return np.asarray(u[i] + share * (u[i + 1] - u[i]))

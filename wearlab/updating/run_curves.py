@@ -139,11 +139,16 @@ def _cubic(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
 
 
 class Asked(NamedTuple):
-    """What a block of observations asks of a run: a curve, and of each value its column and cycle."""
+    """What a block of observations asks of a run: a curve, and of each value its column and cycle.
+
+    A gear that was replaced has a clock of its own, and a cycle at which it was new.
+    """
 
     curve: RunCurve
     column: NDArray[np.intp]
     cycle: Array
+    clock: "Clock | None" = None
+    begin: float | None = None
 
 
 class Clock(NamedTuple):
@@ -210,13 +215,25 @@ class RunHistory:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
         return self.numerical_whole if quantity in WHOLE else self.numerical
 
-    def equal(self, cycle: Array) -> Array:
-        """Return the cycles from the start that wear as much at a constant coefficient and load."""
-        return (cycle if self.clock is None else self.clock(cycle)) - self.start
+    def begin(self, number: int) -> float:
+        """Return the cycle from which a block's wear counts."""
+        begin = self.asked[number].begin
+        return self.start if begin is None else begin
 
-    def own_cycle(self, cycle: Array, factor: Array) -> Array:
-        """Return the cycle of this run at which wear is as after ``cycle`` with another factor."""
-        return self.start + self.equal(cycle) * (factor / self.factor)
+    def equal(self, cycle: Array, clock: Clock | None = None) -> Array:
+        """Return the cycles from the start that wear as much at a constant coefficient and load."""
+        clock = self.clock if clock is None else clock
+        return (cycle if clock is None else clock(cycle)) - self.start
+
+    def own_cycle(self, cycle: Array, factor: Array, clock: Clock | None = None) -> Array:
+        """Return the cycle of this run at which wear is as after ``cycle`` with another factor.
+
+        Parameters
+        ----------
+        cycle, factor : when, and on the wear coefficient
+        clock : of a block whose gear has one of its own [that of the run]
+        """
+        return self.start + self.equal(cycle, clock) * (factor / self.factor)
 
     def after(self, own: Array, factor: Array) -> Array:
         """Return the cycle after which wear with a factor is as at a cycle of this run."""
@@ -262,8 +279,7 @@ def history_of(
     refuse_stages(scene)
     if "cycle" not in run or len(run["cycle"].values) < 2:
         raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
-    cycle = np.asarray(run["cycle"].values, float)
-    keep = np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
+    cycle, keep = np.asarray(run["cycle"].values, float), states_kept(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, keep, "update.limit")
     coefficient = (scene.get("wear") or {}).get("coefficient") or {}
     factor = float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
@@ -275,8 +291,8 @@ def history_of(
         coefficient=_coefficient(run, limit.where) / factor,
         start=float(cycle[0]),
         end=float(cycle[-1]),
-        seconds_per_cycle=_per_cycle(run, "operating_hours"),
-        asked=tuple(_asked(run, inspection, keep, limit, ended) for inspection in seen),
+        seconds_per_cycle=per_cycle(run, "operating_hours"),
+        asked=tuple(asked_of(run, inspection, keep, limit, ended) for inspection in seen),
         limit=ended,
         level=limit.value,
         limit_cycle=limit_cycle,
@@ -286,20 +302,38 @@ def history_of(
     )
 
 
-def _asked(run: StoredRun, seen: Observed, keep: Flags, limit: Limit, ended: RunCurve) -> Asked:
-    """Return what a block of observations asks of a run, whose states that count are ``keep``."""
-    data = seen.data
-    cycle = np.asarray(seen.time, float)
+def states_kept(run: StoredRun) -> Flags:
+    """Return which states of a run count: of several at one cycle the first."""
+    cycle = np.asarray(run["cycle"].values, float)
+    return np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
+
+
+def cycles_of(run: StoredRun, seen: Observed) -> Array:
+    """Return the cycles of a run at which a block was measured."""
+    cycle, start = np.asarray(seen.time, float), float(run["cycle"].values[0])
     if seen.clock != "cycle":
-        clock = "operating_hours" if seen.clock == "hours" else "mesh_cycles"
-        cycle = float(run["cycle"].values[0]) + cycle / _per_cycle(run, clock)
-    if len(cycle) and cycle.min() < run["cycle"].values[0]:
+        cycle = start + cycle / per_cycle(run, "operating_hours" if seen.clock == "hours" else "mesh_cycles")
+    if len(cycle) and cycle.min() < start:
         row = seen.row[int(np.argmin(cycle))]
-        raise UpdateError(f"{data.file}: line {row}: is before the cycle at which the run starts")
+        raise UpdateError(f"{seen.data.file}: line {row}: is before the cycle at which the run starts")
+    return cycle
+
+
+def asked_of(run: StoredRun, seen: Observed, keep: Flags, limit: Limit, ended: RunCurve | None) -> Asked:
+    """Return what a block of observations asks of a run.
+
+    Parameters
+    ----------
+    run, seen : the run, the block
+    keep : which states of the run count
+    limit, ended : what ends the life, and its curve, where it is of this run
+    """
+    data, cycle = seen.data, cycles_of(run, seen)
     if seen.place_kind is None:
         same = (data.quantity, data.where) == (limit.quantity, limit.where) and not data.select
-        curve = ended if same else curve_of(run, data.quantity, data.where, data.select, keep, data.place)
-        return Asked(curve, np.zeros(len(seen), np.intp), cycle)
+        if ended is None or not same:
+            ended = curve_of(run, data.quantity, data.where, data.select, keep, data.place)
+        return Asked(ended, np.zeros(len(seen), np.intp), cycle)
     places, column = np.unique(seen.place, return_inverse=True)
     return Asked(_profile(run, seen, places, keep), column.astype(np.intp), cycle)
 
@@ -381,7 +415,7 @@ def _profile(run: StoredRun, seen: Observed, places: Array, keep: Flags) -> RunC
     return RunCurve(np.asarray(run["cycle"].values, float)[keep], value, slope)
 
 
-def _per_cycle(run: StoredRun, clock: str) -> float:
+def per_cycle(run: StoredRun, clock: str) -> float:
     """Return how much of a clock one cycle takes; conditions are constant, so any span tells."""
     if clock not in run:
         return math.nan

@@ -70,7 +70,8 @@ def simple_rules(study: "MeasuredCase", post: Posterior, now: float) -> tuple[fl
     held = held[np.argsort(cycle[held], kind="stable")]
     cycle, value = cycle[held], value[held]
     if len(cycle) and value[-1] > 0.0:
-        ratio = run.start + (cycle[-1] - run.start) * limit.value / value[-1] - now
+        begin = run.begin(number)
+        ratio = begin + (cycle[-1] - begin) * limit.value / value[-1] - now
     if len(cycle) > 2 and np.ptp(cycle[-3:]) > 0.0:
         slope, at = np.polyfit(cycle[-3:], value[-3:], 1)
         line = (limit.value - at) / slope - now if slope > 0.0 else np.nan

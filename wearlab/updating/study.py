@@ -46,6 +46,7 @@ class MeasuredCase:
     drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
     longer : times its own limits at which the runs end
     record : what really ran until now
+    renewals : which gears were replaced when, in words
     """
 
     label: str
@@ -56,6 +57,7 @@ class MeasuredCase:
     drawn: Mapping[str, tuple[Any, ...]]
     longer: float = 1.0
     record: OperatingRecord | None = None
+    renewals: str = ""
 
     @property
     def prior(self) -> Distribution | None:
@@ -196,6 +198,16 @@ def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     return names
 
 
+def wanted_of(study: MeasuredCase) -> set[str]:
+    """Return the variables that the histories of a study are made of."""
+    wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
+    wanted |= {block.place_kind for block in study.seen if block.place_kind}
+    wanted |= {block.clock for block in study.seen if block.clock == "mesh_cycles"}
+    wanted |= {"roll_angle" for block in study.seen if block.data.quantity == THICKNESS}
+    wanted |= {"wear_depth", "wear_rate", "path_position", "worn_mass"} if study.spec.replaced else set()
+    return wanted - {"verdict", "end_reason"}  # those are for people
+
+
 def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
     """Return what the stored runs of a study say, and which draw each is.
 
@@ -203,12 +215,7 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     ------
     UpdateError : none of them is there
     """
-    scenes = study.scenes()
-    wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
-    wanted |= {block.place_kind for block in study.seen if block.place_kind}
-    wanted |= {block.clock for block in study.seen if block.clock == "mesh_cycles"}
-    wanted |= {"roll_angle" for block in study.seen if block.data.quantity == THICKNESS}
-    wanted -= {"verdict", "end_reason"}  # for people
+    scenes, wanted = study.scenes(), wanted_of(study)
     ids = [scene.id for scene in scenes]
     runs = read_runs(store, dict.fromkeys(ids), wanted)
     if len(ids) == 1 and not runs:

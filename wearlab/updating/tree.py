@@ -256,7 +256,8 @@ def _observed_life(outcome: UpdateOutcome) -> float:
 
 def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
-    values = {**outcome.stats, "notes": " | ".join(outcome.notes)}
+    values: dict[str, Any] = {**outcome.stats, "notes": " | ".join(outcome.notes)}
+    values |= {"replaced": outcome.study.renewals} if outcome.study.renewals else {}
     if outcome.study.costly:
         values["run_weight"] = outcome.posterior.weight
         values["run_id"] = [run.id for run in outcome.posterior.histories]
