@@ -178,7 +178,7 @@ def _table(unit: FleetMember, shared: Shared, low: float, high: float) -> tuple[
         centre = float(np.clip(centre + half * even[best], low, high))
         width, half = float(np.clip(bend**-0.5, 1e-4, 0.25 * (high - low))), 2.0 * step
     ends = [float(np.arcsinh((end - centre) / width)) for end in (low, high)]
-    coarse, fine = (np.linspace(*ends, n) for n in (NODES, FINER * (NODES - 1) + 1))
+    coarse, fine = (np.linspace(ends[0], ends[1], n) for n in (NODES, FINER * (NODES - 1) + 1))
     u = np.broadcast_to(centre + width * np.sinh(coarse), (len(shared.power), NODES))
     logs = log_likelihood(shared, u)
     logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=1, keepdims=True) - 1e5), axis=1)(fine)
