@@ -7,7 +7,7 @@ from catalogues import make_older
 
 from wearlab.query import QueryError
 from wearlab.query.evaluate import COMPARED, first_cycle
-from wearlab.store import Store, StoreError
+from wearlab.store import Store, StoreError, search
 from wearlab.store.outcome import Outcome
 from wearlab.store.table import Column, Table
 from wearlab.units import quantity, rounded
@@ -320,3 +320,48 @@ def test_hours_are_those_of_the_run_and_no_limit(asked, means):
 
     keys = [Key("wear.until.hours", is_path=True), Key("service_life"), Key("operating_hours")]
     assert Vocabulary(keys, ALIASES).find(Name(asked, 0), asked).name == means
+
+
+QUESTIONS = [
+    ("", None),
+    ("", "started"),
+    ("", "-life"),
+    ("", "torque"),
+    ("torque >= 200 N*m", "-life"),
+    ("status = done", "campaign"),
+    ("not campaign = Other", "-torque"),
+    ("first_cycle(max_wear_depth > 20 um) < 2e6", None),
+]
+
+
+@pytest.mark.parametrize(("where", "sort"), QUESTIONS, ids=map(str, QUESTIONS))
+@pytest.mark.parametrize("at_once", [1, 3, 1000])
+def test_pages_are_the_parts_of_the_whole_answer(asked, monkeypatch, where, sort, at_once):
+    """However many runs are read at once, and whether SQLite or this code puts them in order."""
+    whole = asked(where, sort=sort)
+    monkeypatch.setattr(search, "AT_ONCE", at_once)
+    some = search.CatalogueSearch(asked.store.catalogue)
+    pages = [some.page(where, ["torque"], sort, 2, skip) for skip in (0, 2, 4)]
+    assert [int(run, 16) for page in pages for run in page.table["id"]] == whole
+    assert {page.total for page in pages} == {len(whole)}
+
+
+def test_the_order_of_sqlite_is_that_of_this_code(asked, monkeypatch):
+    for sort in ("life", "-life", "status", "-started", "torque", "verdict", "seconds", "-reason"):
+        by_sqlite = asked("", sort=sort)
+        monkeypatch.setattr(search.CatalogueSearch, "_is_of_tables", lambda self, by: False)
+        assert asked("", sort=sort) == by_sqlite, sort
+        monkeypatch.undo()
+
+
+def test_no_more_of_a_catalogue_is_read_than_a_page_shows(asked, monkeypatch):
+    read = []
+    original = search.CatalogueSearch._column
+
+    def column(self, name, runs):
+        read.append(len(runs))
+        return original(self, name, runs)
+
+    monkeypatch.setattr(search.CatalogueSearch, "_column", column)
+    search.CatalogueSearch(asked.store.catalogue).page("", ["torque", "life"], "-life", 2, 1)
+    assert set(read) == {2}

@@ -1,6 +1,5 @@
 """What each page tells, asked of the store: plain data for the templates, and files to take along."""
 
-import json
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -9,7 +8,7 @@ from wearlab.browsing import figures, listing, one_run, question, recorded
 from wearlab.browsing.listing import ROWS, whole
 from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import KINDS, read
-from wearlab.store import outcome, remark_files, remarks
+from wearlab.store import database, outcome, remark_files, remarks
 from wearlab.store import updates as kept
 from wearlab.store.errors import StoreError
 from wearlab.store.lineage import name_of
@@ -84,7 +83,8 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
         "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number LIMIT ? OFFSET ?",
         [key, limit, skip],
     )
-    places = [json.loads(position or "{}") for _, _, position in members]
+    what = "a campaign in the catalogue"
+    places = [database.understood(what, database.place, position) for _, _, position in members]
     axes = list(dict.fromkeys(name for place in places for name in place))
     entries = store.entries(run for run, _, _ in members)
     heads = ("case", *axes, "state", "verdict", "result", "error")

@@ -1,6 +1,6 @@
 """Figures on pages: interactive ones, their words, files for print, thumbnails, and what follows a slider."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,10 @@ from markupsafe import Markup
 
 from wearlab.browsing import interactive, question, words
 from wearlab.figures import drawing
+from wearlab.figures.doubt import read_for
 from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import KINDS
+from wearlab.figures.runs import COORDINATES
 from wearlab.figures.wording import cycles
 from wearlab.store.errors import StoreError
 
@@ -76,7 +79,7 @@ def shown(
 
 def of_plot(plot: "Plot", files: tuple[tuple[str, str], ...] = ()) -> Shown:
     """Return a figure that is known as data for a page."""
-    script, div = components(column(*interactive.panels(plot), **WIDE), wrap_script=False)
+    script, div = components(column(*interactive.drawn(plot, titled=False).parts, **WIDE), wrap_script=False)
     return Shown(plot.title, Markup(div), script, tuple(words.summary(plot)), files)
 
 
@@ -135,31 +138,46 @@ class Follower:
     run_id: str
     grid: Any = None
     asked: list["Question"] = field(default_factory=list)
+    drawn: list[interactive.Drawn | None] = field(default_factory=list)
+    places: list[Any] = field(default_factory=list)
+    said: Any = None
 
     def add_to(self, document: Document) -> None:
         """Put slider, figures and their words into a document."""
         source = question.recorded.together(self.store, [self.run_id])
-        self.grid = self.store.open(source)  # type: ignore[arg-type]
+        self.grid = self.store.open(source)
         kinds = question.of_one_run(self.grid)
         self.asked = [question.asked(source, kind, {}) for kind in kinds]
+        self._load(kinds)
         states = self.labels()
         last = len(states) - 1
-        self.plots = [self.plot(asked, last) for asked in self.asked]
-        self.places = [column(*self._drawn(plot), **WIDE) for plot in self.plots]
-        self.said = Div(text=self.words(states, last), **WIDE)
-        self.drawn = [interactive.sources(plot) if not isinstance(plot, str) else None for plot in self.plots]
+        plots = [self.plot(asked, last) for asked in self.asked]
+        self.drawn = [None if isinstance(plot, str) else interactive.drawn(plot) for plot in plots]
+        self.places = [column(*self._parts(n, plot), **WIDE) for n, plot in enumerate(plots)]
+        self.said = Div(text=self.words(plots, states, last), **WIDE)
+        shown = [self.said, *self.places]
         if last > 0:
-            slider = Slider(
-                start=0, end=last, step=1, value=last, title="Wear state", show_value=True, **WIDE,
-                html_attributes={"aria-label": f"Wear state, 0 to {last}"}, name="state",
-            )  # fmt: skip
-            before, after = (Button(label=text, name=text) for text in ("Less worn", "More worn"))
-            before.on_click(lambda: setattr(slider, "value", max(0, slider.value - 1)))
-            after.on_click(lambda: setattr(slider, "value", min(last, slider.value + 1)))
-            slider.on_change("value", lambda name, old, new: self.follow(states, int(new)))
-            document.add_root(column(slider, Row(before, after), self.said, *self.places, **WIDE))
-        else:
-            document.add_root(column(self.said, *self.places, **WIDE))
+            shown = [*self._controls(document, states), *shown]
+        document.add_root(column(*shown, **WIDE))
+
+    def _load(self, kinds: Sequence[str]) -> None:
+        """Read once what the figures need of the run."""
+        names = [name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)]
+        for name in {*names, *read_for(names), *COORDINATES}:
+            if name in self.grid.variables:
+                self.grid[name].load(scheduler="synchronous")
+
+    def _controls(self, document: Document, states: list[str]) -> list[Any]:
+        last = len(states) - 1
+        named = {"role": "group", "aria-label": f"Wear state, 0 unworn to {last}"}
+        slider = Slider(
+            start=0, end=last, step=1, value=last, title="Wear state", html_attributes=named, **WIDE
+        )
+        before, after = (Button(label=text) for text in ("Less worn", "More worn"))
+        before.on_click(lambda: setattr(slider, "value", max(0, slider.value - 1)))
+        after.on_click(lambda: setattr(slider, "value", min(last, slider.value + 1)))
+        slider.on_change("value", lambda name, old, new: self.follow(document, states, int(new)))
+        return [slider, Row(before, after)]
 
     def labels(self) -> list[str]:
         """Return what the wear states are called."""
@@ -179,21 +197,21 @@ class Follower:
     def plot(self, asked: "Question", state: int) -> "Plot | str":
         """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
         count = self.grid.sizes.get("update", 1)
-        chosen = list(dict.fromkeys((0, state, count - 1)))
+        table = asked.table
+        if count > 1:
+            table = {**table, "select": {"update": [0, min(state, count - 1), count - 1]}}
         try:
-            table = {**asked.table, "select": {"update": chosen}} if count > 1 else asked.table
             return question.seen(self.store, replace(asked, table=table), self.grid)
         except PROBLEMS as error:
             return str(error)
 
-    def _drawn(self, plot: "Plot | str") -> list[Any]:
-        if isinstance(plot, str):
-            return [Div(text=escape(plot))]
-        return [Div(text=f"<h3>{escape(words.plain(plot.title))}</h3>", **WIDE), *interactive.panels(plot)]
+    def _parts(self, number: int, plot: "Plot | str") -> list[Any]:
+        drawn = self.drawn[number]
+        return [Div(text=escape(str(plot)))] if drawn is None else drawn.parts
 
-    def words(self, states: list[str], state: int) -> str:
+    def words(self, plots: "Sequence[Plot | str]", states: list[str], state: int) -> str:
         """Return what is seen, for readers who do not see it."""
-        lines = [line for plot in self.plots if not isinstance(plot, str) for line in words.summary(plot)]
+        lines = [line for plot in plots if not isinstance(plot, str) for line in words.summary(plot)]
         inside = "".join(f"<li>{escape(line)}</li>" for line in lines)
         return (
             f'<p role="status" aria-live="polite"><b>State {state} of {len(states) - 1}: '
@@ -201,12 +219,17 @@ class Follower:
             f"<details><summary>In words</summary><ul>{inside}</ul></details>"
         )
 
-    def follow(self, states: list[str], state: int) -> None:
+    def follow(self, document: Document, states: list[str], state: int) -> None:
         """Show another wear state: new data in what is drawn, or a new drawing of another form."""
-        self.plots = [self.plot(asked, state) for asked in self.asked]
-        for number, plot in enumerate(self.plots):
-            self.places[number].children = self._drawn(plot)
-        self.said.text = self.words(states, state)
+        document.hold("combine")
+        plots = [self.plot(asked, state) for asked in self.asked]
+        for number, plot in enumerate(plots):
+            drawn = self.drawn[number]
+            if isinstance(plot, str) or drawn is None or not drawn.follow(plot):
+                self.drawn[number] = None if isinstance(plot, str) else interactive.drawn(plot)
+                self.places[number].children = self._parts(number, plot)
+        self.said.text = self.words(plots, states, state)
+        document.unhold()
 
 
 def follow(store: "Store") -> Callable[[Document], None]:

@@ -1,9 +1,10 @@
 """A figure that can be zoomed into and asked: the same data as for print, drawn by Bokeh."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from textwrap import fill
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from bokeh.models import (
@@ -36,36 +37,94 @@ HEIGHT = {"wide": 300, "square": 380}
 ROWS = "list-style:none;display:flex;flex-wrap:wrap;gap:2px 16px;margin:4px;padding:0;font-size:13px"
 LETTERS = 44  # of an axis label in one line
 NARROWEST = 300  # pixels of a panel
-TOOLTIPS = [("", "@name"), ("x", "@across"), ("y", "@up"), ("run", "@run")]
 TOOLS = "pan,box_zoom,wheel_zoom,reset"
 
 
-def panels(plot: Plot) -> list[UIElement]:
-    """Return legend and panels of a figure, panels side by side where there is room.
+class Handle(NamedTuple):
+    """A curve as it is drawn: its data, and the renderers that bear its colour and its name."""
+
+    source: ColumnDataSource
+    renderers: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as Bokeh has it.
 
     Parameters
     ----------
-    plot : the figure as data; whatever its texts hold stays text
+    title, legend : as HTML, the legend empty where there is none
+    panels : side by side where there is room
+    curves : of each panel, in the order of the plot
     """
-    drawn = [_panel(plot, panel) for panel in plot.panels]
-    if plot.share_y == "all":
-        for each in drawn[1:]:
-            each.y_range = drawn[0].y_range
-    wrapped: dict[str, Any] = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
-    legend = legend_html(plot)
-    return [
-        *([Div(text=legend, sizing_mode="stretch_width")] if legend else []),
-        Row(children=drawn, **wrapped),
-    ]
+
+    title: Div
+    legend: Div
+    panels: Row
+    curves: tuple[tuple[Handle, ...], ...]
+
+    @property
+    def parts(self) -> list[UIElement]:
+        """What a page holds of it, one below the other."""
+        return [self.title, self.legend, self.panels]
+
+    def follow(self, plot: Plot) -> bool:
+        """Show the values of another plot of the same form; say whether it has that form."""
+        shape = [[_data(curve, _least(panel)).keys() for curve in panel.curves] for panel in plot.panels]
+        if shape != [[handle.source.data.keys() for handle in handles] for handles in self.curves]:
+            return False
+        names = {id(curve): name for _, curve, name in named(plot)}
+        for panel, handles in zip(plot.panels, self.curves, strict=True):
+            least = _least(panel)
+            for curve, handle in zip(panel.curves, handles, strict=True):
+                handle.source.data = _data(curve, least)
+                for renderer in handle.renderers:
+                    renderer.name = _told(curve, names[id(curve)])
+                    stroke = renderer.glyph
+                    colours = {name: curve.pen.colour for name in COLOURED if _is_plain(stroke, name)}
+                    stroke.update(**colours)
+        self.legend.text = legend_html(plot)
+        return True
 
 
-def sources(plot: Plot) -> list[list[dict[str, Any]]]:
-    """Return the data of every curve by panel, in the order in which `panels` draws them."""
+COLOURED = ("line_color", "fill_color")
+
+
+def _is_plain(stroke: Any, name: str) -> bool:
+    """Say whether a stroke has one colour of its own, which is not that of hollow marks."""
+    own = getattr(stroke, name, None)
+    return isinstance(own, str) and own.startswith("#")
+
+
+def drawn(plot: Plot, *, titled: bool = True) -> Drawn:
+    """Return a figure drawn by Bokeh; whatever its texts hold stays text.
+
+    Parameters
+    ----------
+    plot : the figure as data
+    titled : whether its title stands above it
+    """
     names = {id(curve): name for _, curve, name in named(plot)}
-    return [[_data(curve, names[id(curve)]) for curve in panel.curves] for panel in plot.panels]
+    made = [_panel(plot, panel, names) for panel in plot.panels]
+    if plot.share_y == "all":
+        for each, _ in made[1:]:
+            each.y_range = made[0][0].y_range
+    title = f"<h3>{escape(plain(plot.title))}</h3>" if titled and plot.title else ""
+    wrapped: dict[str, Any] = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
+    return Drawn(
+        Div(text=title, sizing_mode="stretch_width", visible=bool(title)),
+        Div(text=legend_html(plot), sizing_mode="stretch_width"),
+        Row(children=[each for each, _ in made], **wrapped),
+        tuple(handles for _, handles in made),
+    )
 
 
-def _panel(plot: Plot, panel: Panel) -> Any:
+def _least(panel: Panel) -> float:
+    """Return the smallest error that can be seen in a panel."""
+    return least_seen([curve.y for curve in panel.curves if len(curve.y)])
+
+
+def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
     sides = {"x_axis_type": plot.logarithmic_across, "y_axis_type": plot.logarithmic}
     kinds = {side: "log" for side, logarithmic in sides.items() if logarithmic}
     drawn: Any = figure(
@@ -78,95 +137,107 @@ def _panel(plot: Plot, panel: Panel) -> Any:
         styles={"flex": f"1 1 {NARROWEST}px"},
         tools=TOOLS,
         active_drag="box_zoom",
-        output_backend="canvas",
         **kinds,
     )
     drawn.toolbar.logo = None
-    drawn.toolbar.autohide = False
     drawn.grid.grid_line_color = "#e6e6e6"
     drawn.outline_line_color = None
-    names = {id(curve): name for _, curve, name in named(plot)}
-    least = least_seen([curve.y_error for curve in panel.curves if curve.y_error is not None])
-    asked = []
-    for number, curve in enumerate(panel.curves):
-        source = ColumnDataSource(_data(curve, names[id(curve)]), name=f"curve {number}")
-        asked += _curve(drawn, curve, source)
-        _errors(drawn, curve, least)
-    if asked:
-        drawn.add_tools(
-            HoverTool(renderers=asked, tooltips=TOOLTIPS, point_policy="snap_to_data", line_policy="nearest")
+    handles: list[Handle] = []
+    asked: dict[tuple[str, ...], list[Any]] = {}
+    least = _least(panel)
+    for curve in panel.curves:
+        source = ColumnDataSource(_data(curve, least))
+        renderers, pointed = _curve(drawn, curve, source)
+        for renderer in renderers:
+            renderer.name = _told(curve, names[id(curve)])
+        handles.append(Handle(source, renderers))
+        asked.setdefault(tuple(name for name in ("y_error", "run") if name in source.data), []).extend(
+            pointed
         )
+    for columns, renderers in asked.items():
+        if renderers:
+            drawn.add_tools(_hover(columns, renderers))
     _marks(drawn, panel)
     if panel.names:
         drawn.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
         drawn.yaxis.major_label_overrides = {n: plain(name) for n, name in enumerate(panel.names, 1)}
     if plot.ranks:
         drawn.y_range = Range1d(max(len(panel.names), _last_rank(panel)) + 0.7, 0.3)
-    return drawn
+    return drawn, tuple(handles)
 
 
 def _last_rank(panel: Panel) -> float:
     return max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y) and not is_beside(c)), default=1.0)
 
 
-def _data(curve: Curve, name: str) -> dict[str, Any]:
-    """Return the columns of a curve: its points, and what is told of each."""
+def _hover(columns: Sequence[str], renderers: Sequence[Any]) -> HoverTool:
+    """Return what tells the point that is pointed at: curve and run, abscissa, value and estimated error."""
+    value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
+    run = [("run", "@run")] if "run" in columns else []
+    return HoverTool(
+        renderers=renderers,
+        tooltips=[("", "$name"), ("x", "@x{%.6g}"), ("y", value), *run],
+        formatters={f"@{name}": "printf" for name in ("x", "y", "y_error")},
+        point_policy="snap_to_data",
+        line_policy="nearest",
+    )
+
+
+def _runs(curve: Curve) -> list[str]:
+    """Return the ids of the runs that points of a curve are of, each once."""
+    return [] if curve.runs is None else [str(run) for run in dict.fromkeys(curve.runs) if run]
+
+
+def _told(curve: Curve, name: str) -> str:
+    """Return the name of a curve, and its run where it is of one."""
+    runs = _runs(curve)
+    return " · ".join(filter(None, (plain(name), f"run {runs[0]}" if len(runs) == 1 else "")))
+
+
+def _data(curve: Curve, least: float) -> dict[str, Any]:
+    """Return the columns of a curve: its points; where there are any, their errors, doubts and runs."""
     n = len(curve.x)
-    runs = curve.runs if curve.runs is not None and len(curve.runs) == n else np.full(n, "")
-    told = {"across": _with_error(curve.x, curve.x_error), "up": _with_error(curve.y, curve.y_error)}
-    return {"x": curve.x, "y": curve.y, "name": [name] * n, "run": [str(run) for run in runs], **told}
+    data: dict[str, Any] = {"x": curve.x, "y": curve.y}
+    error = curve.y_error
+    if error is not None and len(error) == n and np.isfinite(error).any():
+        seen = np.where(error > least, error, np.nan)
+        data |= {"y_error": error, "low": curve.y - seen, "high": curve.y + seen}
+    if curve.doubtful is not None and len(curve.doubtful) == n and curve.doubtful.any():
+        data["fill"] = ["#ffffff" if doubtful else curve.pen.colour for doubtful in curve.doubtful]
+    if curve.runs is not None and len(curve.runs) == n and len(_runs(curve)) > 1:
+        data["run"] = [str(run) for run in curve.runs]
+    return data
 
 
-def _with_error(values: Any, errors: Any) -> list[str]:
-    if errors is None or len(errors) != len(values):
-        return [f"{value:.6g}" for value in values]
-    return [
-        f"{v:.6g} ± {e:.2g}" if np.isfinite(e) else f"{v:.6g}" for v, e in zip(values, errors, strict=True)
-    ]
-
-
-def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> list[Any]:
-    """Draw a curve; return what answers when it is pointed at."""
-    pen, asked = curve.pen, []
+def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[Any, ...], list[Any]]:
+    """Draw a curve; return its renderers, and those that answer when they are pointed at."""
+    pen, shown = curve.pen, []
     colour, dash = pen.colour, DASHES.get(pen.dash, "solid")
     if curve.look == "area":
-        drawn.patch("x", "y", source=source, fill_color=colour, fill_alpha=0.25, line_color=None)
-        return []
+        area = drawn.patch("x", "y", source=source, fill_color=colour, fill_alpha=0.25, line_color=None)
+        return (area,), []
     if curve.look in LINED:
         dash = "dashed" if curve.look == "horizontal" else dash
         width = 1.0 if curve.look in THIN else 1.6 * pen.width
-        asked.append(drawn.line("x", "y", source=source, line_color=colour, line_dash=dash, line_width=width))
+        shown.append(drawn.line("x", "y", source=source, line_color=colour, line_dash=dash, line_width=width))
     if curve.look == "stem":
         drawn.segment("x", 0, "x", "y", source=source, line_color=colour, line_width=1.6)
     if curve.look in POINTED:
-        look: dict[str, Any] = {
-            "marker": MARKERS.get(pen.marker, "circle"),
-            "line_color": colour,
-            "fill_color": colour,
-        }
+        look: dict[str, Any] = {"marker": MARKERS.get(pen.marker, "circle"), "line_color": colour}
         look["size"] = 4 if curve.look == "dots" else 8 if curve.look in ("points", "published") else 6
+        look["fill_color"] = "fill" if "fill" in source.data else colour
         if curve.look == "published":
             look |= {"fill_color": None, "line_width": 1.5, "size": 10}
-        if curve.doubtful is not None and len(curve.doubtful) == len(curve.x) and curve.doubtful.any():
-            fills = ["#ffffff" if doubtful else colour for doubtful in curve.doubtful]
-            source.data["fill"] = fills
-            look["fill_color"] = "fill"
-        asked.append(drawn.scatter("x", "y", source=source, **look))
-    if curve.look in ("reference", "level", "dashed", "dash-dot"):
-        return []
-    return asked
-
-
-def _errors(drawn: Any, curve: Curve, least: float) -> None:
-    """Draw errors as bars, those of many points as a band."""
-    error = curve.y_error
-    if error is None or len(error) != len(curve.y) or not np.nanmax(error, initial=0.0) > least:
-        return
-    x, low, high = curve.x, curve.y - error, curve.y + error
-    if len(x) > MOST_BARS and curve.look == "line":
-        drawn.varea(x, low, high, fill_color=curve.pen.colour, fill_alpha=0.2)
-        return
-    drawn.segment(x, low, x, high, line_color=curve.pen.colour, line_width=1.2)
+        shown.append(drawn.scatter("x", "y", source=source, **look))
+    if is_beside(curve):
+        return tuple(shown), []
+    if "low" not in source.data:
+        return tuple(shown), shown
+    if len(curve.x) > MOST_BARS and curve.look == "line":
+        bars = drawn.varea("x", "low", "high", source=source, fill_color=colour, fill_alpha=0.2)
+    else:
+        bars = drawn.segment("x", "low", "x", "high", source=source, line_color=colour, line_width=1.2)
+    return (*shown, bars), shown
 
 
 def _marks(drawn: Any, panel: Panel) -> None:

@@ -1,6 +1,7 @@
 """The pages: each asks the store, and tells it in HTML of which every text of others is escaped."""
 
 import asyncio
+import logging
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -159,7 +160,7 @@ class Page(RequestHandler):
     def log_exception(self, *told: Any) -> None:
         """Leave what is told on the page out of the log, which would show the token."""
         if not isinstance(told[1], (*REFUSED, HTTPError)):
-            super().log_exception(*told)
+            logging.getLogger("wearlab").error("a page, %s", self.request.path, exc_info=told)
 
 
 class Campaigns(Page):
