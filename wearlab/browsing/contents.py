@@ -23,6 +23,8 @@ CARDS = 24  # campaigns of a page
 FIGURES = 2  # of a campaign that are drawn at once
 NETCDF = "application/x-netcdf"
 TEXT = "text/plain; charset=utf-8"
+FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
+"""Figures of an update, before the others."""
 MOST_BESIDE = 24  # runs told side by side
 MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of
 
@@ -270,12 +272,12 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
     if known is None or tree is None:
         raise StoreError(f"update {prefix[:40]!r}: no such update, or its file has gone")
     drawn = []
-    for name, kind in KINDS.items():
-        if kind.of == "update":
-            shown = _of_update(store, known.subject, name)
-            if shown is not None:
-                files = _files(place, "update", f"id={known.id}&kind={name}")
-                drawn.append(figures.of_plot(shown, files))
+    of_updates = [name for name, kind in KINDS.items() if kind.of == "update"]
+    for name in [*(n for n in FIRST if n in of_updates), *(n for n in of_updates if n not in FIRST)]:
+        shown = _of_update(store, known.subject, name)
+        if shown is not None:
+            files = _files(place, "update", f"id={known.id}&kind={name}")
+            drawn.append(figures.of_plot(shown, files))
     return {
         "title": known.title or "Update",
         "answers": answers(tree),

@@ -145,7 +145,7 @@ class Follower:
     def add_to(self, document: Document) -> None:
         """Put slider, figures and their words into a document."""
         source = question.recorded.together(self.store, [self.run_id])
-        self.grid = self.store.open(source)
+        self.grid = self.store.open(source)  # type: ignore[arg-type]
         kinds = question.of_one_run(self.grid)
         self.asked = [question.asked(source, kind, {}) for kind in kinds]
         self._load(kinds)

@@ -154,9 +154,9 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         asked.setdefault(tuple(name for name in ("y_error", "run") if name in source.data), []).extend(
             pointed
         )
-    for columns, renderers in asked.items():
-        if renderers:
-            drawn.add_tools(_hover(columns, renderers))
+    for beside, pointed in asked.items():
+        if pointed:
+            drawn.add_tools(_hover(beside, pointed))
     _marks(drawn, panel)
     if panel.names:
         drawn.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
