@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from estimate_score import score, summary
 
+from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import estimates, simulate, twins, wear_off
@@ -192,6 +193,31 @@ def test_a_reference_that_is_hardly_better_judges_nothing(monkeypatch: pytest.Mo
     tolerance = still.numerics.tolerance
     with pytest.raises(scoring.Apart, match="reference too rough"):
         score(still)
+
+
+def test_finer_twins_are_asked_where_rougher_ones_say_that_forces_may_be_far_off(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """NGW11-6 at 400 um: 1.3 kN told for 0.24, where every second node said 4 of 3.8 kN."""
+    usual = score(SMALL)
+    monkeypatch.setattr(estimates, "LARGE", 1e-9)
+    closer = score(SMALL)
+    for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
+        (true, told), (same, before) = (getattr(each, name) for each in (closer, usual))
+        assert same == true < told < before, name
+
+
+def test_finer_twins_that_respond_otherwise_say_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = simulate(SMALL)
+    monkeypatch.setattr(estimates, "LARGE", 1e-9)
+
+    def none(scene: Scene, parts: Parts, block: int, lived: History) -> list[None]:
+        return [None] * len(lived.samples.state)
+
+    monkeypatch.setattr(estimates, "finer_twins_of", none)
+    for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
+        told = f"error_estimate_{name}"
+        np.testing.assert_array_equal(simulate(SMALL)[told], usual[told])
 
 
 def test_a_force_that_may_be_far_off_makes_the_estimates_doubtful(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ changes by is carried along the cycles, and added to what the steps over cycles 
 """
 
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from wearlab.simulation.force_errors import force_errors
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import (
     Rougher,
+    finer_twins_of,
     flank_of_nodes,
     is_periodic,
     together,
@@ -61,6 +63,26 @@ class Estimates(NamedTuple):
     doubts: tuple[str, ...] = ()
 
 
+class Looked(NamedTuple):
+    """What twins of one kind say of the errors.
+
+    Parameters
+    ----------
+    joint : the twins of the states, in all conditions together; None where one is missing
+    worn : the error of the wear at the states
+    force : see `Estimates`
+    """
+
+    joint: list[Rougher | None]
+    worn: list[WornFurther | None]
+    force: tuple[ForcesOfStates, ...] | None
+
+    @property
+    def missing(self) -> int:
+        """How many states have no twin, or none that may be worn further."""
+        return sum(state is None or None in state.worse for state in self.worn)
+
+
 def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
@@ -77,24 +99,38 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     Forces: their own change, and that by wear as far off as the depth may be, see `force_errors`.
     A state whose rougher twin responds otherwise counts as its neighbours do. Without any twin, less rough
     ones serve; without those there is no estimate, except of wear by averages over aperiodic responses.
+    Where forces would be off by more than `LARGE` of the largest, finer twins are asked.
     """
     clock = time.perf_counter()
-    blocks = range(len(stage.parts))
-    each = [twins_of(*condition, lived) for condition in zip(stage.scenes, stage.parts, blocks, strict=True)]
-    joint = [together(list(twins), stage.shares.weight) for twins in zip(*each, strict=True)]
-    worn = _worn_further(stage, lived, each, joint, inherited)
+    looked = _looked(stage, lived, twins_of, inherited)
+    if _loudest(lived, looked.force) > LARGE:
+        closer = _looked(stage, lived, finer_twins_of, inherited)
+        looked = closer if closer.missing <= looked.missing else looked
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    depth = _depth(lived, worn)
+    last = next((twin for twin in reversed(looked.joint) if twin is not None and twin.rate is not None), None)
+    return Estimates(
+        _depth(lived, looked.worn),
+        looked.force,
+        _life(stage, lived, looked.worn, last),
+        _doubts(stage, lived, looked.joint, looked.force),
+    )
+
+
+def _looked(
+    stage: Stage, lived: History, twins: Callable[..., list[Rougher | None]], inherited: float
+) -> Looked:
+    """Return what twins, as a function makes them of a condition, say of the errors."""
+    blocks = range(len(stage.parts))
+    each = [twins(*condition, lived) for condition in zip(stage.scenes, stage.parts, blocks, strict=True)]
+    joint = [together(list(own), stage.shares.weight) for own in zip(*each, strict=True)]
+    worn = _worn_further(stage, lived, each, joint, inherited)
     force = None
     if stage.first.vibration is not None:
-        clock = time.perf_counter()
         force = tuple(
-            _forces(parts, lived.in_block(block), twins, worn, block)
-            for block, (parts, twins) in enumerate(zip(stage.parts, each, strict=True))
+            _forces(parts, lived.in_block(block), own, worn, block)
+            for block, (parts, own) in enumerate(zip(stage.parts, each, strict=True))
         )
-        stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    last = next((twin for twin in reversed(joint) if twin is not None and twin.rate is not None), None)
-    return Estimates(depth, force, _life(stage, lived, worn, last), _doubts(stage, lived, joint, force))
+    return Looked(joint, worn, force)
 
 
 def not_estimated(lived: History) -> Estimates:

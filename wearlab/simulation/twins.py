@@ -1,4 +1,8 @@
-"""The rougher twins of wear states: each state evaluated once more with half the steps and half the nodes."""
+"""The rougher twins of wear states: each state evaluated once more with half the steps and half the nodes.
+
+Where these are so far off that their difference says little of the error, finer twins serve, of twice the
+steps and nodes: wear that loads depend on steeply is not carried to every second node without loss.
+"""
 
 from typing import NamedTuple
 
@@ -17,6 +21,10 @@ LESS_COARSENED = 0.75
 """Share of the nodes and steps that a twin keeps, and where those respond otherwise all along."""
 SCALED = (COARSENED**-2 - 1.0) / (LESS_COARSENED**-2 - 1.0)
 """What the change against the latter is worth as one against the former, at second order."""
+REFINED = 2.0
+"""Steps and nodes of a finer twin over those of the state."""
+OF_FINER = 1.0 / (1.0 - REFINED**-2)
+"""What the change against a finer twin is worth: the error itself at second order, without extrapolation."""
 
 
 class Rougher(NamedTuple):
@@ -137,6 +145,12 @@ def twins_of(scene: Scene, parts: Parts, block: int, lived: history.History) -> 
     return [
         None if twin is None else twin.scaled(SCALED) for twin in _of_share(scene, parts, own, LESS_COARSENED)
     ]
+
+
+def finer_twins_of(scene: Scene, parts: Parts, block: int, lived: history.History) -> list[Rougher | None]:
+    """Return twins of the sampled states in one condition that have twice the steps and nodes."""
+    twins = _of_share(scene, parts, lived.in_block(block).samples, REFINED)
+    return [None if twin is None else twin.scaled(OF_FINER) for twin in twins]
 
 
 def _of_share(scene: Scene, parts: Parts, own: history.History, share: float) -> list[Rougher | None]:
