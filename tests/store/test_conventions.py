@@ -65,3 +65,19 @@ def test_an_export_of_sweeps_and_cases(fill, tmp_path):
     path = export(campaign, fill(campaign), tmp_path / "out.nc")
     against = [text for some in complaints(path, "cf:1.11").values() for text in some]
     assert not [text for text in against if "speed" in text or "case" in text], against
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_an_export_of_a_campaign_that_follows_no_paper(fill, tmp_path):
+    """An attribute that is an empty text is none."""
+    from dataclasses import replace
+
+    from fake_campaign import sweep
+
+    from wearlab.store.export import export
+
+    campaign = replace(sweep(2), reference=None)
+    path = export(campaign, fill(campaign), tmp_path / "out.nc")
+    assert not [
+        text for some in complaints(path, "cf:1.11").values() for text in some if "references" in text
+    ]

@@ -22,6 +22,7 @@ def test_groups_of_an_update_hold_to_conventions(campaign, store, tmp_path):
 
 
 def held_to_conventions(tree, path, tmp_path):
+    check(path)
     for name in tree.children:
         with xr.open_dataset(path, group=name, decode_cf=False) as group:
             alone = group.load().assign_attrs(tree.attrs)

@@ -116,9 +116,11 @@ def open_grid(
     for dim in grid.sizes.keys() - coordinates.keys():  # so that grids of unequal lengths are joined
         words = "wear state" if dim == UPDATE else dim.replace("_", " ")
         coordinates[dim] = (dim, np.arange(grid.sizes[dim]), {"long_name": f"number of the {words}"})
-    attributes = {"title": campaign.title, "references": campaign.reference or ""}
-    missing = _missing(campaign, axes, points, status)
-    return xr.Dataset(variables, coordinates, {**attributes, "missing": missing})
+    attributes: dict[str, Any] = {"title": campaign.title}
+    if campaign.reference:  # CF: no attribute is an empty text
+        attributes["references"] = campaign.reference
+    attributes["missing"] = _missing(campaign, axes, points, status)
+    return xr.Dataset(variables, coordinates, attributes)
 
 
 def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:

@@ -85,7 +85,8 @@ def tree_of_groups(
         "same_measurements": int(len(same) == 1),
         "Conventions": "CF-1.11, ACDD-1.3",
     }
-    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attrs), **groups})
+    told = {key: value for key, value in attrs.items() if value != ""}  # CF: no attribute is an empty text
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
 
 
 def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
