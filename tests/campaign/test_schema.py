@@ -13,6 +13,7 @@ CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SCHEMA = json.loads(schema_json())
 DIMENSIONAL = {
     "helix_angle",
+    "equivalent_misalignment",
     "lead_crowning",
     "lead_slope",
     "bias",

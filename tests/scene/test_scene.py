@@ -205,7 +205,7 @@ def test_parts(table, full):
     static = scene.replace("dynamics", None)
     assert {"dynamics", "excitation"} <= set(parts_left_out(static))
     assert "wear: constant coefficient, static load" in parts_present(static)
-    others = ["face", "friction", "duty", "stages", "start from another run"]
+    others = ["face", "rating", "friction", "duty", "stages", "start from another run"]
     assert parts_left_out(Scene.from_mapping(full)) == others
 
 

@@ -73,9 +73,12 @@ class History(NamedTuple):
         return self._replace(state=tuple(own), sampled=sampled)
 
 
-def spread_over(count: int) -> list[int]:
-    """Return which of so many states are sampled: the first, the last, some between, fewer of few."""
-    sampled = min(count, 2 + count // 3, MOST_SAMPLES)
+def spread_over(count: int, most: int = MOST_SAMPLES) -> list[int]:
+    """Return which of so many states are sampled: the first, the last, some between, fewer of few.
+
+    Where another number is given than that of the samples of estimates, so many of them.
+    """
+    sampled = min(count, 2 + count // 3, MOST_SAMPLES) if most == MOST_SAMPLES else min(count, most)
     return sorted({round(at) for at in np.linspace(0, count - 1, sampled)})
 
 
@@ -178,6 +181,7 @@ def history(
     tolerance: float,
     most_work: float = np.inf,
     kept_work: float = np.inf,
+    most_kept: int | None = None,
     progress: Callable[[Node], None] | None = None,
 ) -> History:
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
@@ -188,6 +192,7 @@ def history(
     wear : wear depth of every kind of mesh at cycle 0 [m]
     limits, method, snapshots, tolerance, most_work, progress : see :func:`wearlab.life.integrate.integrate`
     kept_work : work on states that nobody asked for, beyond which no more of them are kept
+    most_kept : of these states, None: as many as there are
 
     Notes
     -----
@@ -216,6 +221,9 @@ def history(
         most_work=most_work,
     )
     wanted = life.updates(only_snapshots=snapshots.asked)
+    if most_kept is not None and not snapshots.asked:
+        some = spread_over(len(wanted[0]), most_kept)
+        wanted = wanted[0][some], wanted[1][some]
     chosen = spread_over(len(life.cycle))
     asked = [wanted] if snapshots.asked else [(wanted[0][[0, -1]], wanted[1][[0, -1]])]
     asked.append((life.cycle[chosen], life.depth[chosen]))

@@ -31,6 +31,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "gears": scene.gears.kind,
         "flank modifications": "" if modified else None,
         "face": _face(scene),
+        "rating": None if scene.rating is None else "ISO 6336-1",
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
         "contact": _chosen(mesh.contact.chosen for mesh in meshes),
         "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,

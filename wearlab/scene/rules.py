@@ -70,6 +70,7 @@ def broken_rules(scene: sections.Sections) -> list[str]:
         _initial,
         _needs,
         face_rules,
+        _rating,
     )
     return [f"scene.{path}: {reason}" for rule in rules for path, reason in rule(scene)]
 
@@ -271,6 +272,12 @@ def _start(scene: sections.Sections) -> Problems:
             yield "start.replace", f"{name!r} is no member with teeth; there are {', '.join(members)}"
     if scene.wear is not None and scene.wear.initial is not None:
         yield "start", "start and wear.initial both say how worn the flanks are: leave one out"
+
+
+def _rating(scene: sections.Sections) -> Problems:
+    """A rating is of one pair."""
+    if scene.rating is not None and not scene.gears.descriptor.is_pair:
+        yield "rating", "is of a pair, and this is a planetary set: leave it out, or rate each mesh as a pair"
 
 
 def _needs(scene: sections.Sections) -> Problems:

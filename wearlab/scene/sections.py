@@ -15,6 +15,7 @@ from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection
 from wearlab.scene.numerics import Numerics, StoreSection
 from wearlab.scene.operation import Operation
+from wearlab.scene.rating import Rating
 from wearlab.scene.wear import Start, WearSection
 
 
@@ -54,6 +55,9 @@ class Sections(options.Part):
     numerics: Numerics = options.option(Numerics(), "accuracy")
     start: Start | None = options.option(
         None, "the run whose wear this one goes on from", derived="its own wear"
+    )
+    rating: Rating | None = options.option(
+        None, "what ISO 6336 says of a pair, beside what is computed", derived="nothing is rated"
     )
     store: StoreSection = options.option(StoreSection(), "what is kept")
 

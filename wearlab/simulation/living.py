@@ -90,6 +90,8 @@ def _set_apart(position: Array, span: float) -> Array:
     return apart
 
 
+STATES_OF_A_FACE = 12
+"""Wear states that are kept of flanks with a width where nobody asked: each takes half a megabyte."""
 MOST_WORK = 2e9
 """Bound on the work of a march over cycles, units of about 15 ns. Kept states, estimates and the search for
 other attractors come on top."""
@@ -234,6 +236,7 @@ def _marched(
         tolerance=cycle_tolerance(scene),
         most_work=most,
         kept_work=KEPT_SHARE * most,
+        most_kept=None if parts.face is None else STATES_OF_A_FACE,
     )
 
 

@@ -22,6 +22,7 @@ from wearlab.simulation.estimates import Estimates, estimated, not_estimated
 from wearlab.simulation.face_estimates import estimated_over_face
 from wearlab.simulation.living import inherited_error, initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, along_duty, condition_coordinates, in_order, stages_of
+from wearlab.simulation.rating import rated, rating_flags
 
 __all__ = ["initial_wear", "live", "simulate"]
 
@@ -118,6 +119,8 @@ def _dataset(
         "model error", partial(trust.departures, scene, first), "", failures
     )
     values |= calibrated_values(calibration)
+    rating: Values = label.diagnosed("rating", partial(rated, scene, first), {}, failures)
+    values |= rating
     coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= face.coordinates(first)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
@@ -128,7 +131,8 @@ def _dataset(
     dataset = label.with_results(
         label.joined(conditions, label.labelled(values, coordinates)), failures, scene.store.results
     )
-    dataset = label.with_told(dataset, [*contact_lost(dataset), *failures])
+    told = [*contact_lost(dataset), *rating_flags(scene, first), *failures]
+    dataset = label.with_told(dataset, told)
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
     return dataset.drop_vars(left_out) if left_out else dataset
 

@@ -16,6 +16,9 @@ from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solve import solve_phases
 
+LIGHT = 1.0
+"""Force under which a mesh without a load is as stiff as it is told to be [N]."""
+
 
 class LineLoads(NamedTuple):
     """The mesh under its static load, at the phases of its face.
@@ -70,7 +73,7 @@ def section(analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR) 
     stiffness = analysis.stiffness
     unworn = np.zeros((2, len(analysis.grid.touching)))
     body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
-    least = max(LEAST_LOADED * analysis.load, np.finfo(float).tiny)
+    least = LEAST_LOADED * (analysis.load or LIGHT)
     softening = stiffness.softening * face_width
     force = np.full(len(body), least)
     contact = np.broadcast_to(stiffness.contact(force), body.shape) * face_width
@@ -141,15 +144,17 @@ class FaceContact:
         force : in the plane of action; None: the static load of the mesh [N]
         """
         grid, given = self.grid, self.section
-        gap = self.gap(wear)
+        gap, pressed = self.gap(wear), self.analysis.load if force is None else force
         load = np.zeros(grid.node.shape) if near is None else near.load.copy()
         count = len(grid.phase)
         deflection, tangent = np.empty(count), np.empty(count)
         solve_phases(
             grid.node, grid.width, np.diff(grid.position), grid.filled, given.body, given.cross, given.hertz,
-            given.softening, given.least, gap, self.shear_length**2,
-            self.analysis.load if force is None else force, load, deflection, tangent,
+            given.softening, given.least, gap, self.shear_length**2, pressed or LIGHT, load, deflection,
+            tangent,
         )  # fmt: skip
+        if not pressed:  # as stiff as under a light touch, and not deflected
+            load, deflection = np.zeros_like(load), self._unloaded(gap)
         return LineLoads(deflection, tangent, load, self._unloaded(gap))
 
     def _unloaded(self, gap: Array) -> Array:

@@ -1,0 +1,78 @@
+"""ISO 6336-1 beside a run: a helical pair whose stiffness others have printed."""
+
+import pytest
+from reference_pairs import ISO, both, reference
+
+from wearlab.gears.iso_6336_1 import face_load_factor
+from wearlab.scene import Scene, SceneError
+from wearlab.simulation import simulate
+
+
+def scene(**changes):
+    given = reference(ISO)
+    teeth, shifts, tips = (both(given[key]) for key in ("teeth", "shift_1/shift_2", "tip_diameter"))
+    gears = [
+        {
+            "teeth": int(z),
+            "profile_shift_coefficient": x,
+            "tip_diameter": f"{tip} mm",
+            "dedendum_coefficient": float(given["tool_dedendum"]),
+        }
+        for z, x, tip in zip(teeth, shifts, tips, strict=True)
+    ]
+    table = {
+        "gears": {
+            "kind": "external-pair",
+            "module": f"{given['normal_module']} mm",
+            "helix_angle": f"{given['helix_angle']} deg",
+            "face_width": f"{given['face_width']} mm",
+            "centre_distance": f"{given['centre_distance']} mm",
+            "pinion": gears[0],
+            "gear": gears[1],
+        },
+        "operation": {"torque": f"{given['pinion_torque']} N*m", "speed": f"{given['pinion_speed']} rpm"},
+        "mesh": {"face_points": 11, "stiffness": {"model": "potential-energy"}},
+        "numerics": {"profile_points": 41},
+        "rating": {},
+    }
+    return Scene.from_mapping(table).replace({key.replace("__", "."): v for key, v in changes.items()})
+
+
+def test_the_printed_stiffness_but_for_the_rounded_shift():
+    run, given = simulate(scene(mesh__misalignment="20 um")), reference(ISO)
+    for name, printed in (
+        ("iso_theoretical_stiffness", "theoretical_single_stiffness"),
+        ("iso_single_stiffness", "single_stiffness"),
+        ("iso_mesh_stiffness_alpha", "mesh_stiffness_alpha"),
+        ("iso_mesh_stiffness_beta", "mesh_stiffness_beta"),
+    ):
+        assert run[name].values.item() / 1e9 == pytest.approx(float(given[printed]), rel=1e-4), name
+    load = float(given["tangential_load_reference_circle"]) / 0.1
+    wanted = face_load_factor(0.85 * 20e-6, load, run["iso_mesh_stiffness_beta"].values.item())
+    assert run["iso_face_load_factor"].values.item() == pytest.approx(wanted, rel=1e-5)
+    assert 1.0 < run["iso_root_load_factor"].values.item() < wanted
+    assert "second-hand" in str(run["validity"].values)
+
+
+def test_without_a_misalignment_there_is_no_face_load_factor():
+    run = simulate(scene())
+    assert "iso_single_stiffness" in run and "iso_face_load_factor" not in run
+
+
+def test_a_rating_is_of_a_pair():
+    with pytest.raises(SceneError, match="rating: is of a pair"):
+        Scene.from_mapping(
+            {
+                "gears": {
+                    "kind": "planetary",
+                    "module": "2 mm",
+                    "face_width": "20 mm",
+                    "planets": 3,
+                    "sun": {"teeth": 20},
+                    "planet": {"teeth": 28},
+                    "ring": {"teeth": 76, "rim_diameter": "190 mm"},
+                },
+                "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
+                "rating": {},
+            }
+        )
