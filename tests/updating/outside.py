@@ -60,6 +60,7 @@ CASES = {
     "unknown": Case(ErrorModel(lognormal(4e-4, 0.8)), (4e-4, spread(0.8))),
     "relative": Case(ErrorModel(1e-4, 0.05), (1e-4, 0.0)),
     "offset": Case(ErrorModel(2e-4, 0.0, 3e-4), (2e-4, 0.0), many=4),
+    "gain": Case(ErrorModel(1e-4, 0.02, gain_sd=0.2), (1e-4, 0.0)),
     "below a limit": Case(ErrorModel(4e-4), below=3e-3),
     "drift": Case(ErrorModel(1e-4, drift=2e-3), (1e-4, 0.0), (2e-3, 0.0)),
     "unknown drift": Case(ErrorModel(1e-4, drift=lognormal(2e-3, 0.5)), (1e-4, 0.0), (2e-3, spread(0.5))),
@@ -70,6 +71,7 @@ def covariance(case, model, sd, drift):
     """Return the covariance of the values, and whether each pair is of one inspection."""
     t, error = case.cycle, case.error
     own = np.diag(sd**2 + (error.relative * model) ** 2)
+    own = own + error.gain_sd**2 * np.outer(model, model)
     return own + error.offset_sd**2 * (t[:, None] == t) + drift**2 / 1e6 * np.minimum(t[:, None], t)
 
 
@@ -103,6 +105,14 @@ def answer_to(case, value):
 def log_normal_density(case, value, factor, sd, drift):
     """Return ln p(values | factors, sd, drift), (factors,)."""
     model = wear(factor[:, None] * case.cycle)
+    if case.error.gain_sd:
+        own = sd**2 + (case.error.relative * model) ** 2
+        whole = (
+            own[:, :, None] * np.eye(len(value)) + case.error.gain_sd**2 * model[:, :, None] * model[:, None]
+        )
+        root = np.linalg.cholesky(whole)
+        z = np.linalg.solve(root, (value - model)[..., None])[..., 0]
+        return -0.5 * (z**2).sum(axis=1) - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
     hidden = np.isnan(value)
     if case.error.relative or hidden.any():
         each = np.sqrt(sd**2 + (case.error.relative * model) ** 2)
@@ -168,6 +178,7 @@ def twin(case, seed):
         + np.repeat(walk, case.many)
         + case.error.offset_sd * np.repeat(rng.standard_normal(6), case.many)
     )
+    value = value + case.error.gain_sd * rng.standard_normal() * model
     value = value + np.hypot(sd, case.error.relative * model) * rng.standard_normal(len(model))
     value = np.where(value < case.below, np.nan, value)
     life = true_life(case, factor, drift, float(walk[-1]), rng)

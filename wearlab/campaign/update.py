@@ -143,6 +143,10 @@ def _not_of_a_fleet(given: Any, unknown: dict[str, Distribution], data: Sequence
             problems.append(f"{one.place}.since: of a fleet, values count from the first cycle")
         if one.error.drift is not None:
             problems.append(f"{one.place}.error.drift: of a fleet, use {POPULATION}.straying")
+        if one.error.gain_sd:
+            problems.append(
+                f"{one.place}.error.gain_sd: of a fleet, every unit has a k of its own: leave it out"
+            )
     return problems
 
 
@@ -287,7 +291,11 @@ def _error(block: ErrorBlock, unit: str, where: str, by_column: bool) -> ErrorMo
         raise CampaignError(
             [f"{where}: required: sd (a value with its unit, or a distribution), relative, or columns.sd"]
         )
-    return ErrorModel(sd, relative, offset, drift)
+    gain = block.gain_sd or 0.0
+    if gain and (offset or drift is not None):
+        said = "goes with independent errors: leave out offset_sd and drift, or the gain"
+        raise CampaignError([f"{where}.gain_sd: {said}"])
+    return ErrorModel(sd, relative, offset, drift, gain)
 
 
 def _spread(given: Any, unit: str, where: str) -> float | Distribution | None:

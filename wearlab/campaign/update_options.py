@@ -58,6 +58,12 @@ class ErrorBlock(BaseModel):
     offset_sd: str | float | None = option(
         None, "standard error that all values of one inspection share", derived="none"
     )
+    gain_sd: Annotated[float, Ge(0.0), Lt(2.0)] | None = option(
+        None,
+        "standard deviation of an unknown gain, 1 in the mean, that all values of the block share: of a "
+        "sensor and the way to it, of a balance's scale",
+        derived="the gain is 1",
+    )
     drift: str | float | dict[str, Any] | None = option(
         None,
         "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
@@ -333,6 +339,7 @@ class ErrorModel:
     relative: float = 0.0
     offset_sd: float = 0.0
     drift: float | Distribution | None = None
+    gain_sd: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from scipy.special import ndtri
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
-from wearlab.updating.draws import Draws
+from wearlab.updating.draws import Draws, gains
 from wearlab.updating.layout import Lives, dataset
 from wearlab.updating.likelihood import PER, log_likelihood
 from wearlab.updating.lives import passage_time, present_state
@@ -84,12 +84,18 @@ def states_at(
     value, life, sd = np.empty(n), draws.life.copy(), np.empty(n)
     block = post.blocks[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
+    gain = gains(post, draws, number, rng)
     for run, mine in draws.by_run(post):
         factor, last = draws.factor[mine], log_likelihood(block, run, number, draws.lanes(number, mine))
         mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor, run.asked[number].clock))
         rate = draws.drift[number][mine] ** 2 / PER
-        w = last.mean + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
-        value[mine] = mean + w
+        w = (
+            np.zeros(len(mine))
+            if block.data.error.gain_sd
+            else last.mean
+            + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
+        )
+        value[mine] = mean * gain[mine] + w
         square = draws.sd[number][mine] ** 2 + own**2 + (block.relative * mean) ** 2
         sd[mine] = np.sqrt(square + block.data.error.offset_sd**2)
         if answer.drifting == number:

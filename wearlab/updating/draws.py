@@ -152,6 +152,21 @@ def innovations(post: Posterior, draws: Draws, number: int) -> list[Innovation]:
     return whole
 
 
+def gains(
+    post: Posterior, draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
+) -> Array:
+    """Return a draw of a block's gain for every draw, (n,): given its values, or as it was before them."""
+    gain, sd = np.ones(len(draws)), post.blocks[number].data.error.gain_sd
+    if not sd:
+        return gain
+    if not known or not len(post.blocks[number].rows):
+        return np.asarray(gain + sd * rng.standard_normal(len(draws)))
+    for history, mine in draws.by_run(post):
+        seen = log_likelihood(post.blocks[number], history, number, draws.lanes(number, mine))
+        gain[mine] += seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(mine))
+    return gain
+
+
 def over_cycles(
     post: Posterior, draws: Draws, name: str, cycles: Array, drifting: int | None, rng: np.random.Generator
 ) -> Array:
@@ -191,12 +206,15 @@ def over_cycles(
     return depths
 
 
-def replicated(post: Posterior, draws: Draws, number: int, rng: np.random.Generator) -> Array:
-    """Return measurements as they could have come out, (draws, values) [SI]."""
+def replicated(
+    post: Posterior, draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
+) -> Array:
+    """Return measurements as they could have come out, (draws, values) [SI]; ``known``: given these."""
     block, n = post.blocks[number], len(draws)
     model = np.empty((n, len(block.rows)))
     for history, mine in draws.by_run(post):
         model[mine] = modelled(block, history, number, draws.factor[mine])
+    model = model * gains(post, draws, number, rng, known=known)[:, None]
     spread = np.sqrt(
         draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2 + (block.relative * model) ** 2
     )
@@ -237,7 +255,7 @@ class Check:
     surprise: float
 
     @property
-    def words(self) -> str:
+    def verdict(self) -> str:
         """What to think of it."""
         if self.p >= DOUBTFUL:
             return "as expected"

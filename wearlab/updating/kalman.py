@@ -144,6 +144,43 @@ def filtered(
     return Filtered(total, mean, spread, last, kept)
 
 
+def with_gain(
+    residual: Array, model: Array, variance: Array, inspections: list[Inspection], gain_sd: float
+) -> Filtered:
+    """Return the likelihood of residuals whose model has an unknown gain 1 + g, g ~ N(0, s²), and g's law.
+
+    Given the inspections before it, g is normal; the values of one add to its precision Σ m²/v.
+
+    Parameters
+    ----------
+    residual, model : (…, n) measured minus model, and the model
+    variance : (…, n) or (…, 1) of the independent errors
+    inspections : in order of time
+    gain_sd : s
+    """
+    v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
+    total, g, spread, steps = (
+        np.zeros(v.shape[:-1]),
+        np.zeros(v.shape[:-1]),
+        np.full(v.shape[:-1], gain_sd**2),
+        [],
+    )
+    for _, values in inspections:
+        m, own = np.broadcast_to(model, v.shape)[..., values], v[..., values]
+        r = residual[..., values] - m * g[..., None]
+        precision, told, scale = np.sum(m * m / own, axis=-1), np.sum(m * r / own, axis=-1), 1.0
+        scale = 1.0 + spread * precision
+        chi = np.sum(r * r / own, axis=-1) - spread * told**2 / scale
+        gained = -0.5 * (chi + np.sum(np.log(own) + LOG_TWO_PI, axis=-1) + np.log(scale))
+        weight = 1.0 / own
+        whole = np.sum(weight, axis=-1)
+        mean, share = np.sum(r * weight, axis=-1) / whole, np.sum(m * weight, axis=-1) / whole
+        off = mean / np.sqrt(1.0 / whole + spread * share**2)
+        before, g, spread, total = g, g + spread * told / scale, spread / scale, total + gained
+        steps.append(Innovation(len(values), off, chi, gained, before, g, spread))
+    return Filtered(total, g, spread, inspections[-1].cycle if inspections else 0.0, steps)
+
+
 def _mean_of(
     residual: Array, variance: Array, values: NDArray[np.intp], before: Array, spread: Array
 ) -> tuple[Array, Array, Array, Array]:

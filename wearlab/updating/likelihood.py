@@ -25,7 +25,7 @@ from wearlab.arrays import Array, Flags
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
-from wearlab.updating.kalman import LOG_TWO_PI, Filtered, Hidden, Inspection, SharedError, filtered
+from wearlab.updating.kalman import LOG_TWO_PI, Filtered, Hidden, Inspection, SharedError, filtered, with_gain
 from wearlab.updating.measurements import Observed
 from wearlab.updating.run_curves import Asked, RunHistory
 
@@ -223,6 +223,9 @@ def log_likelihood(
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
+    if data.error.gain_sd:
+        whole = times if steps else [Inspection(times[-1].cycle, np.arange(len(rows)))] if times else []
+        return with_gain(block.seen.value[rows] - model, model, variance, whole, data.error.gain_sd)
     residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
         total = _independent(residual, variance, below - model, hidden)
@@ -256,7 +259,7 @@ def _condenses(block: Block, asked: Asked, sd: Array) -> bool:
     seen, rows = block.seen, block.rows
     if len(rows) <= MANY or SIZE * asked.curve.value.shape[-1] > len(rows):
         return False
-    if block.data.since is not None or seen.censored[rows].any():
+    if block.data.since is not None or block.data.error.gain_sd or seen.censored[rows].any():
         return False
     return not seen.sd[rows].any() or (sd.size == 1 and not block.relative)
 

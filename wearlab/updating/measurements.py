@@ -205,6 +205,9 @@ def read_observations(
         columns.refuse(sd <= 0.0, "sd", "is required: the block's error has no other", sd)
     if isinstance(data.since, float):
         columns.refuse(time < data.since, "time", f"is before since = {data.since:g}", time)
+    if data.error.gain_sd:
+        said = "is empty: with error.gain_sd no value may be below a limit of detection"
+        columns.refuse(np.isnan(value), "value", said)
     when = "hours" if clock == "date" else clock
     return Observed(data, when, time, value, sd, below, place_kind, place, columns.lines, columns.fingerprint)
 

@@ -184,7 +184,7 @@ def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rand
 def _prior_replicas(post: Posterior, draws: Draws, number: int, rng: np.random.Generator) -> Array:
     """Return one value of a block as it could come out before anything is measured."""
     still = replace(draws, drift=tuple(np.zeros_like(x) for x in draws.drift))
-    values = replicated(post, still, number, rng)[:, 0]
+    values = replicated(post, still, number, rng, known=False)[:, 0]
     cycle = float(post.histories[0].asked[number].cycle[post.blocks[number].rows][0])
     return np.asarray(values + draws.drift[number] * np.sqrt(cycle / 1e6) * rng.standard_normal(len(draws)))
 

@@ -10,9 +10,10 @@ log to a grid eight times as fine, where the prior is added; nodes are doubled u
 foretold by the rest. Unknown errors have even grids in their logs, where the posterior is.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -196,46 +197,38 @@ def posterior(
             _Grid(run, some, prior, grids[-1].factor if grids else None) if known or not grids else grids[0]
         )
     n = FINER * (max(len(grid.nodes) for grid in grids) - 1) + 1
-    tables = [grid.fine(n) for grid in grids]
-    place = np.stack([table[0] for table in tables])
-    logs = np.stack([table[1] for table in tables])
-    centre, width = (np.array([getattr(grid, name) for grid in grids]) for name in ("centre", "width"))
-    nodes, spreads = tuple(grid.nodes for grid in grids), tuple(grid.spreads for grid in grids)
-    resolved, blank = all(grid.resolved for grid in grids), np.zeros(0)
-    raw = Posterior(
-        runs,
-        some,
-        prior,
-        nodes,
-        spreads,
-        centre,
-        width,
-        place,
-        blank,
-        blank,
-        blank,
-        blank,
-        proposal,
-        resolved,
-    )
-    return _normed(raw, logs)
+    place, logs = (np.stack(each) for each in zip(*(grid.fine(n) for grid in grids), strict=True))
+    parts = {
+        "histories": runs,
+        "blocks": some,
+        "prior": prior,
+        "nodes": tuple(grid.nodes for grid in grids),
+        "spreads": tuple(grid.spreads for grid in grids),
+        "centre": np.array([grid.centre for grid in grids]),
+        "width": np.array([grid.width for grid in grids]),
+        "place": place,
+        "log_proposal": proposal,
+        "resolved": all(grid.resolved for grid in grids),
+    }
+    return _normed(parts, logs)
 
 
-def _normed(post: Posterior, logs: Array) -> Posterior:
-    """Return a posterior with its densities, evidences and weights, from logs on its grids (runs, n)."""
-    n = logs.shape[1]
+def _normed(parts: Mapping[str, Any], logs: Array) -> Posterior:
+    """Return a posterior of its parts, with densities, evidences and weights from logs on its grids."""
+    n, place = logs.shape[1], parts["place"]
     top = logs.max(axis=1, keepdims=True)
     density = np.exp(logs - top)
     below, total = density, np.ones(len(logs))
-    if post.prior is not None:
-        step = (post.place[:, -1] - post.place[:, 0]) / (n - 1)
+    if parts["prior"] is not None:
+        step = (place[:, -1] - place[:, 0]) / (n - 1)
         below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step[:, None]
         total = below[:, -1]
         density, below = density / total[:, None], below / total[:, None]
     evidence = top[:, 0] + np.log(total)
-    relative = evidence - post.log_proposal
+    relative = evidence - parts["log_proposal"]
     weight = np.exp(relative - logsumexp(relative))
-    return replace(post, density=density, below=below, log_evidence=evidence, weight=weight)
+    found = {"density": density, "below": below, "log_evidence": evidence, "weight": weight}
+    return Posterior(**{**parts, **found})
 
 
 def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
@@ -269,7 +262,8 @@ def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
             together = together + np.stack(seen, axis=1)
         logs[i] = logsumexp(together, axis=1) + log_density(post.prior, u) + np.log(width[i] * np.cosh(s[i]))
     nodes = tuple(c + w * np.sinh(s[0][::FINER]) for c, w in zip(centre, width, strict=True))
-    return _normed(replace(post, nodes=nodes, centre=centre, width=width, place=s), logs)
+    parts = {each.name: getattr(post, each.name) for each in fields(post)}
+    return _normed({**parts, "nodes": nodes, "centre": centre, "width": width, "place": s}, logs)
 
 
 class _Grid:

@@ -14,7 +14,7 @@ from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert
 from wearlab.updating.decision import decided, virtual_inspection
-from wearlab.updating.draws import innovations, over_cycles, replicated
+from wearlab.updating.draws import gains, innovations, over_cycles, replicated
 from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, variable
 from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
 from wearlab.updating.outcome import UpdateOutcome
@@ -165,6 +165,11 @@ def _sample(outcome: UpdateOutcome, *, before: bool = False) -> xr.Dataset:
         for name, spread, values in (("sd", block.sd, sd), ("drift", block.drift, drift)):
             if spread is not None and spread.prior is not None:
                 found[spread.name] = variable("sample", name, values, **_units(block))
+    rng = np.random.default_rng([outcome.study.spec.seed, 4])
+    for number, block in enumerate(post.blocks):
+        if block.data.error.gain_sd:
+            name = f"gain_{block.data.label}"
+            found[name] = variable("sample", "gain", gains(post, draws, number, rng, known=not before))
     return sample(found, len(draws))
 
 
@@ -267,7 +272,7 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
         own, name = [check for check in outcome.checks if check.block == number], block_name(outcome, number)
         told: dict[str, Any] = {}
         if own:
-            columns = {"check_p_*": "p", "surprise_*": "surprise", "check_*": "words", "cycle_*": "cycle"}
+            columns = {"check_p_*": "p", "surprise_*": "surprise", "check_*": "verdict", "cycle_*": "cycle"}
             told = {key: [getattr(check, part) for check in own] for key, part in columns.items()}
         if number in outcome.courses:
             told["course_p_*"] = outcome.courses[number]
