@@ -1,7 +1,8 @@
 """Are the estimated errors of derivatives honest? Drawn pairs, beside a thirtieth of their tolerance.
 
 ``python tests/validation/gradient_errors.py --seed N [--scenes 10]`` prints how many errors are below their
-estimates, and the median of estimate over error, of elasticities above 1e-6.
+estimates, and the median of estimate over error, of elasticities above 1e-6; after every scene, so that an
+interruption loses none.
 """
 
 import argparse
@@ -37,12 +38,23 @@ def main() -> None:
             with bounded(LONGEST):
                 found.append(errors(scene))
         except (GradientError, OutOfTime) as reason:
-            print(number, type(reason).__name__, reason)
+            print(number, type(reason).__name__, reason, flush=True)
+            continue
+        tell(found)
+
+
+def tell(found: list[NDArray[np.float64]]) -> None:
+    """Print what the scenes so far come to."""
     size, error, estimate = np.concatenate(found, axis=1)
     counts = size > LEAST
     below = int(np.sum(error[counts] <= estimate[counts]))
-    print(f"{len(found)} scenes, {below} of {counts.sum()} errors below their estimate,")
-    print(f"estimate over error {np.median(estimate[counts] / error[counts]):.1f} in the median")
+    ratio = np.median(estimate[counts] / np.maximum(error[counts], 1e-300))
+    off = error[counts] / size[counts]
+    print(
+        f"{len(found)} scenes, {below} of {counts.sum()} errors below their estimate, {ratio:.1f} times the error in "
+        f"the median; errors {np.median(off):.2%} of the derivative in the median, {off.max():.0%} at most",
+        flush=True,
+    )
 
 
 def errors(scene: Scene) -> NDArray[np.float64]:
