@@ -103,7 +103,7 @@ def _work(line: Connection) -> None:
     while True:
         seed, number, longest, reference = line.recv()
         with suppress(Exception):  # what is wrong with the scene shows in its run
-            simulate(_one_state(draw_any(seed, number)))
+            simulate(one_state(draw_any(seed, number)))
         limit_work(longest)
 
         def told(quality: str, seconds: float) -> None:
@@ -113,7 +113,7 @@ def _work(line: Connection) -> None:
         line.send(scored(seed, number, told, reference))
 
 
-def _one_state(scene: Scene) -> Scene:
+def one_state(scene: Scene) -> Scene:
     """Return a scene that wears no further: it compiles what the scene needs before any clock runs."""
     if scene.wear is None:
         return scene
