@@ -53,11 +53,9 @@ def tell(found: list[NDArray[np.float64]]) -> None:
     below = int(np.sum(error[counts] <= estimate[counts]))
     ratio = np.median(estimate[counts] / np.maximum(error[counts], 1e-300))
     off = error[counts] / size[counts]
-    print(
-        f"{len(found)} scenes, {below} of {counts.sum()} errors below their estimate, {ratio:.1f} times the "
-        f"error in the median; errors {np.median(off):.2%} of the derivative in the median, {off.max():.0%} at most",
-        flush=True,
-    )
+    print(f"{len(found)} scenes, {below} of {counts.sum()} errors below their estimate, ", end="")
+    print(f"{ratio:.1f} times the error in the median; ", end="")
+    print(f"errors {np.median(off):.2%} of the derivative in the median, {off.max():.0%} at most", flush=True)
 
 
 def errors(scene: Scene) -> NDArray[np.float64]:
