@@ -63,7 +63,7 @@ def test_of_a_mesh_relationship_that_fails_the_rest_is_there(monkeypatch, brief)
     ],
 )
 def test_what_fails_after_a_life_is_missing_and_told(monkeypatch, brief, name, told, missing):
-    home = run.trust if name == "departures" else run.attractors
+    home = {"departures": run.trust, "other_attractors": run.attractors, "estimated": run}[name]
     monkeypatch.setattr(home, name, failing)
     ended = simulate(brief)
     assert ended.sizes["update"] >= 2 and float(ended.max_wear_depth[-1].max()) > 0.0

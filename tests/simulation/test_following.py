@@ -18,5 +18,5 @@ def test_a_run_gets_those_whose_needs_it_has():
 
 
 def test_each_is_declared_by_its_file_alone():
-    assert all(VARIABLES[one.name] is one.variable for one in RESULTS)
-    assert all(need in VARIABLES for one in RESULTS for need in one.needs)
+    assert RESULTS and all(VARIABLES[name] is one.variable for name, one in RESULTS.items())
+    assert all(need in VARIABLES for one in RESULTS.values() for need in one.needs)
