@@ -1,6 +1,6 @@
 """The one form of every dynamic model, as plain arrays."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,8 @@ class System(NamedTuple):
     balance : (n,) a load of unknown size that keeps the mean speed of a system free to turn; None: the loads
         given must be in balance [1]
     supports : what holds the members; they make up C and K and say which force a bearing exerts
+    damping_law : of the meshes, where their normal force is not linear in the motion, see
+        `wearlab.mesh.damping`; None: viscous
     """
 
     coordinates: tuple[str, ...]
@@ -57,6 +59,7 @@ class System(NamedTuple):
     friction_slope: Array | None = None
     balance: Array | None = None
     supports: tuple[Support, ...] = ()
+    damping_law: Any = None
 
     @property
     def turns(self) -> Flags:

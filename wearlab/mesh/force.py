@@ -7,12 +7,13 @@ papers, elastic forces press and the mesh has ``c`` times the rate at which the 
 approaches, in separation, too.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.mesh.contact import Quasistatic
+from wearlab.mesh.damping import forces_by_law
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import Springs
@@ -37,11 +38,13 @@ class Dashpot(NamedTuple):
     damping : c, one value or (…) [N s/m]
     always : it acts in separation, too
     backlash : normal backlash, one value or (…); None: no back flank is modelled [m]
+    law : of the meshes, see `wearlab.mesh.damping`; None: viscous
     """
 
     damping: Array | float
     always: bool = False
     backlash: Array | float | None = None
+    law: Any = None
 
 
 class NormalForces(NamedTuple):
@@ -68,6 +71,8 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     ----------
     L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
+    if dashpot.law is not None:
+        return _nonlinear_forces(springs, motion, dashpot)
     stiffness, gap, pair_rate, lead_rate, part = springs
     deflection, rate = motion
     c = np.asarray(dashpot.damping)
@@ -78,8 +83,7 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
         pair = (pair[..., None, :] @ part)[..., 0, :]
         tangent = (tangent[..., None, :] @ part)[..., 0, :]
     present = tangent != 0.0
-    far = stiffness * np.where(stiffness > 0.0, x, FAR)
-    far = np.where(stiffness > 0.0, far, -np.inf).max(axis=-1)
+    far = _far(stiffness, x)
     if dashpot.always:
         pressed, reserve = pair, far
         extra: Array | float = c * (rate - lead_rate)
@@ -93,6 +97,34 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     return NormalForces(
         pair.sum(axis=-1) - back, pressed.sum(axis=-1) - back_normal + extra, pair, pressed, reserve
     )
+
+
+def _far(stiffness: Array, x: Array) -> Array:
+    """Return how far the nearest pair of a mesh is from touching, as a force, (…) [N]."""
+    far = stiffness * np.where(stiffness > 0.0, x, FAR)
+    return np.asarray(np.where(stiffness > 0.0, far, -np.inf).max(axis=-1))
+
+
+def _nonlinear_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> NormalForces:
+    """Return the forces of meshes whose damping law is not viscous."""
+    single = np.ndim(dashpot.damping) == 0  # of one mesh at instants (n,)
+
+    def along(values: Array) -> Array:
+        return values[:, None] if single else values
+
+    backlash = np.inf if dashpot.backlash is None else dashpot.backlash
+    forces = forces_by_law(
+        dashpot.law,
+        springs.each(along) if single else springs,
+        (along(motion.deflection), along(motion.rate)),
+        np.asarray(backlash, float),
+        np.asarray(dashpot.damping, float),
+    )
+    pair, normal, back, back_normal = (each[:, 0] for each in forces) if single else forces
+    pushed, total = normal.max(axis=-1), normal.sum(axis=-1) - back_normal
+    far = _far(springs.stiffness, motion.deflection[..., None] - springs.gap)
+    reserve = np.where(pushed > 0.0, pushed, np.minimum(far, 0.0))
+    return NormalForces(pair.sum(axis=-1) - back, total, pair, normal, reserve)
 
 
 def _back_forces(stiffness: Array, motion: Deflections, dashpot: Dashpot) -> tuple[Array, Array]:

@@ -17,6 +17,7 @@ from pydantic import (
 
 from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, SETS
+from wearlab.mesh import damping_laws
 from wearlab.mesh.contacts import ContactModel, DisplacementContact
 from wearlab.mesh.excitations import ExcitationModel, pairs
 from wearlab.mesh.face_couplings import FaceCouplingModel
@@ -151,6 +152,9 @@ class OneMesh(options.Part):
         "contact",
         "when the damping acts: while flanks touch, or always as in the papers",
         source="wearlab",
+    )
+    damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = options.option(
+        damping_laws.ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
     )
 
     face_load_factor: Annotated[options.Number, Ge(1)] = options.option(

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from wearlab.mesh.damping_laws import ViscousDamping
 from wearlab.scene import gears, mesh, sections
 from wearlab.scene.face import face_rules
 from wearlab.wear.coefficients import CalibratedCoefficient
@@ -14,7 +15,7 @@ def _meshes_of_the_set(scene: sections.Sections) -> Problems:
     """What both kinds of mesh must share, and what pairs have not."""
     if not scene.gears.descriptor.is_pair:
         pair = [scene.mesh.of(section) for section in mesh.OWN_MESHES]
-        for key in ("damping_in", "excitation"):
+        for key in ("damping_in", "damping_law", "excitation"):
             if getattr(pair[0], key) != getattr(pair[1], key):
                 yield f"mesh.planet_ring.{key}", f"must be as in mesh.sun_planet: write mesh.{key} for both"
         return
@@ -91,6 +92,13 @@ def _damping(scene: sections.Sections) -> Problems:
             yield (
                 f"mesh.{section}".rstrip("."),
                 "dynamics need mesh damping: give 'damping' such as '1000 N*s/m', or 'damping_ratio'",
+            )
+        for problem in mesh.damping_law.problems(scene):
+            yield "mesh.damping_law", problem
+        if mesh.damps_always and not isinstance(mesh.damping_law, ViscousDamping):
+            yield (
+                "mesh.damping_in",
+                f"'always' is the papers' dashpot: leave it out with damping_law = {mesh.damping_law.chosen!r}",
             )
 
 

@@ -45,7 +45,10 @@ def mesh_forces(
 def dashpot_of_mesh(system: System, mesh: int) -> Dashpot:
     """Return the damping and the backlash of one mesh."""
     backlash = None if system.backlash is None else float(system.backlash[mesh])
-    return Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash)
+    law = system.damping_law
+    if law is not None:
+        law = type(law)(*(values[mesh : mesh + 1] for values in law))
+    return Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash, law)
 
 
 def friction_force(forces: NormalForces, flanks: Touching, where: Lookup, coefficient: float) -> Array:

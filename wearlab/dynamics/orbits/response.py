@@ -295,7 +295,7 @@ def coordinates_at(
 
 def dashpot_of(system: System) -> Dashpot:
     """Return the damping and the backlash of all meshes."""
-    return Dashpot(system.mesh_damping, system.damping_always, system.backlash)
+    return Dashpot(system.mesh_damping, system.damping_always, system.backlash, system.damping_law)
 
 
 def motion_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> Deflections:

@@ -6,6 +6,7 @@ import numpy as np
 
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT, over_period
+from wearlab.dynamics.steps.damping_law import is_linear
 from wearlab.dynamics.steps.kernel import copy
 from wearlab.dynamics.steps.mesh_law import (
     START,
@@ -231,8 +232,10 @@ def shoot(
             step[rows // 2 + row] *= rate
         error = weighted_norm(step, rate)
         correct(states, step, periods * steps + 1, w)
-        exact = changes == 0 and same_contact(
-            kernel, tables, period, periods, np.uint64(w), states, s, contact
+        exact = (
+            changes == 0
+            and is_linear(kernel.meshes.law)
+            and same_contact(kernel, tables, period, periods, np.uint64(w), states, s, contact)
         )
         if exact or (contact != PERMANENT and error <= SMALL_STEP * weighted_norm(start, rate)):
             for row in range(rows):

@@ -50,6 +50,22 @@ def parabola(first: float, middle: float, last: float) -> tuple[float, float, fl
 
 
 @jit_inner
+def begin_series(
+    kernel: Any, tables: Any, step: int, a: float, end: float, h: float, state: Any, factor: Any
+) -> None:
+    """Write the first two terms of the motion over the part a…end, and the factor of the fluctuating load."""
+    terms = kernel.series.terms
+    n, w = terms.shape[1], terms.shape[2]
+    if kernel.fluctuates:
+        for stage in range(3):
+            factor[stage] = within(tables.fluctuation[step], a + 0.5 * stage * (end - a))
+    for row in range(n):
+        for col in range(np.uint64(0), np.uint64(w)):
+            terms[0, row, col] = state[row, col]
+            terms[1, row, col] = h * state[n + row, col]
+
+
+@jit_inner
 def expand(kernel: Any, factor: Any, mesh: Any, force: Any, h: float) -> int:
     """Fill the series from its first two terms, ``q`` and ``h q̇``; return how many terms there are.
 
@@ -437,13 +453,7 @@ def step_with_changes(
         h = (end - a) * tables.width[step] * period
         flank_law(meshes, tables, step, a, end, period, s, law, rub)
         channel_law(meshes, s, law, rub, s.mesh, s.force)
-        if kernel.fluctuates:
-            for stage in range(3):
-                factor[stage] = within(tables.fluctuation[step], a + 0.5 * stage * (end - a))
-        for row in range(n):
-            for col in range(np.uint64(0), np.uint64(w)):
-                given.terms[0, row, col] = state[row, col]
-                given.terms[1, row, col] = h * state[n + row, col]
+        begin_series(kernel, tables, step, a, end, h, state, factor)
         terms = expand(kernel, factor, s.mesh, s.force, h)
         if terms == TERMS and part > SHORTEST and diverges(given.terms):
             part = 0.5 * min(part, end - a)

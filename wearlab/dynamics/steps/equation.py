@@ -3,7 +3,8 @@
 from typing import Any
 
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.steps.mesh_law import WITHIN, channel_law, flanks_at, see_push, within
+from wearlab.dynamics.steps.damping_law import see_flanks
+from wearlab.dynamics.steps.mesh_law import channel_law, within
 
 
 @jit_inner
@@ -32,16 +33,11 @@ def place_and_speed(direction: Any, m: int, state: Any) -> tuple[float, float]:
 def see_within(kernel: Any, tables: Any, step: int, x: float, period: float, state: Any, s: Any) -> None:
     """Set what touches and pushes at fraction ``x`` of a step, and the law of the channels there."""
     meshes, law, rub = kernel.meshes, s.law[0], s.rub[0]
-    pairs = len(meshes.pairs)
     for m in range(len(meshes.damping)):
         place, speed = place_and_speed(kernel.series.direction, m, state)
-        deflection = place - within(tables.error[step, :, m], x)
-        for p in range(pairs):
-            k = within(tables.stiffness[step, :, m, p], x)
-            s.touch[m, p] = k > 0.0 and deflection > within(tables.gap[step, :, m, p], x)
-        s.touch[m, pairs] = -meshes.backlash[m] - deflection > 0.0
-        flanks_at(meshes, tables, step, WITHIN, x, 1.0 / period, m, s, law[0, m], rub[0, m])
-        see_push(meshes, m, place, speed, law[0, m], s.pushes)
+        see_flanks(
+            meshes.law, meshes, tables, step, x, 1.0 / period, m, place, speed, s, law[0, m], rub[0, m]
+        )
     channel_law(meshes, s, law, rub, s.mesh, s.force, 1)
 
 

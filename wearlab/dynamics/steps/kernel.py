@@ -104,6 +104,7 @@ class Meshes(NamedTuple):
     gated : (n_mesh,) whether damping acts on touching flanks alone, which do not pull
     pairs : (n_pairs,) as long as a mesh has pairs, values unused
     channels : (n_channel,) as long as there are force channels, values unused
+    law : damping law that is not viscous, see `wearlab.mesh.damping`; None: viscous
     """
 
     damping: Array
@@ -111,6 +112,7 @@ class Meshes(NamedTuple):
     gated: Flags
     pairs: Array
     channels: Array
+    law: Any
 
 
 class PowerSeries(NamedTuple):
@@ -171,6 +173,7 @@ class Scratch(NamedTuple):
     pushes : (n_mesh, n_pairs + 1) pairs that push, last the back flank
     law : (2, 3, n_mesh, n_pairs + 2, 3) normal forces of the flanks, and a dashpot that always acts
     rub : (2, 3, n_mesh, n_pairs, 2) friction of the pairs and its moment, over their normal force
+    motion : (3, n_mesh, 2) d·q and d·q̇ at start, middle and end, about which a damping law is made linear
     """
 
     mesh: Array
@@ -180,6 +183,7 @@ class Scratch(NamedTuple):
     pushes: Flags
     law: Array
     rub: Array
+    motion: Array
 
 
 def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scratch:
@@ -192,6 +196,7 @@ def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scrat
         np.zeros((meshes, pairs + 1), np.bool_),
         np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
         np.zeros((2, 3, meshes, pairs, 2)),
+        np.zeros((3, meshes, 2)),
     )
 
 
@@ -304,6 +309,7 @@ def kernel_of(
         (system.mesh_damping > 0.0) & (not system.damping_always),
         np.zeros(pairs),
         np.zeros(channels),
+        system.damping_law,
     )
     if is_small(system):
         structure: Any = _diagonal(system)

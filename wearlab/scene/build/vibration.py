@@ -17,6 +17,7 @@ from wearlab.gears import gear, specification
 from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages
 from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
+from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.scene import Scene, mesh, operation
 from wearlab.scene.build.mesh import build_excitation
 
@@ -102,6 +103,7 @@ def build_vibration(
     stiffest = np.array([float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes])
     system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
     _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
+    system = system._replace(damping_law=damping_law(scene, gears, system))
     clock = OnClock(analyses, meshes, edges)
     grid = steps_grid(scene, clock, system, stiffest, gears.period)
     slow = slow_errors(scene, gears, meshes, system)
@@ -118,6 +120,22 @@ def build_vibration(
         turning=scene.errors is not None and scene.errors.slow.turns,
         slow=slow,
         nominal=nominal_motion(gears, system),
+    )
+
+
+def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) -> Any:
+    """Return the damping law of the meshes, None where it is viscous."""
+    kinds = [gears.kinds[kind] for kind in gears.mesh_kinds]
+    oil = scene.lubricant
+    law = scene.mesh.of(kinds[0].section).damping_law
+    return law.build(
+        MeshesInOperation(
+            damping=system.mesh_damping,
+            force=np.array([kind.load for kind in kinds]),
+            curvature_radius=np.array([float(kind.pair.equivalent_curvature(0.0)) for kind in kinds]),
+            face_width=np.array([kind.pair.face_width for kind in kinds]),
+            viscosity=None if oil is None else oil.viscosity,
+        )
     )
 
 

@@ -1,0 +1,61 @@
+"""``mesh.damping_law``: how a mesh loses energy, in contact and out of it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+
+from wearlab.options import option
+from wearlab.slots import Slot, Variant
+
+if TYPE_CHECKING:
+    from wearlab.arrays import Array
+
+
+class MeshesInOperation(NamedTuple):
+    """What a damping law is made of.
+
+    Parameters
+    ----------
+    damping : (n_mesh,) c of `mesh.damping` or `mesh.damping_ratio` [N s/m]
+    force : (n_mesh,) static normal force [N]
+    curvature_radius : (n_mesh,) reduced radius of curvature at the pitch point [m]
+    face_width : (n_mesh,) [m]
+    viscosity : of the oil, None without one [Pa s]
+    """
+
+    damping: "Array"
+    force: "Array"
+    curvature_radius: "Array"
+    face_width: "Array"
+    viscosity: float | None
+
+
+class DampingLaw(Variant):
+    """Any damping law of a mesh."""
+
+    slot: ClassVar[Slot] = Slot("mesh.damping_law", __name__, words=True)
+
+    def build(self, meshes: MeshesInOperation) -> Any:
+        """Return the law as the steps take it, see `wearlab.mesh.damping`; None: viscous.
+
+        Raises
+        ------
+        GearError
+            When something that it needs is missing.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no build")
+
+    def problems(self, scene: Any) -> Iterator[str]:
+        """Yield what this law asks of the other sections of a scene."""
+        return iter(())
+
+
+class ViscousDamping(DampingLaw):
+    """A dashpot on the rate of approach of the flanks, shared like the stiffness; flanks do not pull."""
+
+    model: Literal["viscous"] = option(
+        "viscous", "a dashpot on the rate of approach of touching flanks", source="L16 Eq. 6, W23 Eq. 36"
+    )
+
+    def build(self, meshes: MeshesInOperation) -> None:
+        """Return nothing: the steps have this law built in."""
+        return None

@@ -1,0 +1,77 @@
+"""Damping in proportion to the elastic force: no jump where flanks meet."""
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+
+from wearlab.gears.specification import GearError
+from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
+from wearlab.options import POSITIVE, LossPerSpeed, option
+
+if TYPE_CHECKING:
+    from wearlab.arrays import Array
+
+
+class HuntCrossley(NamedTuple):
+    """``N = F max(0, 1 + χ ẋ)``; flanks that are apart exert nothing.
+
+    Parameters
+    ----------
+    loss : (n_mesh,) χ [s/m]
+    """
+
+    loss: "Array"
+
+
+def touching(
+    law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
+) -> tuple[float, float, float]:
+    """Return ``F (1 + χ ẋ)`` and its derivatives, nothing where that pulls."""
+    factor = 1.0 + law.loss[m] * rate
+    if factor <= 0.0:
+        return 0.0, 0.0, 0.0
+    return force * factor, stiffness * factor, force * law.loss[m]
+
+
+def apart(law: Any, m: Any, clearance: float, rate: float) -> tuple[float, float, float]:
+    """Return nothing."""
+    return 0.0, 0.0, 0.0
+
+
+class HuntCrossleyDamping(DampingLaw):
+    """Damping in proportion to the elastic force.
+
+    Flanks that meet at a speed v part at ``v (1 − ⅔ χ v)`` while that loss is small, whatever their load.
+    """
+
+    model: Literal["hunt-crossley"] = option(
+        "hunt-crossley",
+        "damping in proportion to the elastic force: N = F (1 + χ ẋ)",
+        source="Hunt & Crossley 1975 Eq. 6",
+    )
+    loss: Annotated[LossPerSpeed, POSITIVE] | None = option(
+        None,
+        "χ: flanks that meet at a speed v part slower by the share ⅔ χ v",
+        derived="c over the static force of the mesh: about that force the loss is the viscous law's",
+        source="Hunt & Crossley 1975",
+    )
+
+    def build(self, meshes: MeshesInOperation) -> HuntCrossley:
+        """Return the law.
+
+        Raises
+        ------
+        GearError
+            When χ is to follow from a static force of nought.
+        """
+        from wearlab.mesh.damping import register
+
+        register(HuntCrossley, touching, apart)
+        if self.loss is not None:
+            return HuntCrossley(np.full(len(meshes.damping), self.loss))
+        if not meshes.force.all():
+            raise GearError(
+                "mesh.damping_law: without a torque no static force says what χ is: give loss, such as "
+                '{model = "hunt-crossley", loss = "0.3 s/m"}'
+            )
+        return HuntCrossley(meshes.damping / meshes.force)

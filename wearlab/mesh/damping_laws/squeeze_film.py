@@ -1,0 +1,80 @@
+"""Oil between flanks that are apart: what is squeezed out brakes them before they strike."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from wearlab.gears.specification import GearError
+from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
+from wearlab.options import option
+
+if TYPE_CHECKING:
+    from wearlab.arrays import Array
+
+HALF_CYLINDER = 3.0 * np.sqrt(2.0) * np.pi
+"""Of a rigid cylinder that approaches a plane through a viscous fluid: ``W/(η L V) = 3√2 π (R/h)^{3/2}``."""
+
+
+class SqueezeFilm(NamedTuple):
+    """Viscous where flanks touch; a film of ``h_c + clearance`` where they are apart.
+
+    Parameters
+    ----------
+    film : (n_mesh,) β = 3√2 π η b R^{3/2} [N s √m]
+    thickness : (n_mesh,) h_c = (β/c)^{2/3}, the film that damps as touching flanks do [m]
+    """
+
+    film: "Array"
+    thickness: "Array"
+
+
+def touching(
+    law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
+) -> tuple[float, float, float]:
+    """Return ``F + c ẋ`` and its derivatives, nothing where that pulls."""
+    normal = force + part * rate
+    if normal <= 0.0:
+        return 0.0, 0.0, 0.0
+    return normal, stiffness, part
+
+
+def apart(law: Any, m: Any, clearance: float, rate: float) -> tuple[float, float, float]:
+    """Return ``β ẋ/(h_c + clearance)^{3/2}`` and its derivatives; a film that is drawn apart cavitates."""
+    if rate <= 0.0:
+        return 0.0, 0.0, 0.0
+    height = law.thickness[m] + clearance
+    damping = law.film[m] / (height * np.sqrt(height))
+    return damping * rate, 1.5 * damping * rate / height, damping
+
+
+class SqueezeFilmDamping(DampingLaw):
+    """The viscous law in contact, and an oil film squeezed by flanks that approach each other out of it."""
+
+    model: Literal["squeeze-film"] = option(
+        "squeeze-film",
+        "viscous in contact; flanks that are apart squeeze the oil between them",
+        source="Hamrock, Schmid & Jacobson 2004 ch. 9; gear rattle: Brancati, Rocca & Russo 2005",
+    )
+
+    def problems(self, scene: Any) -> Iterator[str]:
+        """Yield that a film needs an oil."""
+        if scene.lubricant is None:
+            yield "'squeeze-film' needs an oil: give [lubricant], such as viscosity = \"0.012 Pa*s\""
+
+    def build(self, meshes: MeshesInOperation) -> SqueezeFilm:
+        """Return the law.
+
+        Raises
+        ------
+        GearError
+            When flanks that touch are not damped, so that no film damps as they do.
+        """
+        from wearlab.mesh.damping import register
+
+        register(SqueezeFilm, touching, apart)
+        if not meshes.damping.all():
+            raise GearError("mesh.damping_law: 'squeeze-film' needs mesh.damping above nought")
+        assert meshes.viscosity is not None
+        film = HALF_CYLINDER * meshes.viscosity * meshes.face_width * meshes.curvature_radius**1.5
+        return SqueezeFilm(film, (film / meshes.damping) ** (2.0 / 3.0))
