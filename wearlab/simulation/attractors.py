@@ -101,7 +101,7 @@ class _Beside:
 
     def _look(self, tries: Tries) -> None:
         again = coexisting(self.response, self.method, max(self.most - self.steps, 0), tries)
-        self.steps += again.periods * len(self.response.tables.width)
+        self.steps += int(again.spent * len(self.response.tables.width))
         self.search = Search(
             None, self.search.starts + again.starts, self.search.periods + again.periods, again.cut_off
         )

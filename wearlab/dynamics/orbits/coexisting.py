@@ -32,6 +32,8 @@ TRIED, PASSES = (1, 2, 3), 8
 PUSHED, WATCHED = 1e-3, 50
 """Distance by which an orbit found by shooting is pushed, over the mean deflection, and mesh periods in which
 it must not go tenfold as far: its multipliers say so, but of a flank that grazes they know one side alone."""
+STEPS_PER_CHANGE = 10.0
+"""Integration steps that locating a change of contact counts as: a third of the time that it takes."""
 MOST_STEPS = 30_000_000
 """Bound on the integration steps of a search, where nobody gives another."""
 
@@ -63,12 +65,14 @@ class Search(NamedTuple):
     starts : releases that were followed to their end
     periods : mesh periods that were integrated
     cut_off : whether the bound on the work ended the search before the last release
+    spent : the work in mesh periods, changes of contact included
     """
 
     rival: Response | None = None
     starts: int = 0
     periods: int = 0
     cut_off: bool = False
+    spent: float = 0.0
 
 
 class _CutOff(Exception):
@@ -91,7 +95,8 @@ def coexisting(
     -----
     A search, not a proof: an attractor that none of the releases reaches stays unknown.
     """
-    if response.period == 0 or not response.verdict.unique or not response.system.load.any():
+    attracts = response.verdict.attracting is not False
+    if response.period == 0 or not attracts or not response.verdict.unique or not response.system.load.any():
         return Search()
     hunt = _Hunt(response, method, most_steps // len(response.tables.width))
     starts, wanted = 0, tries.releases
@@ -102,11 +107,11 @@ def coexisting(
             before = hunt.maps
             rival = hunt.attractor(next(states))
             starts += 1
-            if hunt.maps - before >= LONG and hunt.maps < ADDED_SHARE * hunt.most:
+            if hunt.maps - before >= LONG and hunt.spent < ADDED_SHARE * hunt.most:
                 wanted = min(wanted + ADDED, MOST_RELEASES)
     except _CutOff:
-        return Search(None, starts, int(hunt.maps), starts < tries.releases)
-    return Search(rival, starts, int(hunt.maps))
+        return Search(None, starts, int(hunt.maps), starts < tries.releases, hunt.spent)
+    return Search(rival, starts, int(hunt.maps), spent=hunt.spent)
 
 
 class _Hunt(Shooting):
@@ -117,15 +122,20 @@ class _Hunt(Shooting):
         self.home, self.method, self.most = Home(response, self.rate), method, most
         self.patience = sum(method.transients(self))
 
+    @property
+    def spent(self) -> float:
+        """Mesh periods so far, with what locating changes of contact is worth."""
+        return self.maps + self.located * STEPS_PER_CHANGE / self.steps
+
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate as `Shooting.integrate` does, if the bound allows."""
-        if self.maps + count > self.most:
+        if self.spent + count > self.most:
             raise _CutOff
         return super().integrate(state, count, keep)
 
     def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Orbit | None:
         """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
-        passes = min(most, int(self.most - self.maps) // periods)
+        passes = min(most, int(self.most - self.spent) // periods)
         if passes < 1:
             raise _CutOff
         return super().shoot(periods, state, contact=contact, most=passes)

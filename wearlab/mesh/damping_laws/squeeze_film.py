@@ -54,7 +54,7 @@ class SqueezeFilmDamping(DampingLaw):
     model: Literal["squeeze-film"] = option(
         "squeeze-film",
         "viscous in contact; flanks that are apart squeeze the oil between them",
-        source="Hamrock, Schmid & Jacobson 2004 ch. 9; gear rattle: Brancati, Rocca & Russo 2005",
+        source="Hamrock, Schmid & Jacobson 2004; Ankouni et al. 2016",
     )
 
     def problems(self, scene: Any) -> Iterator[str]:
