@@ -1,5 +1,6 @@
-"""Damping laws that are not linear: against SciPy with the law written out, momentum, collisions, lubrication."""
+"""Damping laws that are not linear: against SciPy with the law written out, momentum, collisions, films."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ def by_scipy(name: str, start: np.ndarray) -> np.ndarray:
         return np.r_[v, inverse @ (system.load - d * normal - system.stiffness @ q - system.damping @ v)]
 
     state, ends = start, [*PAIR.breaks, 1.0]
-    for low, high in zip(ends, ends[1:], strict=False):
+    for low, high in pairwise(ends):
         span = (low * PERIOD_OF_PAIR, high * PERIOD_OF_PAIR)
         state = solve_ivp(
             motion, span, state, "DOP853", args=(0.5 * (low + high),), rtol=1e-11, atol=1e-16,
@@ -212,5 +213,3 @@ def test_tangents_are_those_of_differences(name: str) -> None:
         assert by_place == pytest.approx(slope, rel=1e-5, abs=1e-3)
         slope = (force(x, rate + 1e-6)[0] - force(x, rate - 1e-6)[0]) / 2e-6
         assert by_rate == pytest.approx(slope, rel=1e-5, abs=1e-6)
-
-

@@ -2,7 +2,7 @@
 
 A law is a named tuple with arrays over the meshes, and two functions of one flank: one for flanks that touch,
 one for the pair of least clearance of a mesh whose flanks are apart. Each returns the normal force and its
-derivatives by compression and by rate of approach. The viscous law is no such law: the steps have it built in.
+derivatives by compression and by rate of approach. The viscous law is built into the steps.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ def register(law: type, touching: Callable[..., Any], apart: Callable[..., Any])
     ----------
     law : the named tuple
     touching : of (law, mesh, elastic force [N], its stiffness [N/m], the flank's part of c [N s/m], rate of
-        approach [m/s]); returns the normal force [N] and its derivatives by compression [N/m] and rate [N s/m]
+        approach [m/s]); returns the normal force [N], its derivatives by compression [N/m] and rate [N s/m]
     apart : of (law, mesh, clearance [m], rate of approach [m/s]); the same of flanks that are apart
     """
     LAWS[law] = touching, apart
@@ -55,7 +55,7 @@ def _choose_apart(law: Any, *rest: Any) -> Any:
 def forces_by_law(
     law: Any, springs: Springs, motion: tuple[Array, Array], backlash: Array, damping: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Return elastic and normal forces of the pairs (…, n_mesh, n_pairs), then of the back flanks (…, n_mesh).
+    """Return elastic and normal forces of pairs (…, n_mesh, n_pairs), then of back flanks (…, n_mesh).
 
     Parameters
     ----------

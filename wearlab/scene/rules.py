@@ -98,7 +98,8 @@ def _damping(scene: sections.Sections) -> Problems:
         if mesh.damps_always and not isinstance(mesh.damping_law, ViscousDamping):
             yield (
                 "mesh.damping_in",
-                f"'always' is the papers' dashpot: leave it out with damping_law = {mesh.damping_law.chosen!r}",
+                "'always' is the papers' dashpot: leave it out with damping_law = "
+                f"{mesh.damping_law.chosen!r}",
             )
 
 

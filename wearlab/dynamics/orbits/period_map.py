@@ -93,9 +93,7 @@ def over_period(
             i = j
             continue
         if contact == LOCATED:
-            parts = step_by_law(
-                kernel.meshes.law, kernel, tables, step, period, columns, w, states, i, j, s
-            )
+            parts = step_by_law(kernel.meshes.law, kernel, tables, step, period, columns, w, states, i, j, s)
             if parts >= 0:
                 changes += parts
                 i = j

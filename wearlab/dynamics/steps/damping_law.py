@@ -1,10 +1,10 @@
 """Steps under a damping law that is not linear in the motion: Newton's method on the forces within a step.
 
-Every normal force is replaced by its tangent at a motion that was predicted, ``N ≈ k' d·q + b' d·q̇ − w'``, at
-the start, the middle and the end of the step. That is the form in which the steps of all structures take
+Every normal force is replaced by its tangent at a motion that was predicted, ``N ≈ k' d·q + b' d·q̇ − w'``,
+at the start, the middle and the end of the step. That is the form in which the steps of all structures take
 forces, tangents of the trajectory included; the step gives a better motion, about which the forces are made
-linear anew. Where other flanks push at the end of a step than at its start, the step is cut into parts, each a
-power series.
+linear anew. Where other flanks push at the end of a step than at its start, the step is cut into parts, each
+a power series.
 """
 
 from typing import Any
@@ -74,7 +74,8 @@ def tangents_of_flanks(
             normal, k, b = apart_force(damping, m, clearance, approach)
         law[p, 0], law[p, 1], law[p, 2] = k, b, k * place + b * speed - normal
     if s.touch[m, pairs]:
-        normal, k, b = touching_force(damping, m, law[pairs, 0] * behind, -law[pairs, 0], -law[pairs, 1], -rate)
+        every = -law[pairs, 0]
+        normal, k, b = touching_force(damping, m, -every * behind, every, -law[pairs, 1], -rate)
         law[pairs, 0], law[pairs, 1], law[pairs, 2] = -k, -b, -k * place - b * speed - normal
     elif behind < np.inf and lead >= 0:
         normal, k, b = apart_force(damping, m, behind, -rate)
@@ -84,8 +85,8 @@ def tangents_of_flanks(
 
 
 def see_flanks(
-    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int, place: float,
-    speed: float, s: Any, law: Any, rub: Any,
+    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int,
+    place: float, speed: float, s: Any, law: Any, rub: Any,
 ) -> None:  # fmt: skip
     """Set what touches and pushes in mesh ``m`` at fraction ``x`` of a step, and the forces of its flanks."""
     raise NotImplementedError("compiled code only")
@@ -101,8 +102,8 @@ def _is_none(type_of_law: Any) -> bool:
 
 
 def _by_viscous_law(
-    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int, place: float,
-    speed: float, s: Any, law: Any, rub: Any,
+    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int,
+    place: float, speed: float, s: Any, law: Any, rub: Any,
 ) -> None:  # fmt: skip
     pairs = len(meshes.pairs)
     deflection = place - within(tables.error[step, :, m], x)
@@ -115,8 +116,8 @@ def _by_viscous_law(
 
 
 def _by_law(
-    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int, place: float,
-    speed: float, s: Any, law: Any, rub: Any,
+    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int,
+    place: float, speed: float, s: Any, law: Any, rub: Any,
 ) -> None:  # fmt: skip
     tangents_of_flanks(meshes, tables, step, WITHIN, x, frequency, m, place, speed, s, law, rub)
 
