@@ -13,25 +13,29 @@ CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 @pytest.mark.parametrize(
-    ("file", "label", "changes", "parts"),
+    ("file", "changes", "parts"),
     [
-        ("spur_speeds.toml", "base", {"operation.speed": "1860 rpm", "operation.torque": "60 N*m"}, True),
-        ("base/internal_40_100.toml", "base", {}, False),
-        ("base/planetary_ngw11_coupled.toml", "base", {}, False),
+        ("spur_1dof.toml", {"operation.speed": "3720 rpm"}, True),
+        ("internal_wear_life.toml", {}, False),
+        ("base/planetary_ngw11_coupled.toml", {}, False),
     ],
 )
-def test_the_force_along_the_path_carries_the_load(
-    file: str, label: str, changes: dict[str, str], parts: bool
-) -> None:
-    scene = next(case.scene for case in load(CAMPAIGNS / file).cases if case.label == label)
-    scene = scene.replace({"wear.until": None, "wear.snapshots": None, **changes})
+def test_the_force_along_the_path_carries_the_load(file: str, changes: dict[str, str], parts: bool) -> None:
+    """From A to E alone: what tip corners carry beyond is not on the nodes."""
+    scene = load(CAMPAIGNS / file).cases[0].scene
+    wear = scene.wear
+    assert wear is not None
+    given = {f"wear.{key}": None for key in ("until", "snapshots") if getattr(wear, key) is not None}
+    scene = scene.replace({**given, "mesh.extended_contact": False, **changes})
     run, gears = simulate(scene), build(scene).gears
-    assert (float(run.separation_fraction.max()) > 0.0) == parts
+    apart = float(run.separation_fraction.max()) if "separation_fraction" in run else 0.0
+    assert (apart > 0.0) == parts
     for kind in gears.kinds:
         for flank in kind.flanks:
             force = run.tooth_force.isel(update=0).sel(flank=flank).values
             s = run.path_position.sel(flank=flank).values
             known = np.isfinite(force) & np.isfinite(s)
             mean = np.trapezoid(force[known], s[known]) / kind.pair.base_pitch
-            own = float(run.error_estimate_mesh_force_max.isel(update=0).max())
+            told = "error_estimate_mesh_force_max"
+            own = float(run[told].isel(update=0).max()) if told in run else 0.0
             assert mean == pytest.approx(kind.load, abs=max(own, 1e-3 * kind.load)), flank
