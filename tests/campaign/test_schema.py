@@ -12,6 +12,7 @@ from wearlab.units import KINDS, quantity
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 SCHEMA = json.loads(schema_json())
 DIMENSIONAL = {
+    "loss",
     "helix_angle",
     "equivalent_misalignment",
     "lead_crowning",

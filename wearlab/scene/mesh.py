@@ -17,8 +17,8 @@ from pydantic import (
 
 from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, SETS
-from wearlab.mesh import damping_laws
 from wearlab.mesh.contacts import ContactModel, DisplacementContact
+from wearlab.mesh.damping_laws import DampingLaw, ViscousDamping
 from wearlab.mesh.excitations import ExcitationModel, pairs
 from wearlab.mesh.face_couplings import FaceCouplingModel
 from wearlab.mesh.slow_errors import AveragedErrors, SlowErrorModel
@@ -153,8 +153,8 @@ class OneMesh(options.Part):
         "when the damping acts: while flanks touch, or always as in the papers",
         source="wearlab",
     )
-    damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = options.option(
-        damping_laws.ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
+    damping_law: Annotated[DampingLaw, *options.named("viscous")] = options.option(
+        ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
     )
 
     face_load_factor: Annotated[options.Number, Ge(1)] = options.option(
