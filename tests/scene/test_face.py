@@ -98,7 +98,11 @@ CONSTANT = {"model": "constant", "value": "4e8 N/m"}
 @pytest.mark.parametrize(
     ("changes", "path", "instead"),
     [
-        ({"dynamics": {"model": "torsional"}, "mesh.damping_ratio": 0.1}, "dynamics", "drop = ['dynamics']"),
+        (
+            {"dynamics": {"model": "torsional", "friction": {"coefficient": 0.1}}, "mesh.damping_ratio": 0.1},
+            "dynamics.friction",
+            "leave it out",
+        ),
         ({"errors.seed": 3}, "errors", "leave [errors] out"),
         ({"mesh.face_load_factor": 1.2}, "mesh.face_load_factor", "leave one out"),
         ({"mesh.contact": "exact"}, "mesh.contact", "'displacement'"),

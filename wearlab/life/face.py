@@ -7,11 +7,17 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
+from wearlab.dynamics.orbits.periodic import Unbounded
+from wearlab.dynamics.orbits.response import Response
 from wearlab.life.coupled import Account, Coupled
 from wearlab.life.limits import StopWear
 from wearlab.life.state import KindState, Wear, WearState
-from wearlab.life.vibration import Responses
+from wearlab.life.vibration import Responses, Vibration
+from wearlab.mesh.excitation import Touching
 from wearlab.mesh.face.contact import FaceContact, LineLoads
+from wearlab.mesh.face.curves import Curves, FaceTouching, curves
+from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate
 from wearlab.wear.patch import Patch
@@ -26,12 +32,14 @@ class FaceState(NamedTuple):
     loads : line loads under the static load
     line_load : (n_face, n) load per width when the node is in contact [N/m]
     rate : (2, n_face, n) wear depth per cycle, None without a wear law [m]
+    curves : force over deflection, which the dynamics received; None without
     """
 
     wear: Array
     loads: LineLoads
     line_load: Array
     rate: Array | None
+    curves: Curves | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +57,12 @@ class FaceKind:
     law: PreparedLaw | None
     patch: Patch | None
 
+    meshes = (0,)
+
+    def touching(self, table: Curves) -> FaceTouching:
+        """Return the flanks as dynamics see them."""
+        return FaceTouching(self.contact.analysis, self.contact, table)
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Slices, and nodes of each."""
@@ -62,14 +76,16 @@ class FaceCoupling(Coupled):
     Parameters
     ----------
     kinds : the kinds of mesh
+    vibration : the dynamics, None: quasi-static
+    moving : whether the force of the moment wears, or the static one
     account : where time and work are written down
     """
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
+    vibration: Vibration | None = None
+    moving: bool = False
     account: Account = field(default_factory=Account)
     _last: list[LineLoads | None] = field(default_factory=list, repr=False, compare=False)
-
-    vibration = None
 
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate one wear state.
@@ -77,37 +93,81 @@ class FaceCoupling(Coupled):
         Parameters
         ----------
         wear : of every kind of mesh, each (2, n_face, n), (driving, driven) [m]
-        start : nothing here has a response
+        start : responses of a neighbouring state to start from
 
         Raises
         ------
         StopWear
-            When wear is deeper than a tooth is thick.
+            When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
-        if not self._last:
-            self._last.extend([None] * len(self.kinds))
-        states = [self._of_kind(number, kind, wear[number]) for number, kind in enumerate(self.kinds)]
-        self.account.counts["contact_analyses"] += 1
-        return WearState(cast("tuple[KindState, ...]", tuple(states)), (), 0.0)
-
-    def _of_kind(self, number: int, kind: FaceKind, depth: Array) -> FaceState:
-        clock = time.perf_counter()
+        (kind,), (depth,) = self.kinds, wear
+        clock, worn = time.perf_counter(), felt(kind.patch, depth)
         try:
-            loads = kind.contact.solve(felt(kind.patch, depth), self._last[number])
+            static = kind.contact.solve(worn, self._last[0] if self._last else None)
         except SectionVanished as error:
             raise StopWear(str(error)) from error
-        self._last[number] = loads
-        line_load = kind.contact.grid.at_nodes(loads.load)
-        solved = time.perf_counter()
+        self._last[:] = [static]
+        self.account.counts["contact_analyses"] += 1
+        table = None if self.vibration is None else curves(kind.contact, worn, static)
+        clock = self._spent("contact", clock)
+        responses: Responses = ()
+        line_load = kind.contact.grid.at_nodes(static.load)
+        if table is not None:
+            responses = self._respond(kind.touching(table), start or None)
+            if self.moving:
+                line_load = self._moving_load(kind, table, worn, static, responses[0])
+            clock = self._spent("dynamics", clock)
         rate = None if kind.law is None else face_rate(kind, kind.law, depth, line_load)
-        self.account.seconds["contact"] += solved - clock
-        self.account.seconds["wear"] += time.perf_counter() - solved
-        return FaceState(depth, loads, line_load, rate)
+        self._spent("wear", clock)
+        state = FaceState(depth, static, line_load, rate, table)
+        return WearState(cast("tuple[KindState, ...]", (state,)), responses, 0.0)
+
+    def _respond(self, touching: FaceTouching, start: Responses | None) -> Responses:
+        assert self.vibration is not None
+        try:
+            responses = self.vibration.solve([cast("Touching", touching)], start)
+        except Unbounded as error:
+            raise StopWear("unbounded motion") from error
+        for response in responses:
+            self.account.counts["period_maps"] += response.counts.period_maps
+            self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
+        return responses
+
+    def _moving_load(
+        self, kind: FaceKind, table: Curves, worn: Array, static: LineLoads, response: Response
+    ) -> Array:
+        """Return the load per width when a node is in contact, of every mesh period in the mean, (n_face, n).
+
+        The force of the moment is spread over the face as a static one of its size.
+        """
+        vibration, grid = self.vibration, kind.contact.grid
+        assert vibration is not None
+        phase = grid.inside % 1.0
+        motion = vibration.motions(response, vibration.look(phase))
+        springs = kind.touching(table).springs(phase).per(vibration.period)
+        dashpot = dashpot_of_mesh(vibration.system, 0)
+        mean = np.zeros(grid.shape)
+        periods = len(motion.rate)
+        for row in zip(motion.deflection[:, 0], motion.rate[:, 0], strict=True):
+            drive = normal_forces(springs, Deflections(*row), dashpot).pair_normal.sum(axis=-1)
+            mean += grid.at_nodes(kind.contact.solve(worn, static, drive).load) / periods
+        return mean
+
+    def touching(self, state: WearState) -> list[FaceTouching]:
+        """Return the flanks in a wear state, as dynamics see them."""
+        known = cast("FaceState", state.kind[0])
+        assert known.curves is not None
+        return [self.kinds[0].touching(known.curves)]
+
+    def _spent(self, stage: str, since: float) -> float:
+        now = time.perf_counter()
+        self.account.seconds[stage] += now - since
+        return now
 
     @property
     def work(self) -> int:
-        """Right-hand sides evaluated so far: none."""
-        return 0
+        """Right-hand sides evaluated so far."""
+        return self.account.counts["right_hand_sides"]
 
     @property
     def accounts(self) -> tuple[Account, ...]:
@@ -116,16 +176,17 @@ class FaceCoupling(Coupled):
 
     @property
     def shared(self) -> tuple[Any, ...]:
-        """Nothing moves."""
-        return ()
+        """The moving system, its stages, and the contact."""
+        moves = self.vibration
+        return () if moves is None else (moves.system, moves.sampling, self.kinds[0].contact)
 
-    def resting(self) -> None:
-        """Return that the static load wears already."""
-        return None
+    def resting(self) -> "FaceCoupling | None":
+        """Return what wears under the static load alone, None where it does so already."""
+        return replace(self, vibration=None, moving=False, _last=[]) if self.moving else None
 
     def wearing(self) -> "FaceCoupling":
         """Return what the wear rate needs of it, with loads of its own to start from."""
-        return replace(self, _last=[])
+        return replace(self, vibration=self.vibration if self.moving else None, _last=[])
 
 
 def felt(patch: Patch | None, depth: Array) -> Array:

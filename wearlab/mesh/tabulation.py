@@ -9,12 +9,16 @@ from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.clock import Mesh, Sampling, of_kind
 from wearlab.mesh.excitation import Touching
+from wearlab.mesh.face.curves import FaceTouching
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.sharing import equivalent_springs
 from wearlab.mesh.stages import Springs, StageTables
 
+Flanks = Touching | FaceTouching
+"""The flanks of one kind of mesh: pairs, or with a width."""
 
-def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Array | None) -> StageTables:
+
+def stage_tables(kinds: Sequence[Flanks], sampling: Sampling, fluctuation: Array | None) -> StageTables:
     """Tabulate every mesh at every stage of an integration; the integrator evaluates nothing else.
 
     Parameters
@@ -24,8 +28,9 @@ def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Arr
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
     steps, meshes = len(sampling.grid.width), sampling.meshes
-    if len(kinds) == 1 and uncoupled(kinds[0]):
-        flanks, where = kinds[0], sampling.where[0]
+    flanks = kinds[0]
+    if len(kinds) == 1 and not isinstance(flanks, FaceTouching) and uncoupled(flanks):
+        where = sampling.where[0]
         shape = (steps, 3, len(meshes), flanks.analysis.grid.n_pairs)
         stiffness, gap, pair_rate = np.empty((3, *shape))
         lead_rate = np.empty(shape[:3])
@@ -54,7 +59,10 @@ def stage_tables(kinds: Sequence[Touching], sampling: Sampling, fluctuation: Arr
 
 
 def of_meshes(
-    kinds: Sequence[Touching], meshes: Sequence[Mesh], where: Sequence[Lookup], shape: tuple[int, ...]
+    kinds: Sequence[Flanks],
+    meshes: Sequence[Mesh],
+    where: Sequence[Lookup],
+    shape: tuple[int, ...],
 ) -> Springs:
     """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
 
@@ -183,8 +191,10 @@ def gap_rates(flanks: Touching, where: Lookup) -> Array:
     return rates
 
 
-def pair_springs(flanks: Touching, where: Lookup) -> Springs:
-    """Return the springs of a kind of mesh at phases, (n, n_pairs)."""
+def pair_springs(flanks: Flanks, where: Lookup) -> Springs:
+    """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force."""
+    if isinstance(flanks, FaceTouching):
+        return flanks.springs(where.phase)
     if flanks.series is not None:
         stiffness = flanks.series.stiffness.value(where.phase)[:, None]
         still = np.zeros_like(stiffness)

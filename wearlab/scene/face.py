@@ -65,18 +65,31 @@ def face_rules(scene: sections.Sections) -> Problems:
         return
     yield from _hands(scene)
     yield from _of_mesh(scene, keys[0])
-    if scene.dynamics is not None:
-        yield (
-            "dynamics",
-            f"flanks with a width ({keys[0]}) are in quasi-static contact: leave [dynamics] out (a case: "
-            f"drop = ['dynamics']), {without}",
-        )
+    yield from _in_motion(scene, keys[0])
     if scene.errors is not None:
         yield "errors", f"are not known over the face ({keys[0]}): leave [errors] out, {without}"
     if scene.start is not None:
         yield "start", "takes wear over by profile alone: give wear.initial instead"
     if scene.wear is not None and isinstance(scene.wear.coefficient, CalibratedCoefficient):
         yield "wear.coefficient", "'calibrated' knows no face: give the coefficient's value"
+
+
+def _in_motion(scene: sections.Sections, key: str) -> Problems:
+    """Motions of flanks with a width are followed by their force over deflection, without friction."""
+    if scene.dynamics is None:
+        return
+    if scene.dynamics.friction is not None:
+        yield "dynamics.friction", f"is not known over the face ({key}): leave it out"
+    if scene.dynamics.response is not None:
+        yield "dynamics.response", f"is not followed over the face ({key}): sweep operation.speed instead"
+    if not scene.mesh.excitation.by_pairs:
+        yield "mesh.excitation", f"of flanks with a width ({key}) is their own: give 'pairs', or leave it out"
+    if scene.wear is not None and (scene.wear.load.needs_slope or scene.wear.wohler_slope is not None):
+        yield (
+            "wear.wohler_slope",
+            f"counts forces of whole pairs, which a face ({key}) has not: give wear.load = 'instant' or "
+            "'static', and leave it out",
+        )
 
 
 def _hands(scene: sections.Sections) -> Problems:

@@ -11,15 +11,16 @@ import numpy as np
 from scipy.interpolate import interp1d
 
 from wearlab.arrays import Array
-from wearlab.life.coupled import Coupled
+from wearlab.dynamics.forces.extremes import extremes
 from wearlab.life.face import FaceState
 from wearlab.life.history import History
+from wearlab.life.state import WearState
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.face import slices_of
 from wearlab.scene.build.mesh import profile_points
-from wearlab.simulation.estimates import Estimates
+from wearlab.simulation.estimates import Estimates, ForcesOfStates
 from wearlab.simulation.face import states_of
 from wearlab.simulation.operating import Stage, coupled
 
@@ -54,27 +55,54 @@ def estimated_over_face(stage: Stage, lived: History, inherited: float = 0.0) ->
     own = states_of(lived.state)
     twins = tuple(rougher(scene, parts) for scene, parts in zip(stage.scenes, stage.parts, strict=True))
     together = coupled(twins, stage.shares)
-    share = max(_apart(stage.first, twins[0], fine, together) for fine in (own[0], own[-1]))
+    rough = [together.evaluate((_moved(stage.first, twins[0], own[k].wear),)) for k in (0, -1)]
+    share = max(_apart(stage.first, twins[0], own[k], rough[k]) for k in (0, -1))
+    force = _forces(lived, rough)
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     steps = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
     worn = np.array([float((one.wear - own[0].wear).max()) for one in own])
     life = None
     if lived.life.worn_out:
         life = lived.life.error_estimate_life + WEIGHT * share * float(lived.life.cycle[-1])
-    return Estimates(inherited + steps + WEIGHT * share * worn, None, life)
+    return Estimates(inherited + steps + WEIGHT * share * worn, force, life)
 
 
-def _apart(parts: Parts, twin: Parts, fine: FaceState, together: Coupled) -> float:
+def _moved(parts: Parts, twin: Parts, wear: Array) -> Array:
+    """Return the wear of a state at the slices and nodes of the rougher twin, (2, n_face, n) [m]."""
+    return moved(wear, *_grids(parts, twin))
+
+
+def _grids(parts: Parts, twin: Parts) -> tuple[FaceGrid, FaceGrid]:
+    assert parts.face is not None and twin.face is not None
+    return parts.face.kinds[0].contact.grid, twin.face.kinds[0].contact.grid
+
+
+def _apart(parts: Parts, twin: Parts, fine: FaceState, rough: WearState) -> float:
     """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
-    assert fine.rate is not None and parts.face is not None and twin.face is not None
-    grid, other = (face.kinds[0].contact.grid for face in (parts.face, twin.face))
-    rough = cast("FaceState", together.evaluate((moved(fine.wear, grid, other),)).kind[0])
-    assert rough.rate is not None
-    there, fastest = moved(rough.rate, other, grid), float(fine.rate.max())
+    of_twin = cast("FaceState", rough.kind[0]).rate
+    assert fine.rate is not None and of_twin is not None
+    grid, other = _grids(parts, twin)
+    fastest = float(fine.rate.max())
     if fastest == 0.0:
         return 0.0
     busy = fine.rate >= BUSY * fastest
-    return float(np.abs(there - fine.rate)[busy].max() / fastest)
+    return float(np.abs(moved(of_twin, other, grid) - fine.rate)[busy].max() / fastest)
+
+
+def _forces(lived: History, rough: list[WearState]) -> tuple[ForcesOfStates, ...] | None:
+    """Return by how much the largest mesh forces of the rougher twin differ, the larger of both states [N].
+
+    The same for the mesh force at any phase and for bearings, which do not carry more. None without dynamics.
+    """
+    if not lived.state[0].responses:
+        return None
+    ends = zip((lived.state[0], lived.state[-1]), rough, strict=True)
+    off = max(
+        float(np.abs(extremes(fine.responses[0]).largest - extremes(twin.responses[0]).largest).max())
+        for fine, twin in ends
+    )
+    each = np.full(len(lived.state), off)
+    return (ForcesOfStates(each, each, each),)
 
 
 def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:

@@ -67,8 +67,8 @@ def _response_values(
         _mesh_response(parts, vibration, touching, mesh, _of_mesh(motions, mesh))
         for mesh in range(len(parts.meshes))
     ]
-    pairs = max(each_mesh["pair_force"].shape[0] for each_mesh in meshes)
-    for each_mesh in meshes:
+    pairs = max((each_mesh["pair_force"].shape[0] for each_mesh in meshes if parts.face is None), default=0)
+    for each_mesh in meshes if parts.face is None else ():
         short = pairs - each_mesh["pair_force"].shape[0]
         for name in ("pair_force", "pair_normal_force"):
             each_mesh[name] = np.pad(each_mesh[name], ((0, short), (0, 0), (0, 0)))
@@ -148,13 +148,12 @@ def _mesh_response(
         "mesh_damping_force": forces.normal - forces.elastic,
         "mesh_deflection": deflection,
         "mesh_deflection_rate": rate,
-        "pair_force": np.stack([static.pair_slots(row, mine.analysis.grid) for row in forces.pair], axis=1),
-        "pair_normal_force": np.stack(
-            [static.pair_slots(row, mine.analysis.grid) for row in forces.pair_normal], axis=1
-        ),
         "poincare_deflection": deflection[:, 0],
         "poincare_rate": rate[:, 0],
     }
+    if parts.face is None:
+        for name, each in (("pair_force", forces.pair), ("pair_normal_force", forces.pair_normal)):
+            values[name] = np.stack([static.pair_slots(row, mine.analysis.grid) for row in each], axis=1)
     if parts.friction is not None:
         values["friction_force"] = mesh_forces.friction_force(forces, mine, where, parts.friction)
     if mine.series is not None:

@@ -20,7 +20,7 @@ def pressed(gap, *, compliance=1.0 / STIFFNESS, contact=None, shear_length=0.0, 
     load, approach, tangent = np.zeros((1, 1, n)), np.empty(1), np.empty(1)
     solve_phases(
         np.zeros((1, 1, n), np.int64), width, np.diff(middle), np.ones(1), body, np.zeros((0, 1)), hertz, 0.0,
-        1.0, np.asarray(gap)[:, None], shear_length**2, force, load, approach, tangent,
+        1.0, np.asarray(gap)[:, None], shear_length**2, np.array([force]), load, approach, tangent,
     )  # fmt: skip
     return load[0, 0], approach[0], tangent[0], width
 

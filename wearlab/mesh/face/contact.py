@@ -5,6 +5,7 @@ with wear - compliances, who meets whom - is laid out once a gear set.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -96,6 +97,7 @@ class FaceContact:
         normal to the flank [m]
     opening : (n_face,) gap by misalignment, along the line of action [m]
     shear_length : ℓ over which slices hold each other, 0: they do not [m]
+    pitch : transverse base pitch [m]
     helix : of the gears
     """
 
@@ -105,11 +107,22 @@ class FaceContact:
     lead: Array
     opening: Array
     shear_length: float
+    pitch: float
     helix: Helix = SPUR
     _tips: tuple["_Tip", ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_tips", tuple(_tips(self.analysis)))
+
+    @cached_property
+    def unworn(self) -> LineLoads:
+        """The loads of unworn flanks under the static load."""
+        return self.solve(np.zeros((2, *self.grid.shape)))
+
+    @property
+    def mean_stiffness(self) -> float:
+        """Mean of the mesh stiffness of unworn flanks over the mesh period [N/m]."""
+        return float(self.grid.weight @ self.unworn.tangent)
 
     def gap(self, wear: Array) -> Array:
         """Return the gap of every slice at every touching node for wear (2, n_face, n), normal [m].
@@ -134,28 +147,54 @@ class FaceContact:
             carried[:, tip.part] += tip.beyond(removed)
         return np.asarray(carried + self.opening[:, None])
 
-    def solve(self, wear: Array, near: LineLoads | None = None, force: float | None = None) -> LineLoads:
+    def solve(
+        self, wear: Array, near: LineLoads | None = None, force: Array | float | None = None
+    ) -> LineLoads:
         """Return the line loads of flanks worn by (2, n_face, n) [m].
 
         Parameters
         ----------
         wear : (2, n_face, n), (driving, driven) [m]
         near : loads in a neighbouring state, to start from
-        force : in the plane of action; None: the static load of the mesh [N]
+        force : in the plane of action, one or (n_phases,); None: the static load of the mesh [N]
         """
         grid, given = self.grid, self.section
-        gap, pressed = self.gap(wear), self.analysis.load if force is None else force
+        gap = self.gap(wear)
+        asked = np.broadcast_to(self.analysis.load if force is None else force, len(grid.phase))
+        pressed = np.where(asked > 0.0, asked, LIGHT)
         load = np.zeros(grid.node.shape) if near is None else near.load.copy()
         count = len(grid.phase)
         deflection, tangent = np.empty(count), np.empty(count)
         solve_phases(
             grid.node, grid.width, np.diff(grid.position), grid.filled, given.body, given.cross, given.hertz,
-            given.softening, given.least, gap, self.shear_length**2, pressed or LIGHT, load, deflection,
+            given.softening, given.least, gap, self.shear_length**2, pressed, load, deflection,
             tangent,
         )  # fmt: skip
-        if not pressed:  # as stiff as under a light touch, and not deflected
-            load, deflection = np.zeros_like(load), self._unloaded(gap)
+        free = ~(asked > 0.0)  # as stiff as under a light touch, and not deflected
+        if free.any():
+            load[free], deflection[free] = 0.0, self._unloaded(gap)[free]
         return LineLoads(deflection, tangent, load, self._unloaded(gap))
+
+    def gap_rate(self, wear: Array, loads: LineLoads) -> Array:
+        """Return the mean rate of the gaps that touch, ``Σ k_j ġ_j/Σ k_j``, by phase, (n_phases,) [m].
+
+        Parameters
+        ----------
+        wear : (2, n_face, n) [m]
+        loads : which tell what touches
+        """
+        grid, given = self.grid, self.section
+        position = grid.profile.touching
+        apart = np.append(True, np.diff(position) > 0.0)
+        slope = np.gradient(self.gap(wear)[:, apart], position[apart], axis=1)
+        slope = slope[:, np.cumsum(apart) - 1] * self.pitch
+        touching = loads.load > 0.0
+        node = np.where(grid.node >= 0, grid.node, 0)
+        stiffness = np.where(touching, grid.width * grid.filled[node] / (given.body + given.hertz)[node], 0.0)
+        rate = slope[np.arange(len(grid.position)), node]
+        total = stiffness.sum(axis=(1, 2))
+        summed = (stiffness * rate).sum(axis=(1, 2))
+        return np.divide(summed, total, out=np.zeros_like(total), where=total > 0.0)
 
     def _unloaded(self, gap: Array) -> Array:
         """Return the least gap at every phase, (n_phases,) [m]."""

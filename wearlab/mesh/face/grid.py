@@ -15,6 +15,8 @@ from wearlab.gears.gear import GearPair
 from wearlab.gears.helix import Helix
 from wearlab.mesh.profile import NO_EXTENSION, SAME_PHASE, Extension, ProfileGrid, cubic_weights
 
+BESIDE_A_JUMP = 1e-9
+"""How far from a jump its two sides are looked at [1]."""
 MORE = 1.4
 """Range, from what is asked for on, in which the nodes of a base pitch are chosen so that E is nearly one."""
 
@@ -47,6 +49,18 @@ class FaceGrid(NamedTuple):
     def face_width(self) -> float:
         """Width of all slices [m]."""
         return float(self.width.sum())
+
+    @property
+    def inside(self) -> Array:
+        """The phases, moved off the two sides of jumps, (n_phases,) [1]."""
+        if self.even:
+            return self.phase
+        count = self.profile.intervals + 1
+        begin = np.cumsum(count) - count
+        moved = self.phase.copy()
+        moved[begin] += BESIDE_A_JUMP
+        moved[begin + count - 1] -= BESIDE_A_JUMP
+        return moved
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -33,7 +33,7 @@ def solve_phases(
     least: float,
     gap: Array,
     shear: float,
-    force: float,
+    force: Array,
     line_load: Array,
     deflection: Array,
     tangent: Array,
@@ -53,7 +53,7 @@ def solve_phases(
     least : load per width below which it no longer changes [N/m]
     gap : (n_face, n_touching) [m]
     shear : ℓ², square of the length over which slices hold each other, 0: they do not [m²]
-    force : F [N]
+    force : (n_phases,) F [N]
     line_load : (n_phases, n_lines, n_face) filled with w; what is in it is the start, all 0: none [N/m]
     deflection, tangent : (n_phases,) filled with δ [m] and dF/dδ, the contact's compliance held [N/m]
 
@@ -72,8 +72,8 @@ def solve_phases(
     for i in range(n_phases):
         load, reach = line_load[i], node[i]
         _share(reach, width, cross, shared)
-        _start(reach, load, gap, force, touching)
-        mean = force / width.sum()
+        _start(reach, load, gap, force[i], touching)
+        mean = force[i] / width.sum()
         for iteration in range(MOST_ITERATIONS):
             for line in range(n_lines):
                 slope[line], preload[line] = _respond(
@@ -81,9 +81,9 @@ def solve_phases(
                     load[line], touching[line], layer, unit[line], offset[line], spring[line], free[line],
                     1.0,
                 )  # fmt: skip
-            deflection[i], _ = _balance(slope, preload, shared, force, system, at)
+            deflection[i], _ = _balance(slope, preload, shared, force[i], system, at)
             change, moved = _update(
-                reach, gap, at, unit, offset, spring, free, width, filled, force, load, touching
+                reach, gap, at, unit, offset, spring, free, width, filled, force[i], load, touching
             )
             most = max(most, iteration + 1)
             if not moved and change <= SETTLED * mean:
@@ -94,7 +94,7 @@ def solve_phases(
                 load[line], touching[line], layer, unit[line], offset[line], spring[line], free[line],
                 0.0,
             )  # fmt: skip
-        _, tangent[i] = _balance(slope, preload, shared, force, system, at)
+        _, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
     return most
 
 

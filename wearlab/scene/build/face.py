@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import SPUR, Helix, helix
 from wearlab.gears.lead import Lead
-from wearlab.life.face import FaceCoupling, FaceKind
+from wearlab.life.face import FaceKind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact, section
 from wearlab.mesh.face.grid import FaceGrid, helical_face, spur_face
@@ -69,6 +69,7 @@ def build_face_contact(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis)
         lead=leads(scene, kind.pair, grid),
         opening=over * grid.position / grid.face_width,
         shear_length=face_coupling(mesh).shear_length(scene.gears.module),
+        pitch=kind.pair.base_pitch,
         helix=turned,
     )
 
@@ -117,7 +118,7 @@ class FacePatchSetting(PatchSetting):
 
 def build_face(
     scene: Scene, kind: PairOfSet, analysis: ContactAnalysis, path: WearPath, law: PreparedLaw | None
-) -> FaceCoupling:
+) -> FaceKind:
     """Return contact and wear of a pair whose flanks have a width.
 
     Parameters
@@ -128,11 +129,11 @@ def build_face(
     contact = build_face_contact(scene, kind, analysis)
     patch = None
     if scene.wear is not None:
-        unworn = contact.grid.at_nodes(contact.solve(np.zeros((2, *contact.grid.shape))).load)
+        unworn = contact.grid.at_nodes(contact.unworn.load)
         mean = contact.grid.width @ unworn
         patch = scene.wear.contact_patch.build(FacePatchSetting(analysis, path, law, mean))
     over_face = build_law(scene, kind.pair, repeated(path, contact.grid.shape[0]))
-    return FaceCoupling((FaceKind(contact, over_face, patch),))
+    return FaceKind(contact, over_face, patch)
 
 
 def repeated(path: WearPath, slices: int) -> WearPath:

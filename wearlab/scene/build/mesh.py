@@ -20,7 +20,9 @@ from wearlab.scene.build.contact import build_errors, extension_wanted, flanks_o
 from wearlab.scene.build.sets import build_set, kinks, modifications
 from wearlab.scene.face import face_keys
 
-NODES_AT_DEFAULT, NODES_OF_A_FACE = 201, 101
+NODES_AT_DEFAULT, NODES_OF_A_FACE, NODES_IN_MOTION = 201, 101, 121
+"""Nodes on the path at the default tolerance: of flanks without a width, with one, and of helical gears that
+vibrate, whose lines enter little by little."""
 DEFAULT_TOLERANCE = 1e-3
 MOST_MORE_POINTS = 60
 KEPT_ANALYSES = 8
@@ -167,7 +169,9 @@ def profile_points(scene: Scene) -> int:
         return int(scene.numerics.profile_points)
     ratio = DEFAULT_TOLERANCE / scene.numerics.tolerance
     if face_keys(scene):
-        return int(np.clip(NODES_OF_A_FACE * ratio ** (1 / 3), 41, 401))
+        moving = NODES_IN_MOTION if scene.gears.helix_angle else NODES_AT_DEFAULT
+        nodes = NODES_OF_A_FACE if scene.dynamics is None else moving
+        return int(np.clip(nodes * ratio ** (1 / 3), 41, 401))
     return int(np.clip(NODES_AT_DEFAULT * ratio ** (1 / 3), 81, 1601))
 
 

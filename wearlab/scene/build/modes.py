@@ -42,6 +42,8 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     assert parts.vibration is not None
     system = parts.vibration.system
     mean = [mean_stiffness(kind.analysis) for kind in parts.kinds]
+    if parts.face is not None:
+        mean = [kind.contact.mean_stiffness for kind in parts.face.kinds]
     stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
     system_modes = modes(system, stiffness)
     return SceneModes(

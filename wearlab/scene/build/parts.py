@@ -17,7 +17,7 @@ from wearlab.scene import Scene, presence
 from wearlab.scene.build import mesh, sets
 from wearlab.scene.build.contact import class_flags, contact_flags
 from wearlab.scene.build.face import build_face, helix_of
-from wearlab.scene.build.vibration import build_vibration
+from wearlab.scene.build.vibration import MeshStiffness, build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.scene.face import face_keys
 from wearlab.wear.film import Film
@@ -124,7 +124,7 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
     if face_keys(scene):
-        face = build_face(scene, gears.kinds[0], analyses[0], kinds[0].path, kinds[0].law)
+        face = _face(scene, gears, kinds[0], meshes, edges)
         return _parts(scene, gears, kinds, meshes, edges, cast("Coupling", face), face)
     patches = [
         None
@@ -139,6 +139,19 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
         build_load(scene),
     )
     return _parts(scene, gears, kinds, meshes, edges, coupling)
+
+
+def _face(
+    scene: Scene, gears: gear_set.GearSet, section: KindParts, meshes: tuple[clock.Mesh, ...], edges: Array
+) -> FaceCoupling:
+    """Return contact, dynamics and wear over the face of a pair."""
+    kind = build_face(scene, gears.kinds[0], section.analysis, section.path, section.law)
+    if scene.dynamics is None:
+        return FaceCoupling((kind,))
+    contact = kind.contact
+    stiffness = MeshStiffness(np.array([contact.mean_stiffness]), np.array([contact.unworn.tangent.max()]))
+    vibration = build_vibration(scene, gears, [section.analysis], meshes, edges, stiffness)
+    return FaceCoupling((kind,), vibration, build_load(scene).moving)
 
 
 def _parts(

@@ -89,22 +89,41 @@ class OnClock(NamedTuple):
         return self.edges[:-1]
 
 
+class MeshStiffness(NamedTuple):
+    """Mean and largest stiffness of every mesh, (n_mesh,) each [N/m]."""
+
+    mean: Array
+    largest: Array
+
+
+def _of_analyses(analyses: Sequence[contact.ContactAnalysis], meshes: Sequence[Mesh]) -> MeshStiffness:
+    mean = [mean_stiffness(contact) for contact in analyses]
+    largest = [float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes]
+    return MeshStiffness(np.array([mean[mesh.kind] for mesh in meshes]), np.array(largest))
+
+
 def build_vibration(
     scene: Scene,
     gears: gear_set.GearSet,
     analyses: Sequence[contact.ContactAnalysis],
     meshes: tuple[Mesh, ...],
     edges: Array,
+    stiffness: MeshStiffness | None = None,
 ) -> Vibration | None:
-    """Return the dynamics of the gear set, None when the scene has none."""
+    """Return the dynamics of the gear set, None when the scene has none.
+
+    Parameters
+    ----------
+    scene, gears, analyses, meshes, edges : what moves, and its clock
+    stiffness : of the meshes; None: that of the analyses
+    """
     if scene.dynamics is None:
         return None
-    mean = [mean_stiffness(contact) for contact in analyses]
-    stiffest = np.array([float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes])
-    system = build_system(scene, gears, np.array([mean[mesh.kind] for mesh in meshes]))
-    _check_definite(system, np.array([mean[mesh.kind] for mesh in meshes]))
+    mean, stiffest = stiffness or _of_analyses(analyses, meshes)
+    system = build_system(scene, gears, mean)
+    _check_definite(system, mean)
     system = system._replace(damping_law=damping_law(scene, gears, system))
-    clock = OnClock(analyses, meshes, edges)
+    clock = OnClock(analyses, meshes if stiffness is None else (), edges)
     grid = steps_grid(scene, clock, system, stiffest, gears.period)
     slow = slow_errors(scene, gears, meshes, system)
     hunting = hunting_period(scene, gears, meshes)
@@ -223,7 +242,7 @@ def patient(method: methods.Method, system: system.System, steps: int) -> method
 
 
 def _missing(clock: OnClock, grid: stages.StageGrid) -> float:
-    return max(unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes)
+    return max((unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes), default=0.0)
 
 
 def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid) -> float:
