@@ -8,8 +8,6 @@ import made_up
 import pytest
 from fake_campaign import filled, sweep
 
-pytest.importorskip("bokeh", reason="wearlab[browse] is not installed: no window can be opened")
-
 from wearlab.browsing.window import browse
 
 
@@ -46,6 +44,7 @@ class Asked:
 @pytest.fixture
 def opened():
     """Return a function that opens a window on a store, closed at the end."""
+    pytest.importorskip("bokeh", reason="wearlab[browse] is not installed: no window can be opened")
     windows = []
 
     def open_(store):

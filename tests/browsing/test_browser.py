@@ -189,24 +189,25 @@ def test_text_of_strangers_stays_text(page, drawn):
     run = next(iter(store.entries()))
     store.tag(run, "".join(PLANTED[:99]))
     store.note(run, PLANTED)
-    place = {"speed": PLANTED}
-    axis = {"name": "speed", "values": [PLANTED], "units": None, "key": PLANTED, "beside": {}}
-    record = {
-        "format": 1, "title": PLANTED, "reference": PLANTED, "axes": [axis], "cases": [[run, PLANTED, [0]]],
-        "figures": [{"kind": "tvms", "title": PLANTED, "note": PLANTED}],
-    }  # fmt: skip
-    key = store.catalogue.record_campaign(PLANTED, PLANTED, PLANTED, [(run, PLANTED, place)], {}, record)
     second = list(store.entries())[1]
+    axis = {"name": "speed", "values": [PLANTED, "b"], "units": None, "key": PLANTED, "beside": {}}
+    record = {
+        "format": 1, "title": PLANTED, "reference": PLANTED, "axes": [axis],
+        "cases": [[run, PLANTED, [0]], [second, PLANTED, [1]]],
+        "figures": [{"kind": "tvms", "title": PLANTED, "note": PLANTED, "select": {"update": -1}}],
+    }  # fmt: skip
+    members = [(run, PLANTED, {"speed": PLANTED}), (second, PLANTED, {"speed": "b"})]
+    key = store.catalogue.record_campaign(PLANTED, PLANTED, PLANTED, members, {}, record)
     for path, more in (
         ("", {}), ("campaign", {"key": key}), ("runs", {"columns": "tag,note,case", "where": PLANTED}),
         ("runs", {"columns": "tag,note,campaign,case"}), ("run", {"id": run}),
         ("compare", {"run": [run, second]}), ("compare", {"campaign": key, "x": PLANTED}),
+        ("compare", {"campaign": key, "kind": "tvms"}),
         ("run", {"id": PLANTED}), ("progress", {}), ("updates", {}),
     ):  # fmt: skip
         page.goto(at(drawn, path, **more))
-        if path in ("campaign", "run") and PLANTED not in more.values():
+        if path in ("campaign", "run", "compare") and PLANTED not in more.values():
             page.locator("canvas").first.wait_for()
-            page.mouse.move(400, 500)
         assert page.evaluate("window.planted") is None, path
         assert page.locator("img[src=x]").count() == 0, path
 

@@ -10,12 +10,14 @@ import pytest
 from fake_campaign import alter, filled, sweep
 
 from wearlab.browsing import listing, question, recorded, words
-from wearlab.browsing.copy import write_copy
 from wearlab.figures.drawing import seen
 from wearlab.query import QueryError
 from wearlab.store import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import Reached
+
+copy = pytest.importorskip("wearlab.browsing.copy", reason="wearlab[browse] is not installed")
+write_copy = copy.write_copy
 
 
 def runs(asked):
@@ -105,6 +107,42 @@ def test_labels_that_a_typesetter_would_take_for_formulas_are_plain():
     assert words.plain("Depth ($10^{-3}$ µm)") == "Depth (10⁻³ µm)"
     for planted in ("$$x$$", "\\(x\\)", "\\[x\\]"):
         assert not re.search(r"\$\$|\\\(|\\\[", words.plain(planted))
+
+
+def test_what_is_drawn_follows_values_of_the_same_form_alone(drawn):
+    from wearlab.browsing import interactive
+
+    def plot(kind, *states):
+        asked, grid = question.question_of(
+            drawn.store,
+            question.Wanted((runs(drawn)[0],), kind=kind, options={"select": {"update": [*states]}}),
+        )
+        return seen(asked, grid, drawn.store)[0]
+
+    shown, other = interactive.drawn(plot("tvms", 0, 1, 2)), plot("tvms", 0, 0, 2)
+    before = [handle.source.data["y"] for handle in shown.curves[0]]
+    assert shown.follow(other)
+    after = [handle.source.data["y"] for handle in shown.curves[0]]
+    for values, curve in zip(after, other.panels[0].curves, strict=True):
+        assert values.tolist() == curve.y.tolist()
+    assert after[0] is before[0] and after[1] is not before[1]
+    assert not shown.follow(plot("tvms", 0)) and not shown.follow(plot("wear-profile", 0, 1, 2))
+
+
+def test_a_wear_state_is_worked_out_once(drawn):
+    from bokeh.document import Document
+
+    from wearlab.browsing.figures import Follower
+
+    follower, document = Follower(drawn.store, runs(drawn)[0]), Document()
+    follower.add_to(document)
+    assert list(follower.made) == [2]
+    follower.ahead(document, 1)
+    follower.ahead(document, 0)
+    made = dict(follower.made)
+    follower.follow(document, follower.labels(), 1)
+    assert set(made) == {0, 1, 2} and all(follower.made[state] is made[state] for state in made)
+    assert "State 1 of 2: 3 million cycles" in follower.said.text
 
 
 def test_a_table_of_runs_has_pages(tmp_path, opened, monkeypatch):

@@ -61,6 +61,30 @@ def test_figures_and_report_hold_the_update(campaign, store, tree, tmp_path):
     assert "data:image/png" in page and "cannot be drawn" not in page
 
 
+def test_a_window_shows_answer_and_figures(store, tree):
+    pytest.importorskip("bokeh")
+    from urllib.request import urlopen
+
+    from wearlab.browsing.window import browse
+    from wearlab.updating.report_text import answers
+
+    window = browse(store)
+
+    def page(path, more=""):
+        with urlopen(f"http://127.0.0.1:{window.port}/{path}?token={window.token}{more}") as answer:
+            return answer.read()
+
+    try:
+        name, (answer,) = str(tree.attrs["id"]), answers(tree)
+        assert answer in page("updates").decode()
+        shown = page("update", f"&id={name}").decode()
+        places = [shown.index(f"<h3>{title}") for title in ("Wear to come", "Remaining life", "When to look")]
+        assert answer in shown and places == sorted(places) and "The fleet" not in shown
+        assert page("update.png", f"&id={name}&kind=posterior-fan").startswith(b"\x89PNG")
+    finally:
+        window.stop()
+
+
 def test_an_update_belongs_to_its_measurements_not_to_a_title(campaign, store, tree, tmp_path):
     """Was found by the campaign's title: a page showed the answer to another file's measurements."""
     from wearlab.campaign import load

@@ -8,7 +8,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.updating import update
-from wearlab.updating.report_text import answers, text_of
+from wearlab.updating.report_text import answers, fleet_table, text_of
 
 END = date(2026, 6, 30)
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_department.toml"
@@ -48,6 +48,10 @@ def test_every_gearbox_gets_a_day_that_is_true_of_its_own_loads(tree):
 def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what(tree):
     text = "\n".join(text_of(tree))
     assert sum(line.strip().startswith("G") for line in text_of(tree)) >= 12
+    heads, *rows = fleet_table(tree)
+    assert [row[0] for row in rows] == tree["predictions"]["unit"].values.tolist() and len(heads) == len(
+        rows[0]
+    )
     assert "! G06 at " in text and "look at the reading, its unit and its hours" in text
     assert "leaving out the inspections above that are marked !" in text
     first, second = (line for line in answers(tree) if line.startswith("open "))

@@ -1,30 +1,21 @@
 """What each page tells, asked of the store: plain data for the templates, and files to take along."""
 
 from collections.abc import Mapping, Sequence
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from wearlab.browsing import figures, listing, one_run, question, recorded
 from wearlab.browsing.listing import ROWS, whole
 from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import KINDS, read
-from wearlab.store import database, outcome, remark_files, remarks
-from wearlab.store import updates as kept
+from wearlab.figures.kind import KINDS
+from wearlab.store import database, outcome, remarks
 from wearlab.store.errors import StoreError
-from wearlab.store.lineage import name_of
-from wearlab.store.reading import checked_bytes
 
 if TYPE_CHECKING:
     from wearlab.figures.question import Question
     from wearlab.store import Store
 
-EMPTY = b'<svg xmlns="http://www.w3.org/2000/svg" width="16" height="9"/>'
 CARDS = 24  # campaigns of a page
 FIGURES = 2  # of a campaign that are drawn at once
-NETCDF = "application/x-netcdf"
-TEXT = "text/plain; charset=utf-8"
-FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
-"""Figures of an update, before the others."""
 MOST_BESIDE = 24  # runs told side by side
 MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of
 
@@ -117,24 +108,25 @@ def _figures(
 ) -> tuple[list[figures.Shown], list[tuple[int, str]]]:
     """Return the figures of a campaign that are drawn, and number and name of the others."""
     grid = store.open(source)
-    asked = _asked(source, grid)
+    asked = asked_of(source, grid)
     at = min(whole(chosen), len(asked)) - 1
     drawn = []
     for number, each in list(enumerate(asked, 1))[at : at + FIGURES]:
-        files = _files(place, "campaign", f"key={key}&figure={number}")
+        files = files_of(place, "campaign", f"key={key}&figure={number}")
         drawn.append(figures.shown(store, each, grid, files))
     shown = range(at, at + FIGURES)
     names = [(n, str(each.table.get("title") or each.table["kind"])) for n, each in enumerate(asked, 1)]
     return drawn, [pair for i, pair in enumerate(names) if i not in shown]
 
 
-def _asked(source: Any, grid: Any) -> "list[Question]":
+def asked_of(source: Any, grid: Any) -> "list[Question]":
     """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
     asked = [question.question_of_figure(source, number) for number in range(1, len(source.figures) + 1)]
     return asked or [question.asked(source, kind, {}) for kind in question.possible(grid)[:FIGURES]]
 
 
-def _files(place: Any, name: str, address: str) -> tuple[tuple[str, str], ...]:
+def files_of(place: Any, name: str, address: str) -> tuple[tuple[str, str], ...]:
+    """Return format and address of the files of a figure; none in a copy, which draws nothing."""
     return (
         tuple((ending.upper(), place.file(name, ending, address)) for ending in figures.FORMATS)
         if place.live
@@ -174,7 +166,7 @@ def run(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
     if done and place.live:
         grid = store.open(recorded.together(store, [entry.id]))  # type: ignore[arg-type]
         for kind in question.of_one_run(grid):
-            files = _files(place, "figure", f"run={entry.id}&kind={kind}")
+            files = files_of(place, "figure", f"run={entry.id}&kind={kind}")
             prints.append((KINDS[kind].title or kind, files))
         first = (question.of_one_run(grid) or [first])[0]
     where = store.address or str(store.path.absolute())
@@ -216,7 +208,6 @@ def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any)
     if asked.runs and not asked.campaign:
         told["beside"] = one_run.side_by_side(store, asked.runs[:MOST_BESIDE])
     source = question.source_of(store, asked)
-    told["title"] = source.title
     grid = store.open(source)  # type: ignore[arg-type]
     able = question.possible(grid)
     axes = [str(dim) for dim in grid.run_id.dims]
@@ -225,13 +216,13 @@ def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any)
         "numbers": [(name, f"{name}: {words}"[:90]) for name, words in question.numbers(grid)],
         "abscissae": [*axes, *question.beside_axes(grid)],
         "roles": [*axes, *(str(d) for d in ("flank", "mesh", "update", "member") if d in grid.dims)],
-        "title": source.title,
+        "title": f"Compare {source.title}" if asked.runs else source.title,
     }
     try:
         question_, grid = question.question_of(store, asked)
     except FigureError as error:
         return {**told, "problem": str(error)}
-    told["figure"] = figures.shown(store, question_, grid, _files(place, "figure", asked.address))
+    told["figure"] = figures.shown(store, question_, grid, files_of(place, "figure", asked.address))
     told["commands"] = _compare_commands(store, asked, question_)
     return told
 
@@ -242,189 +233,3 @@ def _compare_commands(store: "Store", asked: question.Wanted, drawn: "Question")
     if len(asked.runs) == 2:
         lines.append(f"wearlab compare {asked.runs[0]} {asked.runs[1]} --store {where}")
     return "\n".join(lines)
-
-
-def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str]]]:
-    """Return the updates of a store, the latest first, each with its answer."""
-    from wearlab.updating.report_text import answers
-
-    told = []
-    for update in reversed(kept.kept_updates(store).values()):
-        try:
-            tree = kept.read_update(store, update.id)
-            told.append((update, ["Its file has gone."] if tree is None else answers(tree)))
-        except (StoreError, KeyError, ValueError) as error:
-            told.append((update, [f"It cannot be read: {error}"]))
-    return told
-
-
-def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
-    """Return the answer of an update and its figures.
-
-    Raises
-    ------
-    StoreError : there is none, or its file is damaged
-    """
-    from wearlab.updating.report_text import answers, text_of
-
-    known = kept.find_update(store, prefix)
-    tree = None if known is None else kept.read_update(store, known.id)
-    if known is None or tree is None:
-        raise StoreError(f"update {prefix[:40]!r}: no such update, or its file has gone")
-    drawn = []
-    of_updates = [name for name, kind in KINDS.items() if kind.of == "update"]
-    for name in [*(n for n in FIRST if n in of_updates), *(n for n in of_updates if n not in FIRST)]:
-        shown = _of_update(store, known.subject, name)
-        if shown is not None:
-            files = _files(place, "update", f"id={known.id}&kind={name}")
-            drawn.append(figures.of_plot(shown, files))
-    return {
-        "title": known.title or "Update",
-        "answers": answers(tree),
-        "lines": text_of(tree)[1:],
-        "figures": drawn,
-        "runs": known.runs,
-        "id": known.id,
-    }
-
-
-def _of_update(store: "Store", subject: str, kind: str) -> Any:
-    from wearlab.figures.drawing import of_update, specified
-
-    try:
-        return of_update(subject, store, read(specified({"kind": kind}), 1, None))
-    except (FigureError, KeyError, ValueError):
-        return None
-
-
-def progress(store: "Store") -> dict[str, Any]:
-    """Return the runs under way, how far their lives are, and how far their campaigns are."""
-    rows = store.catalogue.read(
-        "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
-    )
-    present = datetime.now(UTC)
-    told = []
-    for run_id, owner, started in rows:
-        reached = store.checkpoints.reached(run_id) if store.files.is_name(str(run_id)) else None
-        told.append(
-            {
-                "id": str(run_id),
-                "name": name_of(store, run_id) or str(run_id)[:10],
-                "alive": store.is_alive(str(owner or "")),
-                "since": _since(started, present),
-                "cycles": "" if reached is None else f"{reached.cycle:.4g}",
-                "depth": "" if reached is None else f"{1e6 * reached.depth:.3g} µm",
-            }
-        )
-    return {"under_way": told, "campaigns": _under_way(store), "now": present.isoformat()}
-
-
-def _since(started: Any, present: datetime) -> str:
-    try:
-        return outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
-    except (ValueError, TypeError):
-        return ""
-
-
-def _under_way(store: "Store") -> list[dict[str, Any]]:
-    """Return the campaigns with runs under way: finished, in all, time left by those finished."""
-    told = []
-    for each in recorded.campaigns(store)[0]:
-        left = each.counts.get("running", 0)
-        if not left:
-            continue
-        done = sum(each.counts.get(state, 0) for state in ("done", "failed", "refused"))
-        total = done + left + each.counts.get("interrupted", 0) + each.counts.get("missing", 0)
-        ((mean,),) = store.catalogue.read(
-            "SELECT avg(r.seconds) FROM runs AS r JOIN members AS m ON m.run = r.id "
-            "WHERE m.campaign = ? AND r.state = 'done'",
-            [each.key],
-        )
-        time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
-        told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
-    return told
-
-
-def printed(store: "Store", name: str, ending: str, arguments: Mapping[str, Sequence[str]]) -> bytes:
-    """Return the file of a figure that an address asks for.
-
-    Raises
-    ------
-    FigureError, StoreError : it cannot be drawn
-    """
-    first = {key: values[0] for key, values in arguments.items() if values}
-    if name == "campaign":
-        source = recorded.campaign_of(store, first.get("key", ""))
-        grid = store.open(source)  # type: ignore[arg-type]
-        asked = _asked(source, grid)
-        return figures.printed(
-            store, asked[min(whole(first.get("figure", "")), len(asked)) - 1], grid, ending
-        )
-    if name == "update":
-        return _printed_update(store, first.get("id", ""), first.get("kind", ""), ending)
-    wanted, grid = question.question_of(store, question.wanted(arguments))
-    return figures.printed(store, wanted, grid, ending)
-
-
-def _printed_update(store: "Store", prefix: str, kind: str, ending: str) -> bytes:
-    from wearlab.browsing import words
-    from wearlab.figures.render import rendered
-
-    known = kept.find_update(store, prefix)
-    plot = None if known is None or kind not in KINDS else _of_update(store, known.subject, kind)
-    if plot is None or known is None:
-        raise FigureError(f"{kind[:40]!r} of update {prefix[:40]!r}: no such figure")
-    if ending == "csv":
-        return words.table(plot).encode()
-    return rendered(plot, {"Title": plot.title, "update": known.id}, ending)
-
-
-def file_name(name: str, arguments: Mapping[str, Sequence[str]]) -> str:
-    """Return the name of a file that is taken along, of letters, digits and signs that every system takes."""
-    first = [
-        values[0]
-        for key, values in arguments.items()
-        if values and key in ("kind", "key", "id", "run", "figure")
-    ]
-    words = "-".join([name, *(value[:24] for value in first)])
-    return "".join(sign if sign.isascii() and (sign.isalnum() or sign in "-_") else "-" for sign in words)
-
-
-def taken(store: "Store", what: str, prefix: str) -> tuple[bytes, str, str]:
-    """Return the file of a run, checked, or its citation; with its kind and name.
-
-    Raises
-    ------
-    StoreError : no such run, it has no data, or its file is damaged
-    """
-    entry = store.find(prefix)
-    if entry.state != "done":
-        raise StoreError(f"run {entry.id} has no data: {entry.state}")
-    if what == "citation":
-        sentence, bibtex = one_run.citation(store, entry)
-        return f"{sentence}\n\n{bibtex}\n".encode(), TEXT, f"citation-{entry.id[:10]}.txt"
-    return checked_bytes(store.file_of(entry.id), entry.sha256), NETCDF, f"{entry.id}.nc"
-
-
-def remarked(store: "Store", subject: str, what: str, text: str) -> tuple[str, dict[str, str]]:
-    """Write a tag or note on a run or campaign of the store; return which page shows it.
-
-    Raises
-    ------
-    StoreError : there is no such run or campaign, or the text does not do
-    """
-    if what not in remarks.KINDS:
-        raise StoreError(f"{what[:20]!r} is no remark: tag, untag or note")
-    titles = {
-        remarks.subject_of(str(title)): (str(title), key)
-        for title, key in store.catalogue.read("SELECT title, key FROM campaigns ORDER BY recorded")
-    }
-    if subject in titles:
-        title, key = titles[subject]
-        remark_files.add(store, subject, what, text, title)  # type: ignore[arg-type]
-        return "campaign", {"key": key}
-    entry = store.heads([subject]).get(subject)
-    if entry is None:
-        raise StoreError(f"run {subject[:40]!r}: no such run")
-    remark_files.add(store, entry.id, what, text)  # type: ignore[arg-type]
-    return "run", {"id": entry.id}

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 FORMATS = ("png", "svg", "pdf", "csv")
+PAUSE = 100  # ms between two states that are made ahead
+MOST_AHEAD = 24
 WIDE = {"sizing_mode": "stretch_width"}
 PROBLEMS = (FigureError, StoreError, OSError, ValueError, KeyError)
 
@@ -141,6 +143,7 @@ class Follower:
     drawn: list[interactive.Drawn | None] = field(default_factory=list)
     places: list[Any] = field(default_factory=list)
     said: Any = None
+    made: "dict[int, list[Plot | str]]" = field(default_factory=dict)
 
     def add_to(self, document: Document) -> None:
         """Put slider, figures and their words into a document."""
@@ -151,7 +154,7 @@ class Follower:
         self._load(kinds)
         states = self.labels()
         last = len(states) - 1
-        plots = [self.plot(asked, last) for asked in self.asked]
+        plots = self.at(last)
         self.drawn = [None if isinstance(plot, str) else interactive.drawn(plot) for plot in plots]
         self.places = [column(*self._parts(n, plot), **WIDE) for n, plot in enumerate(plots)]
         self.said = Div(text=self.words(plots, states, last), **WIDE)
@@ -177,7 +180,20 @@ class Follower:
         before.on_click(lambda: setattr(slider, "value", max(0, slider.value - 1)))
         after.on_click(lambda: setattr(slider, "value", min(last, slider.value + 1)))
         slider.on_change("value", lambda name, old, new: self.follow(document, states, int(new)))
+        document.add_timeout_callback(lambda: self.ahead(document, last - 1), PAUSE)
         return [slider, Row(before, after)]
+
+    def at(self, state: int) -> "list[Plot | str]":
+        """Return the figures at a wear state, made once."""
+        if state not in self.made:
+            self.made[state] = [self.plot(asked, state) for asked in self.asked]
+        return self.made[state]
+
+    def ahead(self, document: Document, state: int) -> None:
+        """Make the figures of a state that may be asked for next, and then those before it, one at a time."""
+        if state >= 0 and len(self.made) < MOST_AHEAD:
+            self.at(state)
+            document.add_timeout_callback(lambda: self.ahead(document, state - 1), PAUSE)
 
     def labels(self) -> list[str]:
         """Return what the wear states are called."""
@@ -222,7 +238,7 @@ class Follower:
     def follow(self, document: Document, states: list[str], state: int) -> None:
         """Show another wear state: new data in what is drawn, or a new drawing of another form."""
         document.hold("combine")
-        plots = [self.plot(asked, state) for asked in self.asked]
+        plots = self.at(state)
         for number, plot in enumerate(plots):
             drawn = self.drawn[number]
             if isinstance(plot, str) or drawn is None or not drawn.follow(plot):

@@ -77,7 +77,9 @@ class Drawn:
         for panel, handles in zip(plot.panels, self.curves, strict=True):
             least = _least(panel)
             for curve, handle in zip(panel.curves, handles, strict=True):
-                handle.source.data = _data(curve, least)
+                data = _data(curve, least)
+                if not _alike(handle.source.data, data):
+                    handle.source.data = data
                 for renderer in handle.renderers:
                     renderer.name = _told(curve, names[id(curve)])
                     stroke = renderer.glyph
@@ -85,6 +87,12 @@ class Drawn:
                     stroke.update(**colours)
         self.legend.text = legend_html(plot)
         return True
+
+
+def _alike(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
+    """Say whether a curve has the data that it had: those of the first and the last wear state stay."""
+    floats = {name for name, values in new.items() if getattr(values, "dtype", None) == np.float64}
+    return all(np.array_equal(old[name], new[name], equal_nan=name in floats) for name in new)
 
 
 COLOURED = ("line_color", "fill_color")

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 MOST_KEYS = 200  # of a comparison
 SUMMED = (
     *(
-        "verdict",
         "life",
         "service_life",
         "max_wear_depth",
@@ -58,7 +57,7 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
     lists = {name: value if isinstance(value, list) else [value] for name, value in facts.items()}
     return {
         "id": entry.id,
-        "title": name_of(store, entry.id) or f"Run {entry.id[:10]}",
+        "title": name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}",
         "state": store.state_of(entry),
         "verdict": verdict(store, entry),
         "doubts": doubts(entry),
@@ -155,7 +154,12 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
             came.append((name.replace("_", " "), cells))
     labels = labels_of(store, list(entries.values()), scenes, keys)
     names = [
-        (entry.id, label, verdict(store, entry), doubts(entry))
+        (
+            entry.id,
+            label,
+            verdict(store, entry),
+            [d for d in doubts(entry) if d != entry.summary.get("verdict")],
+        )
         for entry, label in zip(entries.values(), labels, strict=True)
     ]
     return {"runs": names, "asked": asked, "came": came}

@@ -14,7 +14,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from tornado.web import HTTPError, RequestHandler
 
-from wearlab.browsing import contents, figures, gate
+from wearlab.browsing import contents, figures, gate, progress, taking, updates
 from wearlab.figures.errors import FigureError
 from wearlab.query import QueryError
 from wearlab.store import Store
@@ -219,7 +219,7 @@ class Updates(Page):
 
     def get(self) -> None:
         """Show them."""
-        self.show("updates.html", "Updates by measurements", "updates", told=contents.updates(self.store))
+        self.show("updates.html", "Updates by measurements", "updates", told=updates.updates(self.store))
 
 
 class Update(Page):
@@ -227,7 +227,7 @@ class Update(Page):
 
     def get(self) -> None:
         """Show its answer and its figures."""
-        told = contents.update(self.store, self.get_query_argument("id"), self.place)
+        told = updates.update(self.store, self.get_query_argument("id"), self.place)
         self.show("update.html", told.pop("title"), "updates", scripts=self.scripts(told["figures"]), **told)
 
 
@@ -237,7 +237,7 @@ class Progress(Page):
     def get(self) -> None:
         """Show how far runs are."""
         follow = bool(self.get_query_argument("follow", ""))
-        self.show("progress.html", "Under way", "progress", follow=follow, **contents.progress(self.store))
+        self.show("progress.html", "Under way", "progress", follow=follow, **progress.progress(self.store))
 
 
 class Thumbnail(Page):
@@ -249,7 +249,7 @@ class Thumbnail(Page):
         try:
             self.give(await self.drawn(lambda store: figures.thumbnail(store, key)), KINDS["png"])
         except REFUSED:
-            self.give(contents.EMPTY, "image/svg+xml")
+            self.give(taking.EMPTY, "image/svg+xml")
 
 
 class Print(Page):
@@ -258,8 +258,8 @@ class Print(Page):
     async def get(self, name: str, ending: str) -> None:
         """Give the file."""
         arguments = self.arguments()
-        content = await self.drawn(lambda store: contents.printed(store, name, ending, arguments))
-        self.give(content, KINDS[ending], f"{contents.file_name(name, arguments)}.{ending}")
+        content = await self.drawn(lambda store: taking.printed(store, name, ending, arguments))
+        self.give(content, KINDS[ending], f"{taking.file_name(name, arguments)}.{ending}")
 
 
 class Take(Page):
@@ -267,7 +267,7 @@ class Take(Page):
 
     def get(self, what: str) -> None:
         """Give it; only what the store has under the name of a run."""
-        content, kind, name = contents.taken(self.store, what, self.get_query_argument("id"))
+        content, kind, name = taking.taken(self.store, what, self.get_query_argument("id"))
         self.give(content, kind, name)
 
 
@@ -277,7 +277,7 @@ class Remark(Page):
     def post(self) -> None:
         """Write one, and show what it is about again."""
         given = {name: self.get_body_argument(name, "") for name in ("subject", "what", "text")}
-        back = contents.remarked(self.store, given["subject"], given["what"], given["text"])
+        back = taking.remarked(self.store, given["subject"], given["what"], given["text"])
         self.redirect(self.place.url(*back[:1], **back[1]), status=303)
 
 

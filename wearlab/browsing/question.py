@@ -110,7 +110,14 @@ def question_of(store: "Store", of: Wanted) -> tuple[Question, "xr.Dataset"]:
     source = source_of(store, of)
     grid = store.open(source)  # type: ignore[arg-type]
     kind = of.kind or next(iter(possible(grid)), "line")
-    return asked(source, kind, of.options), grid
+    return asked(source, kind, {**_told_apart(kind, of, grid), **of.options}), grid
+
+
+def _told_apart(kind: str, of: Wanted, grid: "xr.Dataset") -> dict[str, str]:
+    """Return as the colour what differs between marked runs, where a kind draws curves of each."""
+    known, (dim, *_) = KINDS.get(kind), (*map(str, grid.run_id.dims), "")
+    curves = known is not None and known.dims and not known.over_sweeps and known.joined is None
+    return {"hue": dim} if curves and dim and len(of.runs) > 1 and of.options.get("select") else {}
 
 
 def asked(source: RecordedCampaign, kind: str, options: Mapping[str, Any]) -> Question:

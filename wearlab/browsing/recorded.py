@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from wearlab.campaign.axes import Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures.doubt import FIRM, TRUSTED
+from wearlab.figures.kinds import KINDS
 from wearlab.query.keys import flat, scene_key
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.store.errors import StoreError
@@ -128,7 +129,7 @@ def campaign_of(store: "Store", key: str) -> RecordedCampaign:
     record = store.catalogue.record_of(key)
     try:
         if record:
-            figures = tuple(map(_figure, record.get("figures") or ()))
+            figures = tuple(filter(_is_of_runs, map(_figure, record.get("figures") or ())))
             return replace(from_record(record), title=title, reference=reference, figures=figures)
         members = store.catalogue.read(
             "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number", [key]
@@ -145,6 +146,11 @@ def _figure(table: Any) -> SimpleNamespace:
     if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
         raise ValueError("a figure without a kind")
     return SimpleNamespace(**{str(key): value for key, value in table.items()})
+
+
+def _is_of_runs(figure: SimpleNamespace) -> bool:
+    """Say whether a figure is drawn from runs; those of an update stand on the page of that."""
+    return figure.kind not in KINDS or KINDS[figure.kind].of == "runs"
 
 
 def _from_places(

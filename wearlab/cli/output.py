@@ -200,11 +200,6 @@ def split_columns(text: str | None) -> tuple[str, ...] | None:
     return tuple(part.strip() for part in [*parts, text[start:]] if part.strip())
 
 
-def value_text(value: Any) -> str:
-    """Return a value as tables show it."""
-    return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
-
-
 def show_json(content: Any) -> None:
     """Write content as JSON."""
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))

@@ -325,6 +325,12 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     return found
 
 
+def fleet_table(tree: xr.DataTree) -> list[tuple[str, ...]]:
+    """Return headings and a row a unit of a fleet; nothing of an update of one gear set."""
+    predictions = tree["predictions"].to_dataset()
+    return [_heads(predictions), *_rows(predictions)] if "unit" in predictions.dims else []
+
+
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows as lines, columns one under the other."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -16,9 +16,9 @@ from wearlab.cli.output import (
     show_json,
     show_table,
     split_columns,
-    value_text,
 )
 from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, command
+from wearlab.report.run import value_text
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 from wearlab.store.catalogue import Entry, Member

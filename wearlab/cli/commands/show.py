@@ -104,4 +104,4 @@ def _variables(variables: Mapping[str, dict[str, Any]], entry: catalogue.Entry) 
 
 
 def _brief(value: Any) -> str:
-    return "(below)" if told.is_long(value) else output.value_text(value)
+    return "(below)" if told.is_long(value) else told.value_text(value)

@@ -1,0 +1,76 @@
+"""Pictures of the pages of a window: ``python docs/windows.py STORE [CHROMIUM]`` writes ``docs/images/browse/*.png``.
+
+The store has a campaign that was run, an update, and a run that is under way or none. Needs Playwright and a browser.
+"""
+
+import io
+import re
+import shutil
+import sys
+from pathlib import Path
+from urllib.parse import urlencode
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+import wearlab as wl
+from wearlab.browsing.window import Window
+from wearlab.store.updates import kept_updates
+
+OUT = Path(__file__).parent / "images" / "browse"
+SHAPES = {"wide": (1280, 960, "light"), "narrow": (390, 960, "dark")}
+SHOWN = {"wide": 900, "narrow": 390}  # pixels of the picture
+WAIT = 300  # ms
+
+
+def pages(window: Window) -> dict[str, tuple[str, dict[str, object], str]]:
+    """Return name, address and what is waited for of every page."""
+    store = window.store
+    key = next(row[0] for row in store.catalogue.read("SELECT key FROM campaigns ORDER BY recorded"))
+    runs = [row[0] for row in store.catalogue.read("SELECT run FROM members WHERE campaign = ?", [key])]
+    update = next(iter(kept_updates(store)), "")
+    return {
+        "campaigns": ("", {}, "img"),
+        "campaign": ("campaign", {"key": key, "figure": 12}, "canvas"),
+        "runs": ("runs", {"where": "speed >= 1000 rpm", "sort": "-max_wear_depth"}, "table.runs"),
+        "run": ("run", {"id": runs[1]}, "canvas"),
+        "compare": ("compare", {"run": runs[:3], "kind": "mesh-force"}, "canvas"),
+        "update": ("update", {"id": update}, "canvas"),
+        "progress": ("progress", {}, "main"),
+    }
+
+
+def main(folder: str, browser: str | None = None) -> None:
+    """Take every picture."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    window = wl.browse(folder)
+    with sync_playwright() as driver:
+        chromium = driver.chromium.launch(
+            executable_path=browser or shutil.which("chromium"), args=["--no-sandbox"]
+        )
+        for shape, (width, height, scheme) in SHAPES.items():
+            page = chromium.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+            for name, (path, arguments, awaited) in pages(window).items():
+                query = urlencode({"token": window.token, **arguments}, doseq=True)
+                page.goto(f"http://127.0.0.1:{window.port}/{path}?{query}")
+                page.locator(awaited).first.wait_for(timeout=60_000)
+                if name == "campaigns":
+                    page.wait_for_timeout(10 * WAIT)  # pictures are drawn when they come into sight
+                if name == "run":
+                    page.locator("#wear").scroll_into_view_if_needed()
+                    page.evaluate("document.getElementById('wear').scrollIntoView()")
+                page.wait_for_timeout(2 * WAIT)
+                picture = Image.open(io.BytesIO(page.screenshot()))
+                share = SHOWN[shape] / picture.width
+                small = picture.convert("RGB").resize(
+                    (SHOWN[shape], round(picture.height * share)), Image.Resampling.LANCZOS
+                )
+                small.quantize(96, dither=Image.Dither.NONE).save(OUT / f"{name}-{shape}.png", optimize=True)
+        chromium.close()
+    window.stop()
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 2 or re.match("-", sys.argv[1]):
+        sys.exit(str(__doc__))
+    main(*sys.argv[1:3])
