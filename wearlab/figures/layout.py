@@ -113,6 +113,8 @@ def _roles(
         *((role, "*") for role in ROLES),
         *((role, name) for name in varied for role in ROLES),
     ]
+    if any(curve.level is not None for curve in series):  # one map would lie on another
+        preferred = [(role, name) for role, name in preferred if role != "hue"]
     for most in (MOST_A_ROLE, None):  # what has many places takes panels only when nothing else is free
         for role, wished in preferred:
             left = [n for n in varied if n not in roles.values() and n not in redundant]
