@@ -180,7 +180,7 @@ def root_load_factor(flank: float, face_width: float, tooth_depth: float) -> flo
     Examples
     --------
     >>> round(root_load_factor(1.16, 0.1, 0.0184), 3)
-    1.132
+    1.13
     """
     ratio = max(face_width / tooth_depth, 3.0)
     return float(flank ** (ratio**2 / (1.0 + ratio + ratio**2)))
