@@ -99,6 +99,17 @@ def write(folder: str, first: int, until: float) -> None:
             number += 1
 
 
+def test_a_catalogue_that_another_process_is_about_to_make_is_not_set_aside(tmp_path):
+    """A writer that had just made the file found it renamed under its hands: no such table."""
+    folder = tmp_path / "store"
+    folder.mkdir()
+    (folder / "catalogue.sqlite").touch()
+    with closing(Store(str(folder))) as store:
+        assert store.reindex() == []
+        assert store.entries() == {} and store.catalogue.exists()
+    assert not (folder / "catalogue.damaged").exists()
+
+
 def test_a_catalogue_made_anew_beside_four_writers_stays_readable(tmp_path):
     """Texts that needed another row to be read had made 29 of 34 entries unreadable."""
     folder = str(tmp_path / "store")

@@ -174,13 +174,16 @@ class Database:
         raise NotImplementedError
 
     def is_sound(self) -> bool:
-        """Say whether the file is a database without damage that SQLite can see, made by wearlab."""
+        """Say whether the file is a database without damage that SQLite can see, made by wearlab.
+
+        One without a table is sound: another process may be about to make them.
+        """
         self.close()
         connection = sqlite3.connect(self.path, timeout=PATIENCE)
         try:
             (version,) = connection.execute("PRAGMA user_version").fetchone()
             sound = connection.execute("PRAGMA quick_check").fetchone() == ("ok",)
-            return sound and not _additions(connection) and version > 0
+            return sound and not _additions(connection) and (version > 0 or not _tables(connection))
         except sqlite3.OperationalError as error:
             raise self._unusable(error) from error
         except (sqlite3.DatabaseError, UnicodeDecodeError):
