@@ -6,6 +6,7 @@ import json
 import re
 
 import made_up
+import numpy as np
 import pytest
 from fake_campaign import alter, filled, sweep
 
@@ -307,3 +308,26 @@ def test_commands_and_python_agree(small, capsys):
     assert re.search(r"tags\s+good\n", capsys.readouterr().out)
     assert app.status_of(["tag", "feed", "x", *where]) == 2
     assert app.status_of(["browse", str(small.store.path / "none")]) == 2
+
+
+def test_a_map_is_drawn_as_cells_that_tell_their_level():
+    """Was an empty pair of axes."""
+    from types import SimpleNamespace
+
+    from bokeh.models import ColumnDataSource
+    from bokeh.plotting import figure
+
+    from wearlab.browsing import interactive
+
+    x, y = np.meshgrid([0.0, 1.0, 3.0], [-10.0, 10.0])
+    level = np.arange(6.0)
+    pen = SimpleNamespace(colour="#000000", dash="-", width=1.0, marker="")
+    curve = SimpleNamespace(
+        x=x.ravel(), y=y.ravel(), level=level, reach=(0.0, 5.0), look="map", pen=pen,
+        y_error=None, doubtful=None, runs=None,
+    )  # fmt: skip
+    data = interactive._data(curve, 0.0)
+    assert data["width"].tolist() == [1.0, 1.5, 2.0] * 2 and data["height"].tolist() == [20.0] * 6
+    (cells,), asked = interactive._curve(figure(), curve, ColumnDataSource(data))
+    assert asked == [cells] and cells.glyph.fill_color.field == "level"
+    assert (cells.glyph.fill_color.transform.low, cells.glyph.fill_color.transform.high) == (0.0, 5.0)

@@ -18,17 +18,22 @@ from bokeh.models import (
     Span,
     UIElement,
 )
+from bokeh.palettes import interp_palette
 from bokeh.plotting import figure
+from bokeh.transform import linear_cmap
 
+from wearlab.arrays import Array
 from wearlab.browsing.words import is_beside, named, plain
 from wearlab.figures.doubt import least_seen
-from wearlab.figures.plot import INK, Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import INK, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
 
 DASHES = {"-": "solid", "--": "dashed", "-.": "dashdot", ":": "dotted", "": "solid"}
 MARKERS = {
     **{"o": "circle", "s": "square", "^": "triangle", "D": "diamond", "v": "inverted_triangle"},
     **{"P": "cross", "X": "x", "": "circle"},
 }
+SHADES = 64
+"""Colours of a map."""
 POINTED = ("points", "dots", "published", "line-points", "stem", "horizontal")
 LINED = ("line", "line-points", "hairline", "horizontal", "reference", "level", "dashed", "dash-dot")
 THIN = ("hairline", "reference", "level", "dashed", "dash-dot")
@@ -159,9 +164,9 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         for renderer in renderers:
             renderer.name = _told(curve, names[id(curve)])
         handles.append(Handle(source, renderers))
-        asked.setdefault(tuple(name for name in ("y_error", "run") if name in source.data), []).extend(
-            pointed
-        )
+        asked.setdefault(
+            tuple(name for name in ("y_error", "run", "level") if name in source.data), []
+        ).extend(pointed)
     for beside, pointed in asked.items():
         if pointed:
             drawn.add_tools(_hover(beside, pointed))
@@ -182,10 +187,11 @@ def _hover(columns: Sequence[str], renderers: Sequence[Any]) -> HoverTool:
     """Return what tells the point that is pointed at: curve and run, abscissa, value and estimated error."""
     value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
     run = [("run", "@run")] if "run" in columns else []
+    run += [("", "@level{%.6g}")] if "level" in columns else []
     return HoverTool(
         renderers=renderers,
         tooltips=[("", "$name"), ("x", "@x{%.6g}"), ("y", value), *run],
-        formatters={f"@{name}": "printf" for name in ("x", "y", "y_error")},
+        formatters={f"@{name}": "printf" for name in ("x", "y", "y_error", "level")},
         point_policy="snap_to_data",
         line_policy="nearest",
     )
@@ -206,6 +212,8 @@ def _data(curve: Curve, least: float) -> dict[str, Any]:
     """Return the columns of a curve: its points; where there are any, their errors, doubts and runs."""
     n = len(curve.x)
     data: dict[str, Any] = {"x": curve.x, "y": curve.y}
+    if curve.level is not None:
+        data |= {"level": curve.level} | _cells(curve)
     error = curve.y_error
     if error is not None and len(error) == n and np.isfinite(error).any():
         seen = np.where(error > least, error, np.nan)
@@ -217,6 +225,15 @@ def _data(curve: Curve, least: float) -> dict[str, Any]:
     return data
 
 
+def _cells(curve: Curve) -> dict[str, Array]:
+    """Return width and height of the cells of a map, which lie row after row of one y each."""
+    rows = max(len(np.unique(curve.y)), 1)
+    x, y = curve.x.reshape(rows, -1), curve.y.reshape(rows, -1)
+    width = np.abs(np.gradient(x, axis=1)) if x.shape[1] > 1 else np.ones_like(x)
+    height = np.abs(np.gradient(y, axis=0)) if rows > 1 else np.ones_like(y)
+    return {"width": width.ravel(), "height": height.ravel()}
+
+
 def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[Any, ...], list[Any]]:
     """Draw a curve; return its renderers, and those that answer when they are pointed at."""
     pen, shown = curve.pen, []
@@ -224,6 +241,12 @@ def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[An
     if curve.look == "area":
         area = drawn.patch("x", "y", source=source, fill_color=colour, fill_alpha=0.25, line_color=None)
         return (area,), []
+    if curve.level is not None:
+        fill_color = linear_cmap("level", interp_palette(WEAR, SHADES), *curve.reach)
+        cells = drawn.rect(
+            "x", "y", "width", "height", source=source, fill_color=fill_color, line_color=None, dilate=True
+        )
+        return (cells,), [cells]
     if curve.look in LINED:
         dash = "dashed" if curve.look == "horizontal" else dash
         width = 1.0 if curve.look in THIN else 1.6 * pen.width
