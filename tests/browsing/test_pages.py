@@ -15,7 +15,7 @@ from wearlab.figures.drawing import seen
 from wearlab.query import QueryError
 from wearlab.store import StoreError
 from wearlab.store.outcome import Outcome
-from wearlab.store.presence import Reached
+from wearlab.store.presence import ReachedCycle
 
 copy = pytest.importorskip("wearlab.browsing.copy", reason="wearlab[browse] is not installed")
 write_copy = copy.write_copy
@@ -93,7 +93,7 @@ def test_marked_runs_that_differ_in_more_are_told_in_words(drawn):
 
 
 def test_a_figure_is_told_in_words_and_as_a_table(drawn):
-    asked, grid = question.question_of(drawn.store, question.Wanted((runs(drawn)[0],), kind="max-wear"))
+    asked, grid = question.question_of(drawn.store, question.WantedFigure((runs(drawn)[0],), kind="max-wear"))
     plot = seen(asked, grid, drawn.store)[0]
     lines = words.summary(plot)
     assert lines[0].startswith("Largest wear depth")
@@ -116,7 +116,7 @@ def test_what_is_drawn_follows_values_of_the_same_form_alone(drawn):
     def plot(kind, *states):
         asked, grid = question.question_of(
             drawn.store,
-            question.Wanted((runs(drawn)[0],), kind=kind, options={"select": {"update": [*states]}}),
+            question.WantedFigure((runs(drawn)[0],), kind=kind, options={"select": {"update": [*states]}}),
         )
         return seen(asked, grid, drawn.store)[0]
 
@@ -232,7 +232,7 @@ def test_runs_under_way_say_how_far_they_are(tmp_path, opened):
     store = filled(tmp_path / "store", sweep(2))
     with store.presence() as presence:
         store.claim(["ab" * 10, "cd" * 10], presence.token, lambda entry: False)
-        store.checkpoints.write("ab" * 10, b"image", "code", Reached(2.5e6, 7.5e-6))
+        store.checkpoints.write("ab" * 10, b"image", "code", ReachedCycle(2.5e6, 7.5e-6))
         assert store.checkpoints.read("ab" * 10, "code") == b"image"
         page = opened(store).page("progress")
     assert "2.5e+06" in page and "7.5 µm" in page and "not told yet" in page

@@ -41,7 +41,7 @@ def campaign(store: "Store", key: str, place: Any, first: Mapping[str, str]) -> 
     number = whole(first.get("page", ""))
     heads, rows = cases(store, key, (number - 1) * ROWS, ROWS)
     source = recorded.campaign_of(store, key) if told.cases <= MOST_DRAWN else None
-    drawn: list[figures.Shown] = []
+    drawn: list[figures.ShownFigure] = []
     others: list[tuple[int, str]] = []
     if source is not None and told.counts.get("done"):
         drawn, others = _figures(store, key, source, place, first.get("figure", ""))
@@ -105,7 +105,7 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
 
 def _figures(
     store: "Store", key: str, source: Any, place: Any, chosen: str
-) -> tuple[list[figures.Shown], list[tuple[int, str]]]:
+) -> tuple[list[figures.ShownFigure], list[tuple[int, str]]]:
     """Return the figures of a campaign that are drawn, and number and name of the others."""
     grid = store.open(source)
     asked = asked_of(source, grid)
@@ -227,7 +227,7 @@ def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any)
     return told
 
 
-def _compare_commands(store: "Store", asked: question.Wanted, drawn: "Question") -> str:
+def _compare_commands(store: "Store", asked: question.WantedFigure, drawn: "Question") -> str:
     where = _quoted(store.address or str(store.path.absolute()))
     lines = [f"wearlab figures --from {drawn.name}.png --store {where}   # the PNG that was taken along"]
     if len(asked.runs) == 2:

@@ -111,7 +111,7 @@ def _page(store: "Store", template: str, place: Folder, heading: str, told: dict
     return pages.rendered(template, place, heading, {**beside, **told})
 
 
-def _drawn(scripts: Markup, shown: Sequence[figures.Shown]) -> Markup:
+def _drawn(scripts: Markup, shown: Sequence[figures.ShownFigure]) -> Markup:
     own = "\n".join(figure.script for figure in shown if figure.script)
     return Markup(f"{scripts}<script>{own}</script>") if own else Markup("")
 
@@ -132,7 +132,7 @@ def _campaign(store: "Store", told: recorded.Told, place: Folder, scripts: Marku
 
 def _run(store: "Store", run_id: str, place: Folder, scripts: Markup) -> str:
     content = contents.run(store, run_id, place)
-    shown: list[figures.Shown] = []
+    shown: list[figures.ShownFigure] = []
     if content["told"]["state"] == "done":
         source = recorded.together(store, [run_id])
         try:
@@ -140,6 +140,6 @@ def _run(store: "Store", run_id: str, place: Folder, scripts: Markup) -> str:
             kinds = question.of_one_run(grid)
             shown = [figures.shown(store, question.asked(source, kind, {}), grid) for kind in kinds]
         except figures.PROBLEMS as error:
-            shown = [figures.Shown("", problem=str(error))]
+            shown = [figures.ShownFigure("", problem=str(error))]
     content |= {"app": "", "figures": shown, "scripts": _drawn(scripts, shown)}
     return _page(store, "run.html", place, content["told"]["title"], content)

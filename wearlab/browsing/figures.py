@@ -36,7 +36,7 @@ PROBLEMS = (FigureError, StoreError, OSError, ValueError, KeyError)
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownFigure:
     """A figure on a page.
 
     Parameters
@@ -61,7 +61,7 @@ class Shown:
 
 def shown(
     store: "Store", asked: "Question", grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
-) -> Shown:
+) -> ShownFigure:
     """Return a figure for a page, or why there is none.
 
     Parameters
@@ -73,16 +73,16 @@ def shown(
     try:
         plot = question.seen(store, asked, grid)
     except PROBLEMS as error:
-        return Shown(title or str(asked.table["kind"]), problem=str(error))
+        return ShownFigure(title or str(asked.table["kind"]), problem=str(error))
     except Exception as error:  # a fault of ours in one figure stops no page
-        return Shown(title or str(asked.table["kind"]), problem=drawing.fault(asked.name, error))
+        return ShownFigure(title or str(asked.table["kind"]), problem=drawing.fault(asked.name, error))
     return of_plot(plot, files)
 
 
-def of_plot(plot: "Plot", files: tuple[tuple[str, str], ...] = ()) -> Shown:
+def of_plot(plot: "Plot", files: tuple[tuple[str, str], ...] = ()) -> ShownFigure:
     """Return a figure that is known as data for a page."""
     script, div = components(column(*interactive.drawn(plot, titled=False).parts, **WIDE), wrap_script=False)
-    return Shown(plot.title, Markup(div), script, tuple(words.summary(plot)), files)
+    return ShownFigure(plot.title, Markup(div), script, tuple(words.summary(plot)), files)
 
 
 def printed(store: "Store", asked: "Question", grid: "xr.Dataset", ending: str) -> bytes:
@@ -140,7 +140,7 @@ class Follower:
     run_id: str
     grid: Any = None
     asked: list["Question"] = field(default_factory=list)
-    drawn: list[interactive.Drawn | None] = field(default_factory=list)
+    drawn: list[interactive.DrawnFigure | None] = field(default_factory=list)
     places: list[Any] = field(default_factory=list)
     said: Any = None
     made: "dict[int, list[Plot | str]]" = field(default_factory=dict)

@@ -34,7 +34,7 @@ def policy(nonce: str) -> str:
     )
 
 
-class Refusal(RequestHandler):
+class RefusedRequest(RequestHandler):
     """Says no, and nothing else."""
 
     def initialize(self, status: int, reason: str) -> None:
@@ -83,7 +83,7 @@ class Gate(BokehTornado):
         """Return who answers a request, a refusal where it may not be asked."""
         if problem := self.refused(request):
             status, reason = problem
-            return self.get_handler_delegate(request, Refusal, {"status": status, "reason": reason})
+            return self.get_handler_delegate(request, RefusedRequest, {"status": status, "reason": reason})
         return super().find_handler(request, **more)
 
     def refused(self, request: HTTPServerRequest) -> tuple[int, str] | None:

@@ -53,7 +53,7 @@ class Handle(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnFigure:
     """A figure as Bokeh has it.
 
     Parameters
@@ -109,7 +109,7 @@ def _is_plain(stroke: Any, name: str) -> bool:
     return isinstance(own, str) and own.startswith("#")
 
 
-def drawn(plot: Plot, *, titled: bool = True) -> Drawn:
+def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
     """Return a figure drawn by Bokeh; whatever its texts hold stays text.
 
     Parameters
@@ -124,7 +124,7 @@ def drawn(plot: Plot, *, titled: bool = True) -> Drawn:
             each.y_range = made[0][0].y_range
     title = f"<h3>{escape(plain(plot.title))}</h3>" if titled and plot.title else ""
     wrapped: dict[str, Any] = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
-    return Drawn(
+    return DrawnFigure(
         Div(text=title, sizing_mode="stretch_width", visible=bool(title)),
         Div(text=legend_html(plot), sizing_mode="stretch_width"),
         Row(children=[each for each, _ in made], **wrapped),

@@ -39,7 +39,7 @@ TEXTS = {
 MOST_WORDS = 400
 
 
-class Word(NamedTuple):
+class ConditionWord(NamedTuple):
     """Something that can be asked for: its name, what it is, and a value of it."""
 
     name: str
@@ -68,7 +68,7 @@ class Listed:
     heads: tuple[tuple[str, str], ...] = ()
     rows: tuple[tuple[str, tuple[str, ...]], ...] = ()
     count: int = 0
-    words: tuple[Word, ...] = ()
+    words: tuple[ConditionWord, ...] = ()
     problem: str = ""
 
     @property
@@ -149,7 +149,7 @@ def _with(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
     return f"{where} and {word} {sign} {value}" if where else f"{word} {sign} {value}"
 
 
-def _words(keys: Any, ends: Mapping[str, Sequence[str]]) -> tuple[Word, ...]:
+def _words(keys: Any, ends: Mapping[str, Sequence[str]]) -> tuple[ConditionWord, ...]:
     """Return what can be asked for, results before the values of scenes."""
     told = [_word(key, ends) for key in keys if not key.name.endswith("()") and not _is_numbered(key.name)]
     told.sort(key=lambda word: (word.name.count("."), word.name))
@@ -160,7 +160,7 @@ def _is_numbered(name: str) -> bool:
     return any(word.isdigit() for word in name.split("."))
 
 
-def _word(key: Key, ends: Mapping[str, Sequence[str]]) -> Word:
+def _word(key: Key, ends: Mapping[str, Sequence[str]]) -> ConditionWord:
     meaning = TEXTS.get(key.name) or (VARIABLES[key.name].long_name if key.name in VARIABLES else "")
     if key.quantity:
         example = KINDS[key.quantity].example
@@ -168,7 +168,7 @@ def _word(key: Key, ends: Mapping[str, Sequence[str]]) -> Word:
         example = "word" if key.kind == "text" else "2026-11-01" if key.kind == "date" else "1"
     else:
         example = f"1 {key.display_unit or key.unit}"
-    return Word(key.name, meaning or ("of the scene" if key.is_path else ""), example)
+    return ConditionWord(key.name, meaning or ("of the scene" if key.is_path else ""), example)
 
 
 def whole(text: str) -> int:

@@ -90,7 +90,7 @@ def rendered(template: str, place: Any, heading: str, told: Mapping[str, Any]) -
     return templates().get_template(template).render({**more, **told})
 
 
-class Page(RequestHandler):
+class WindowPage(RequestHandler):
     """What all pages share: the store, the addresses, the headers, and how trouble is told."""
 
     def initialize(self, store: Store, drawing: Any) -> None:
@@ -124,7 +124,7 @@ class Page(RequestHandler):
         }
         self.write(rendered(template, self.place, heading, {**beside, **told}))
 
-    def scripts(self, shown: Sequence[figures.Shown]) -> Markup:
+    def scripts(self, shown: Sequence[figures.ShownFigure]) -> Markup:
         """Return what draws the figures of a page."""
         own = "\n".join(figure.script for figure in shown if figure.script)
         if not own:
@@ -163,7 +163,7 @@ class Page(RequestHandler):
             logging.getLogger("wearlab").error("a page, %s", self.request.path, exc_info=told)
 
 
-class Campaigns(Page):
+class CampaignsPage(WindowPage):
     """All campaigns."""
 
     def get(self) -> None:
@@ -172,7 +172,7 @@ class Campaigns(Page):
         self.show("campaigns.html", "Campaigns", "", thumbnails=True, problem="", **told)
 
 
-class Campaign(Page):
+class CampaignPage(WindowPage):
     """One campaign."""
 
     def get(self) -> None:
@@ -182,7 +182,7 @@ class Campaign(Page):
         self.show("campaign.html", told["told"].title, scripts=self.scripts(told["figures"]), **told)
 
 
-class Runs(Page):
+class Runs(WindowPage):
     """Runs by condition."""
 
     def get(self) -> None:
@@ -190,7 +190,7 @@ class Runs(Page):
         self.show("runs.html", "Runs", "runs", **contents.runs(self.store, self.first(), self.place))
 
 
-class Run(Page):
+class RunPage(WindowPage):
     """One run."""
 
     def get(self) -> None:
@@ -204,7 +204,7 @@ class Run(Page):
         self.show("run.html", told["told"]["title"], "runs", app=app, figures=[], scripts="", **told)
 
 
-class Compare(Page):
+class ComparePage(WindowPage):
     """Marked runs, or a campaign, in one figure."""
 
     def get(self) -> None:
@@ -214,7 +214,7 @@ class Compare(Page):
         self.show("compare.html", told.pop("title"), "runs", scripts=self.scripts(drawn), **told)
 
 
-class Updates(Page):
+class Updates(WindowPage):
     """All updates."""
 
     def get(self) -> None:
@@ -222,7 +222,7 @@ class Updates(Page):
         self.show("updates.html", "Updates by measurements", "updates", told=updates.updates(self.store))
 
 
-class Update(Page):
+class Update(WindowPage):
     """One update."""
 
     def get(self) -> None:
@@ -231,7 +231,7 @@ class Update(Page):
         self.show("update.html", told.pop("title"), "updates", scripts=self.scripts(told["figures"]), **told)
 
 
-class Progress(Page):
+class ProgressPage(WindowPage):
     """What is being computed."""
 
     def get(self) -> None:
@@ -240,7 +240,7 @@ class Progress(Page):
         self.show("progress.html", "Under way", "progress", follow=follow, **progress.progress(self.store))
 
 
-class Thumbnail(Page):
+class Thumbnail(WindowPage):
     """A small picture of a campaign."""
 
     async def get(self) -> None:
@@ -252,7 +252,7 @@ class Thumbnail(Page):
             self.give(taking.EMPTY, "image/svg+xml")
 
 
-class Print(Page):
+class Print(WindowPage):
     """A figure for print, or its numbers."""
 
     async def get(self, name: str, ending: str) -> None:
@@ -262,7 +262,7 @@ class Print(Page):
         self.give(content, KINDS[ending], f"{taking.file_name(name, arguments)}.{ending}")
 
 
-class Take(Page):
+class Take(WindowPage):
     """The file of a run, or its citation."""
 
     def get(self, what: str) -> None:
@@ -271,7 +271,7 @@ class Take(Page):
         self.give(content, kind, name)
 
 
-class Remark(Page):
+class RemarkPage(WindowPage):
     """Tags and notes: all that a window writes."""
 
     def post(self) -> None:
@@ -281,7 +281,7 @@ class Remark(Page):
         self.redirect(self.place.url(*back[:1], **back[1]), status=303)
 
 
-class Style(Page):
+class Style(WindowPage):
     """How pages look."""
 
     def get(self) -> None:
@@ -290,7 +290,7 @@ class Style(Page):
         self.write(style())
 
 
-class Nothing(Page):
+class Nothing(WindowPage):
     """Anything else."""
 
     def get(self, path: str = "") -> None:
@@ -301,10 +301,12 @@ class Nothing(Page):
 def patterns(store: Store, drawing: Any) -> list[tuple[Any, ...]]:
     """Return which address shows what."""
     shared = {"store": store, "drawing": drawing}
-    known: dict[str, type[Page]] = {
-        r"/": Campaigns, r"/campaign": Campaign, r"/runs": Runs, r"/run": Run, r"/compare": Compare,
-        r"/updates": Updates, r"/update": Update, r"/progress": Progress, r"/thumbnail": Thumbnail,
-        r"/(figure|campaign|update)\.(png|svg|pdf|csv)": Print, r"/(data|citation)": Take, r"/remark": Remark,
+    known: dict[str, type[WindowPage]] = {
+        r"/": CampaignsPage, r"/campaign": CampaignPage, r"/runs": Runs, r"/run": RunPage,
+        r"/compare": ComparePage,
+        r"/updates": Updates, r"/update": Update, r"/progress": ProgressPage, r"/thumbnail": Thumbnail,
+        r"/(figure|campaign|update)\.(png|svg|pdf|csv)": Print,
+        r"/(data|citation)": Take, r"/remark": RemarkPage,
         r"/style\.css": Style,
     }  # fmt: skip
     return [(pattern, page, shared) for pattern, page in known.items()]

@@ -29,7 +29,7 @@ OF_CAMPAIGN = ("wear-profile", "max-wear", "tvms", "mesh-force", "scatter", "cas
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedFigure:
     """A figure as an address asks for it.
 
     Parameters
@@ -54,7 +54,7 @@ class Wanted:
         return urlencode([*(pair for pair in pairs if pair[1]), *options.items()])
 
 
-def wanted(arguments: Mapping[str, Sequence[str]]) -> Wanted:
+def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     """Return what the arguments of an address ask for.
 
     Raises
@@ -78,7 +78,7 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> Wanted:
         options["y_as"] = first["y_as"]
     if select:
         options["select"] = select
-    return Wanted(runs, first.get("campaign", ""), first.get("kind", ""), options)
+    return WantedFigure(runs, first.get("campaign", ""), first.get("kind", ""), options)
 
 
 def _label(text: str) -> Any:
@@ -89,7 +89,7 @@ def _label(text: str) -> Any:
         return text
 
 
-def source_of(store: "Store", of: Wanted) -> RecordedCampaign:
+def source_of(store: "Store", of: WantedFigure) -> RecordedCampaign:
     """Return the campaign that an address names, or its marked runs as one.
 
     Raises
@@ -99,7 +99,7 @@ def source_of(store: "Store", of: Wanted) -> RecordedCampaign:
     return recorded.campaign_of(store, of.campaign) if of.campaign else recorded.together(store, of.runs)
 
 
-def question_of(store: "Store", of: Wanted) -> tuple[Question, "xr.Dataset"]:
+def question_of(store: "Store", of: WantedFigure) -> tuple[Question, "xr.Dataset"]:
     """Return the question, and the runs it is asked of as one grid.
 
     Raises
@@ -113,7 +113,7 @@ def question_of(store: "Store", of: Wanted) -> tuple[Question, "xr.Dataset"]:
     return asked(source, kind, {**_told_apart(kind, of, grid), **of.options}), grid
 
 
-def _told_apart(kind: str, of: Wanted, grid: "xr.Dataset") -> dict[str, str]:
+def _told_apart(kind: str, of: WantedFigure, grid: "xr.Dataset") -> dict[str, str]:
     """Return as the colour what differs between marked runs, where a kind draws curves of each."""
     known, (dim, *_) = KINDS.get(kind), (*map(str, grid.run_id.dims), "")
     curves = known is not None and known.dims and not known.over_sweeps and known.joined is None

@@ -23,7 +23,7 @@ from wearlab.sources import source_hash
 from wearlab.store import errors
 from wearlab.store.catalogue import Head
 from wearlab.store.outcome import Outcome, place
-from wearlab.store.presence import Reached
+from wearlab.store.presence import ReachedCycle
 
 if TYPE_CHECKING:
     from dask.distributed import Client
@@ -227,7 +227,7 @@ class _Work:
     def _receive(self, message: dict[str, Any]) -> None:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
-            reached = Reached(message["cycle"], message["depth"])
+            reached = ReachedCycle(message["cycle"], message["depth"])
             self.store.checkpoints.write(message["id"], message["image"], self.code, reached)
             self.bar.in_progress(message["id"], in_words(message))
 

@@ -101,7 +101,7 @@ def _lock_file(folder: Path, token: str) -> Path:
     return folder / f"{token}.lock"
 
 
-class Reached(NamedTuple):
+class ReachedCycle(NamedTuple):
     """How far a life is.
 
     Parameters
@@ -127,7 +127,7 @@ class Checkpoints:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def write(self, run_id: str, image: bytes, code: str, reached: Reached | None = None) -> None:
+    def write(self, run_id: str, image: bytes, code: str, reached: ReachedCycle | None = None) -> None:
         """Keep an image of a run, whole or not at all; what cannot be written is left out.
 
         Parameters
@@ -158,12 +158,12 @@ class Checkpoints:
         expected = [hashlib.sha256(image).hexdigest().encode(), code.encode()]
         return image if head.split(b" ")[:2] == expected else None
 
-    def reached(self, run_id: str) -> Reached | None:
+    def reached(self, run_id: str) -> ReachedCycle | None:
         """Return how far a run under way was when it was last kept, None where nothing tells it."""
         try:
             with self._path(run_id).open("rb") as file:
                 told = file.readline(LONGEST_HEAD).split()
-            return Reached(float(told[2]), float(told[3]))
+            return ReachedCycle(float(told[2]), float(told[3]))
         except (OSError, ValueError, IndexError):
             return None
 

@@ -36,7 +36,7 @@ class UpdateError(Refusal):
     """An update cannot be done; its problems tell place and remedy."""
 
 
-class Columns:
+class MeasuredColumns:
     """The columns of a block's file by what they say, of one unit where the file has many.
 
     Parameters
@@ -153,7 +153,7 @@ class Observed:
         return np.isnan(self.value)
 
 
-def columns_of(data: Data, unit: str | None = None) -> tuple[Columns, str, str | None]:
+def columns_of(data: Data, unit: str | None = None) -> tuple[MeasuredColumns, str, str | None]:
     """Return the columns of a block, its clock, and by what it says where on the flank.
 
     Raises
@@ -165,7 +165,11 @@ def columns_of(data: Data, unit: str | None = None) -> tuple[Columns, str, str |
     place = next((name for name in WHERE if getattr(own, name) is not None), None)
     wanted = {"time": getattr(own, clock) or clock, "value": own.value or data.quantity}
     wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit, "date": own.date if own.hours else None}
-    return Columns(data, wanted | {"place": getattr(own, place) if place else None}, unit), clock, place
+    return (
+        MeasuredColumns(data, wanted | {"place": getattr(own, place) if place else None}, unit),
+        clock,
+        place,
+    )
 
 
 def read_observations(
@@ -212,7 +216,7 @@ def read_observations(
     return Observed(data, when, time, value, sd, below, place_kind, place, columns.lines, columns.fingerprint)
 
 
-def _seconds(columns: Columns, days: Days | None, hours_at: Any) -> Array:
+def _seconds(columns: MeasuredColumns, days: Days | None, hours_at: Any) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
     dates, place = columns.dates("time"), columns.block.place
     if hours_at is not None:
@@ -347,7 +351,7 @@ def read_record(block: RecordBlock, unit: str | None = None) -> OperatingRecord 
     own = block.columns
     (when,) = (name for name in ("hours", "date", "duration") if getattr(own, name) is not None)
     wanted = {"time": getattr(own, when), "torque": own.torque, "speed": own.speed, "unit": own.unit}
-    columns = Columns(block, wanted, unit)
+    columns = MeasuredColumns(block, wanted, unit)
     if not len(columns):
         return None
     torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))

@@ -17,7 +17,7 @@ from wearlab.scene import Scene, presence
 from wearlab.scene.build import mesh, sets
 from wearlab.scene.build.contact import class_flags, contact_flags
 from wearlab.scene.build.face import build_face, helix_of
-from wearlab.scene.build.vibration import MeshStiffness, build_vibration
+from wearlab.scene.build.vibration import StiffnessOfMeshes, build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.scene.face import face_keys
 from wearlab.wear.film import Film
@@ -149,7 +149,9 @@ def _face(
     if scene.dynamics is None:
         return FaceCoupling((kind,))
     contact = kind.contact
-    stiffness = MeshStiffness(np.array([contact.mean_stiffness]), np.array([contact.unworn.tangent.max()]))
+    stiffness = StiffnessOfMeshes(
+        np.array([contact.mean_stiffness]), np.array([contact.unworn.tangent.max()])
+    )
     vibration = build_vibration(scene, gears, [section.analysis], meshes, edges, stiffness)
     return FaceCoupling((kind,), vibration, build_load(scene).moving)
 

@@ -89,17 +89,17 @@ class OnClock(NamedTuple):
         return self.edges[:-1]
 
 
-class MeshStiffness(NamedTuple):
+class StiffnessOfMeshes(NamedTuple):
     """Mean and largest stiffness of every mesh, (n_mesh,) each [N/m]."""
 
     mean: Array
     largest: Array
 
 
-def _of_analyses(analyses: Sequence[contact.ContactAnalysis], meshes: Sequence[Mesh]) -> MeshStiffness:
+def _of_analyses(analyses: Sequence[contact.ContactAnalysis], meshes: Sequence[Mesh]) -> StiffnessOfMeshes:
     mean = [mean_stiffness(contact) for contact in analyses]
     largest = [float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes]
-    return MeshStiffness(np.array([mean[mesh.kind] for mesh in meshes]), np.array(largest))
+    return StiffnessOfMeshes(np.array([mean[mesh.kind] for mesh in meshes]), np.array(largest))
 
 
 def build_vibration(
@@ -108,7 +108,7 @@ def build_vibration(
     analyses: Sequence[contact.ContactAnalysis],
     meshes: tuple[Mesh, ...],
     edges: Array,
-    stiffness: MeshStiffness | None = None,
+    stiffness: StiffnessOfMeshes | None = None,
 ) -> Vibration | None:
     """Return the dynamics of the gear set, None when the scene has none.
 
