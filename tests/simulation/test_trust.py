@@ -10,7 +10,7 @@ from wearlab.life.limits import Limits
 from wearlab.simulation.estimates import _doubts
 from wearlab.simulation.trust import scene_validity
 
-STILL = SimpleNamespace(kinds=(), vibration=None, meshes=())
+STILL = SimpleNamespace(kinds=(), vibration=None, meshes=(), face=None)
 
 
 def swinging(growth):
