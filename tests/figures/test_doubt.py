@@ -95,6 +95,8 @@ def test_errors_are_those_of_the_wear_state_and_the_factor(grid):
     assert (wear.y_error[1:] / wear.y[1:]).tolist() == pytest.approx([0.2 / 1.0, 0.2 * 5.0 / 4.0])
     factor = error_of(made(90.0), "dynamic_factor")
     np.testing.assert_allclose(factor, 0.01)
+    np.testing.assert_allclose(error_of(made(90.0), "mesh_force_max"), 48.0)
+    np.testing.assert_allclose(error_of(made(90.0), "mesh_force_min"), 30.0)
     forces = plot_of(grid, kind="mesh-force").panels[0].curves
     assert any(c.y_error is not None and np.allclose(c.y_error, 30.0) for c in forces if c.look == "line")
 
@@ -119,4 +121,6 @@ def test_a_firm_run_without_estimates_says_nothing(plot):
 
 def test_every_estimate_is_declared():
     assert {*ESTIMATES.values()} <= set(VARIABLES)
+    named = {name.removeprefix("error_estimate_") for name in VARIABLES if name.startswith("error_estimate_")}
+    assert named & set(VARIABLES) <= set(ESTIMATES)
     assert doubts(made(90.0)) == ()

@@ -9,7 +9,7 @@ import wearlab as wl
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.gradients.extremes import extreme_forces
-from wearlab.gradients.lived import LivedSteps
+from wearlab.gradients.lived import LivedSteps, frozen
 from wearlab.gradients.numbers import number
 from wearlab.gradients.values import VALUES
 from wearlab.scene import Scene
@@ -101,6 +101,22 @@ def test_derivatives_tell_their_errors() -> None:
     assert np.all(missed <= told.error_estimate_d_life.values) and np.all(missed > 0.0)
     assert np.all(told.error_estimate_d_life.values <= 0.2 * np.abs(told.d_life.values))
     assert "error_estimate_d_wear_depth" not in told
+
+
+def test_twins_are_rougher_where_the_tolerance_alone_changes_nothing() -> None:
+    """Was: a slow mesh asks for 50 steps whatever the tolerance; twins had them, too, and showed no error."""
+    plain = {"numerics.profile_points": None, "numerics.steps_per_period": None}
+    slow = UNWORN.replace(plain).replace({"operation.speed": "9000 rpm", "numerics.tolerance": 1e-2})
+    same = frozen(slow.replace("numerics.tolerance", 3e-2)).steps_per_period
+    held = frozen(slow)
+    assert held.steps_per_period is not None and same == held.steps_per_period
+    for factor in (3.0, 10.0):
+        twin = frozen(held.rougher(slow, factor))
+        share = factor ** (-1 / 3)
+        assert twin.profile_points == pytest.approx(share * held.profile_points, abs=0.5)
+        assert twin.steps_per_period == pytest.approx(share * held.steps_per_period, abs=8.0)
+        assert twin.steps_per_period < 0.85 * held.steps_per_period
+    assert held.rougher(slow.replace("numerics.tolerance", 0.2), 10.0).numerics.tolerance == 0.5
 
 
 def test_a_life_is_inverse_to_the_wear_coefficient() -> None:

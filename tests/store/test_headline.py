@@ -43,3 +43,13 @@ def test_an_end_that_nobody_asked_for_is_told_and_no_wear_before_all_else():
     assert [one.short for one in worn] == ["1 µm", "ended: section vanished"]
     for asked in ("cycles", "depth"):
         assert len(headlines({**LIFE, "cycle": 1e6, "end_reason": asked})) == 2
+
+
+def test_another_attractor_is_told_by_its_largest_force():
+    force, _, other = headlines({**FORCES, "cycle": 0.0, "coexisting_force_max": 16922.7})
+    assert force.text == "8000 N largest mesh force" and other.error is None
+    assert other.text == "1.692e+04 N largest mesh force of the worst other attractor found"
+    assert (
+        headlines({**LIFE, "cycle": 2e7, "coexisting_force_max": 900.0})[2].short
+        == "900 N in another attractor"
+    )

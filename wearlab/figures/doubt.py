@@ -23,10 +23,12 @@ NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 DEPTH, FORCE, LARGEST, LIFE = (
     f"error_estimate_{of}" for of in ("wear_depth", "mesh_force", "mesh_force_max", "life")
 )
+AT_INSTANTS = ("dynamic_mesh_force", "normal_mesh_force", "pair_force", "pair_normal_force", "mesh_force_min")
+FACTORS = ("dynamic_factor", "normal_force_factor")
 ESTIMATES = {
     **dict.fromkeys(("wear_depth", "max_wear_depth", "flank_deviation"), DEPTH),
-    **dict.fromkeys(("dynamic_mesh_force", "normal_mesh_force", "pair_force", "pair_normal_force"), FORCE),
-    **dict.fromkeys(("dynamic_factor", "normal_force_factor"), LARGEST),
+    **dict.fromkeys(AT_INSTANTS, FORCE),
+    **dict.fromkeys((*FACTORS, "mesh_force_max"), LARGEST),
     **dict.fromkeys(("life", "service_life", "remaining_useful_life"), LIFE),
     "bearing_force": "error_estimate_bearing_force",
     "calibrated_wear_coefficient": "error_estimate_wear_coefficient",
@@ -54,7 +56,7 @@ def error_of(data: "xr.Dataset", name: str) -> "xr.DataArray | None":
     if estimate not in data or name not in data:
         return None
     error = data[estimate]
-    if estimate == LARGEST:
+    if name in FACTORS:
         if "static_mesh_force" not in data:
             return None
         error = error / data["static_mesh_force"]

@@ -42,8 +42,8 @@ def gradient(
     of : one name or several: life, dynamic_factor, mesh_force_max, mesh_force_min, dynamic_mesh_force,
         mesh_deflection, wear_depth, wear_rate, max_wear_rate, max_wear_depth
     wrt : dotted keys, such as ``"gears.pinion.tip_relief.amount"``
-    estimate : whether the derivatives get estimated errors, from two twins to rougher tolerances; they take
-        about as long again
+    estimate : whether the derivatives get estimated errors, from two twins to rougher tolerances, on fewer
+        nodes and steps; they take about as long again
 
     Returns
     -------
@@ -127,11 +127,11 @@ def _differences(given: Scene, names: tuple[str, ...], keys: tuple[str, ...]) ->
 def _errors(
     given: Scene, own: _Differences, names: tuple[str, ...], keys: tuple[str, ...]
 ) -> dict[str, Array]:
-    """Return what derivatives may be off by: the largest difference of those to rougher tolerances."""
+    """Return what derivatives may be off by: the largest difference of those of rougher twins."""
     largest = {name: np.zeros_like(own.rows[name]) for name in names}
     for factor in COARSER:
         try:
-            twin = _differences(_rougher(given, factor), names, keys)
+            twin = _differences(own.lived.frozen.rougher(given, factor), names, keys)
         except GradientError:
             return {name: np.full_like(own.rows[name], np.nan) for name in names}
         for name in names:
@@ -139,16 +139,6 @@ def _errors(
             apart = np.abs(twin.rows[name] - own.rows[name]) if fits else np.nan
             largest[name] = np.maximum(largest[name], apart)
     return {name: WEIGHT * apart for name, apart in largest.items()}
-
-
-def _rougher(given: Scene, factor: float) -> Scene:
-    """Return the scene to a rougher tolerance; given nodes and steps become fewer by its cube root."""
-    numerics = given.numerics
-    changed: dict[str, Any] = {"numerics.tolerance": factor * numerics.tolerance}
-    for key in ("profile_points", "steps_per_period"):
-        if (count := getattr(numerics, key)) is not None:
-            changed[f"numerics.{key}"] = max(8, round(count / factor ** (1 / 3)))
-    return given.replace(changed)
 
 
 def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:

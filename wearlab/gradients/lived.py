@@ -26,6 +26,8 @@ from wearlab.simulation.living import initial_wear, marched
 
 CLOSED = 1e-13
 """Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
+LOOSEST = 0.5
+"""Tolerance of a rougher twin, at most [1]."""
 
 
 class HeldNumerics(NamedTuple):
@@ -56,6 +58,21 @@ class HeldNumerics(NamedTuple):
             return held, _closing(build(held, self.reach))
         except GearError as error:
             raise GradientError(f"no such gears: {error}") from error
+
+    def rougher(self, scene: Scene, factor: float) -> Scene:
+        """Return the scene to a tolerance rougher by a factor, with fewer nodes and steps by its cube root.
+
+        Fewer than what the scene came to: a tolerance alone leaves both as they are where the meshes or the
+        motion ask for more than it does, and their errors would show in no difference.
+        """
+        share = factor ** (-1.0 / 3.0)
+        changed: dict[str, float] = {
+            "numerics.tolerance": min(LOOSEST, factor * scene.numerics.tolerance),
+            "numerics.profile_points": max(9, round(share * self.profile_points)),
+        }
+        if self.steps_per_period is not None:
+            changed["numerics.steps_per_period"] = max(4, round(share * self.steps_per_period))
+        return scene.replace(changed)
 
 
 def frozen(scene: Scene) -> HeldNumerics:

@@ -141,6 +141,15 @@ ONE_STATE = (
     WORN[1],
 )
 
+RIVAL = _Kind(
+    "coexisting_force_max",
+    1.0,
+    "N largest mesh force of the worst other attractor found",
+    "N in another attractor",
+    "force",
+    "",
+)
+
 
 AS_ASKED = ("cycles", "depth")
 """Ends of a life that a scene asks for."""
@@ -170,7 +179,7 @@ def headlines(summary: Mapping[str, Any]) -> list[Headline]:
     summary : results by name, SI, as the catalogue has them; a run whose last ``cycle`` is 0 wears nothing
     """
     kinds = ONE_STATE if summary.get("cycle") == 0.0 else WORN
-    told = [_headline(kind, summary) for kind in kinds if summary.get(kind.name) is not None]
+    told = [_headline(kind, summary) for kind in (*kinds, RIVAL) if summary.get(kind.name) is not None]
     end = unasked_end(summary)
     if not end:
         return told
