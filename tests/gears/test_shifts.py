@@ -57,3 +57,13 @@ def test_refusals():
         operating_position((20, 29), (0.1, 0.3), centre_distance=0.0565, **W23)
     rounded = operating_position((20, 29), (0.35, 0.314), centre_distance=0.0565, **W23)
     assert rounded.shifts == (0.35, 0.314)
+
+
+def test_teeth_closer_than_without_backlash_lose_what_their_tips_would_lack():
+    """DIN 3960: k = (a − a_d)/m − Σx of the centre distance given, d_a = m (z + 2 x + 2 + 2 k)."""
+    rack = {"module": 3e-3, "pressure_angle": math.radians(20.0)}
+    rounded = operating_position((19, 57), (0.35, -0.1), centre_distance=0.1145, **rack)
+    assert rounded.tip_alteration == pytest.approx((114.5 - 114.0) / 3 - 0.25, abs=1e-12)
+    free = operating_position((19, 57), (0.35, -0.1), **rack)
+    farther = operating_position((19, 57), (0.35, -0.1), centre_distance=0.115, **rack)
+    assert farther.tip_alteration == free.tip_alteration

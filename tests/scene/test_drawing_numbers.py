@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 
-from wearlab.scene import Scene, SceneError
+from wearlab.scene import Scene, SceneError, parts_left_out
 from wearlab.scene.build.sets import build_set
 from wearlab.scene.build.sheet import sheet
 from wearlab.scene.build.vibration import build_system
@@ -51,6 +51,40 @@ def test_check_prints_centre_distance_contact_ratio_backlash_and_sliding():
     pair = build_set(Scene.from_mapping(TABLE)).kinds[0].pair
     at_e = pair.specific_sliding(np.array([pair.path.E]))[1, 0]
     assert float(said["ζ"][0]) == pytest.approx(at_e, rel=1e-3) and at_e < 0.0
+
+
+def test_check_prints_tips_and_what_they_keep_from_the_root():
+    """A pair of 3 mm whose centre distance is rounded below the one that its shifts ask for."""
+    table = copy.deepcopy(TABLE)
+    table["gears"] |= {"module": "3 mm", "centre_distance": "114.5 mm"}
+    pinion, gear = table["gears"]["pinion"], table["gears"]["gear"]
+    pinion |= {"teeth": 19, "profile_shift_coefficient": 0.35, "tooth_thickness_allowance": "-110 um"}
+    gear |= {"teeth": 57, "profile_shift_coefficient": -0.1, "tooth_thickness_allowance": "-145 um"}
+    said = {row.symbol: row.values for row in sheet(Scene.from_mapping(table)).rows}
+    assert said["d_a"] == ("64.6", "175.9") and said["k"] == ("-0.0833", "-0.0833")
+    assert said["d_w"] == ("57.25", "171.75")  # 2 a z / Σz
+    thinned = [0.5 * e / np.tan(np.radians(20)) for e in (0.110, 0.145)]  # a thinner tooth is cut deeper
+    assert [float(c) for c in said["c"]] == pytest.approx([0.75 + thinned[1], 0.75 + thinned[0]], abs=6e-4)
+    x = 0.35 - 0.110 / (6 * np.tan(np.radians(20)))
+    inv = {r: np.tan(a := np.arccos(57 * np.cos(np.radians(20)) / (2 * r))) - a for r in (28.5, 32.3)}
+    half = np.pi / 38 + 2 * x * np.tan(np.radians(20)) / 19 + inv[28.5] - inv[32.3]
+    assert float(said["s_an"][0]) == pytest.approx(2 * 32.3 * half, abs=6e-4)
+
+
+def test_check_prints_the_modifications_of_the_flanks():
+    table = copy.deepcopy(TABLE)
+    table["gears"]["pinion"] |= {"tip_relief": {"amount": "20 um", "length": "2 mm"}, "lead_crowning": "8 um"}
+    table["mesh"] |= {"misalignment": "15 um"}
+    scene = Scene.from_mapping(table)
+    said = {row.symbol: row.values for row in sheet(scene).rows}
+    assert said["C_αa"] == ("20", "") and said["C_β"] == ("8", "") and said["F_βy"] == ("15",)
+    pinion = build_set(scene).gears["pinion"]
+    length = np.sqrt(pinion.tip_radius**2 - pinion.base_radius**2)
+    assert float(said["d_Ca"][0]) == pytest.approx(
+        2e3 * np.hypot(pinion.base_radius, length - 2e-3), abs=6e-4
+    )
+    del table["gears"]["pinion"]["tip_relief"]
+    assert "flank modifications" not in parts_left_out(Scene.from_mapping(table))
 
 
 def test_allowances_thin_teeth():

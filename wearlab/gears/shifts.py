@@ -112,7 +112,8 @@ def operating_position(
     Returns
     -------
     Operating: with both shifts absent and a given centre distance the sum is split in halves (assumed);
-        with all three given backlash is left between the teeth, ``GearPair.backlash``
+        with all three given backlash is left between the teeth, ``GearPair.backlash``, and k follows from the
+        smaller one of the centre distance given and the one without backlash
 
     Raises
     ------
@@ -151,7 +152,8 @@ def operating_position(
         x1, x2, assumed = _shared(shifts, total, a, word)
         if abs(x1 + x2 - total) > ROUNDING:  # backlash leaves the gears as they are
             tight = operating_position(teeth, (x1, x2), module=module, pressure_angle=pressure_angle)
-            return tight._replace(centre_distance=a, working_pressure_angle=alpha_w)
+            shortened = (min(a, tight.centre_distance) - a_d) / module - (x1 + x2)
+            return tight._replace(centre_distance=a, working_pressure_angle=alpha_w, tip_alteration=shortened)
     return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
 
 

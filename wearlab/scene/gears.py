@@ -149,7 +149,7 @@ class Toothed(Part):
     tip_alteration_coefficient: Number | None = option(
         None,
         "tip alteration k over the module, negative shortens",
-        derived="keeps the tip clearance when shifts change the centre distance",
+        derived="(a − a_d)/m − Σx, which keeps the tip clearance; a is at most that without backlash",
         source=Iso21771,
     )
     tip_diameter: Annotated[Length, POSITIVE] | None = option(

@@ -4,12 +4,15 @@ import math
 from collections.abc import Iterable
 
 from wearlab.scene.face import face_coupling, face_keys
+from wearlab.scene.gears import LEAD_KEYS
 from wearlab.scene.scene import Scene
 from wearlab.slots import Variant
 from wearlab.wear.coefficients import CoefficientModel, HardnessCoefficient
 
 OF_OIL = {"lubricant", "lambda_ratio", "temperature"}
 """What a wear law may need that the oil says."""
+MODIFYING = ("tip_relief", "root_relief", "profile_crowning", "profile_slope", *LEAD_KEYS)
+"""Options of a gear that modify its flanks."""
 ALIKE = 1.3
 """Ratio of Young's moduli up to which materials count as one, as all steels are."""
 
@@ -20,7 +23,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     meshes = scene.mesh.each(scene.gears.kind)
     gears = list(scene.gears.gears().values())
     oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
-    modified = any(g.tip_relief or g.root_relief or g.profile_crowning or g.profile_slope for g in gears)
+    modified = any(getattr(g, key) for g in gears for key in MODIFYING)
     coefficients = (
         []
         if wear is None or wear.coefficient is None

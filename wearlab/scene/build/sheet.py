@@ -44,6 +44,19 @@ IN_NORMAL_SECTION = {"x_E": -1, "s_n": 1}
 """Power of cos β by which what a row says of the transverse section is that of the normal section."""
 
 
+MODIFICATIONS: tuple[tuple[str, str, str, Callable[[Any], float]], ...] = (
+    ("C_αa", "tip relief", "µm", lambda g: 1e6 * g.tip_relief.amount if g.tip_relief else 0.0),
+    ("C_αf", "root relief", "µm", lambda g: 1e6 * g.root_relief.amount if g.root_relief else 0.0),
+    ("C_α", "profile crowning", "µm", lambda g: 1e6 * (g.profile_crowning or 0.0)),
+    ("C_Hα", "profile slope", "µm", lambda g: 1e6 * (g.profile_slope or 0.0)),
+    ("C_β", "lead crowning", "µm", lambda g: 1e6 * (g.lead_crowning or 0.0)),
+    ("C_Hβ", "lead slope", "µm", lambda g: 1e6 * (g.lead_slope or 0.0)),
+    ("C_βe", "end relief", "µm", lambda g: 1e6 * g.end_relief.amount if g.end_relief else 0.0),
+    ("", "bias", "µm", lambda g: 1e6 * (g.bias or 0.0)),
+)
+"""What a gear's options remove from its flanks; 0 where they do not."""
+
+
 class Sheet(NamedTuple):
     """A gear set: its members, its table, and its meshes drawn with the names of the gears."""
 
@@ -87,7 +100,7 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
             ("ε_β", "overlap ratio", "", overlap),
         ]
     for kind in gears.kinds:
-        tail = "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in kind.pair.gears)}"
+        tail = _tail(gears, kind.pair)
         shared += [
             ("a_w", f"working centre distance{tail}", "mm", 1e3 * kind.pair.centre_distance),
             ("α_wt", f"working pressure angle{tail}", "°", math.degrees(kind.pair.working_pressure_angle)),
@@ -102,6 +115,11 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         factor = math.cos(turned.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
         each = tuple(_said(factor * of(gear), unit) for gear in gears.gears.values())
         yield GearRow(symbol, meaning, unit, each)
+        if symbol == "d_a":
+            yield from _tips(scene, gears)
+            for kind in gears.kinds:
+                yield from _rolling(kind.pair, tuple(gears.gears), _tail(gears, kind.pair))
+    yield from _modifications(scene, gears)
     given: dict[str, Any] = scene.gears.gears()
     materials = [given[name].material or scene.gears.material for name in gears.gears]
     yield GearRow("", "material", "", tuple(material.name or "as given" for material in materials))
@@ -115,6 +133,11 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         yield GearRow("Ra", "roughness of the flanks", "µm", tuple(values))
 
 
+def _tail(gears: GearSet, pair: GearPair) -> str:
+    """Return whose mesh a row is of, where there are several."""
+    return "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in pair.gears)}"
+
+
 def _sliding(pair: GearPair) -> Iterator[GearRow]:
     """Yield the specific sliding of either flank where it is most negative: at its root."""
     for number, (gear, letter) in enumerate(zip(pair.gears, "AE", strict=True)):
@@ -122,6 +145,73 @@ def _sliding(pair: GearPair) -> Iterator[GearRow]:
         mate = pair.gears[1 - number].name
         meaning = f"specific sliding of {gear.name} at {letter}, on {mate}"
         yield GearRow("ζ", meaning, "", (_said(value, ""),))
+
+
+def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[GearRow]:
+    """Yield the diameters that roll on each other, and what each tip keeps from the mate's root."""
+    cosine = math.cos(pair.working_pressure_angle)
+    working, clearance = {}, {}
+    for gear, mate in (pair.gears, pair.gears[::-1]):
+        working[gear.name] = _said(2e3 * gear.base_radius / cosine, "mm")
+        inner = -1.0 if pair.internal else 1.0
+        reach = abs(gear.tip_radius + inner * mate.root_radius)
+        clearance[gear.name] = _said(1e3 * abs(pair.centre_distance - reach), "mm")
+    for symbol, meaning, of in (
+        ("d_w", "working pitch diameter", working),
+        ("c", "clearance of the tip from the mate's root", clearance),
+    ):
+        yield GearRow(symbol, f"{meaning}{tail}", "mm", tuple(of.get(name, "") for name in members))
+
+
+def _tips(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
+    """Yield tip alteration, over a normal module, and tooth thickness at the tip, in the normal section."""
+    module, beta = scene.gears.module, helix_of(scene).angle
+    given: dict[str, Any] = scene.gears.gears()
+    alterations, thicknesses = [], []
+    for name, gear in gears.gears.items():
+        allowance = given[name].tooth_thickness_allowance
+        outwards = -1.0 if gear.internal else 1.0
+        thinned = 0.0 if allowance is None else allowance.mean / (2.0 * math.tan(scene.gears.pressure_angle))
+        shift = gear.profile_shift * gear.module - outwards * thinned
+        height = outwards * (gear.tip_radius - gear.reference_radius - shift) / module
+        over_rack = round(height - (given[name].addendum_coefficient or 1.0), 4)
+        alterations.append(f"{over_rack + 0.0:.4f}")
+        at_tip = math.atan(math.tan(beta) * gear.tip_radius / gear.reference_radius)
+        width = 2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip)
+        thicknesses.append(_said(width, "mm"))
+    yield GearRow("k", "tip alteration coefficient", "", tuple(alterations))
+    yield GearRow("s_an", "tooth thickness at the tip", "mm", tuple(thicknesses))
+
+
+def _modifications(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
+    """Yield what is removed from the flanks on purpose, along their normal, and how the axes deviate."""
+    given: list[Any] = [scene.gears.gears()[name] for name in gears.gears]
+    for symbol, meaning, unit, of in MODIFICATIONS:
+        values = [of(member) for member in given]
+        if any(values):
+            yield GearRow(symbol, meaning, unit, tuple(_said(v, unit) if v else "" for v in values))
+    if any(starts := [_start(gear) for gear in gears.gears.values()]):
+        yield GearRow("d_Ca", "diameter where the tip relief starts", "mm", tuple(starts))
+    for kind in gears.kinds:
+        axes = scene.mesh.of(kind.section).misalignment
+        if axes is not None:
+            over = axes.over_face(kind.pair.working_pressure_angle, scene.operation.torque)
+            yield GearRow(
+                "F_βy",
+                f"misalignment over the face{_tail(gears, kind.pair)}",
+                "µm",
+                (_said(1e6 * over, "µm"),),
+            )
+
+
+def _start(gear: Gear) -> str:
+    """Return the diameter where the tip relief of a gear begins, nothing where it has none."""
+    relief = None if gear.modification is None else gear.modification.tip_relief
+    if relief is None:
+        return ""
+    length = -relief.length if gear.internal else relief.length
+    tip = math.sqrt(gear.tip_radius**2 - gear.base_radius**2)
+    return _said(2e3 * math.hypot(gear.base_radius, tip - length), "mm")
 
 
 def _said(value: float, unit: str) -> str:
