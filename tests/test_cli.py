@@ -150,7 +150,7 @@ def test_show_keeps_long_texts_out_of_the_table(command, tmp_path):
     assert lines[first : first + 9] == [f"  {flag}" for flag in flags]
     assert "  operation.duty[1].torque = 90 N*m" in lines  # as files write it; --json has SI
     assert "  operation.speed = 1100 rpm" in lines
-    assert "  wear.snapshots.depth = [5, 10] um" in lines
+    assert "  wear.snapshots.depth = [5 um, 10 um]" in lines
     assert "  mesh.stiffness.abscissa = [0.0, 0.002, 0.004, … 500 in all]" in lines
 
 

@@ -3,9 +3,7 @@
 `pytest -m browser` runs these; without a browser each is skipped, and says so. `WEARLAB_BROWSER` names one.
 """
 
-import os
 import re
-import shutil
 import subprocess
 import sys
 import time
@@ -19,51 +17,10 @@ from wearlab.cli import app
 from wearlab.figures import redraw
 from wearlab.store import Store
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-BROWSER = os.environ.get("WEARLAB_BROWSER") or next(filter(None, map(shutil.which, NAMES)), None)
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(BROWSER is None, reason="no browser is installed: windows are not looked at"),
-]
+pytestmark = pytest.mark.browser
 PLANTED = (
     '"><img src=x onerror="window.planted=1"><script>window.planted=1</script>$$\\href{javascript:1}{x}$$'
 )
-
-
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture
-def page(browser):
-    """Return a page; the test fails where its scripts fail, a dialog opens, or another machine is asked."""
-    context = browser.new_context(viewport={"width": 1280, "height": 900})
-    page = context.new_page()
-    wrong = []
-    page.on("pageerror", lambda error: wrong.append(f"script: {error}"))
-    page.on("dialog", lambda dialog: (wrong.append(f"dialog: {dialog.message}"), dialog.dismiss()))
-    page.on("console", lambda said: wrong.append(said.text) if "Security Policy" in said.text else None)
-
-    def asked(request):
-        if not request.url.startswith(("http://127.0.0.1:", "data:", "blob:", "file:")):
-            wrong.append(f"asked {request.url}")
-
-    page.on("request", asked)
-    yield page
-    assert wrong == []
-    context.close()
-
-
-def at(asked, path="", **arguments):
-    from urllib.parse import urlencode
-
-    query = urlencode({"token": asked.window.token, **arguments}, doseq=True)
-    return f"http://127.0.0.1:{asked.window.port}/{path}?{query}"
 
 
 def column(page, name):
@@ -95,7 +52,7 @@ def test_from_the_campaigns_to_a_run_and_its_slider(page, drawn):
 
 
 def test_filter_by_choosing_and_sort_by_clicking(page, drawn):
-    page.goto(at(drawn, "runs"))
+    page.goto(drawn.at("runs"))
     assert page.get_by_role("status").inner_text() == "runs 1 to 3 of 3"
     page.get_by_label("What", exact=True).fill("speed")
     page.get_by_label("How").select_option("at least")
@@ -111,7 +68,7 @@ def test_filter_by_choosing_and_sort_by_clicking(page, drawn):
 
 
 def test_a_wrong_condition_is_answered_as_on_the_command_line(page, drawn):
-    page.goto(at(drawn, "runs"))
+    page.goto(drawn.at("runs"))
     page.get_by_label("Condition").fill("torqe > 5 N*m")
     page.get_by_role("button", name="Show", exact=True).click()
     said = page.get_by_role("alert").inner_text()
@@ -120,7 +77,7 @@ def test_a_wrong_condition_is_answered_as_on_the_command_line(page, drawn):
 
 
 def test_marked_runs_are_compared_and_taken_along(page, drawn, tmp_path):
-    page.goto(at(drawn, "runs"))
+    page.goto(drawn.at("runs"))
     for mark in page.get_by_role("checkbox").all()[:2]:
         mark.check()
     page.get_by_role("button", name="Compare the marked runs").click()
@@ -144,7 +101,7 @@ def test_marked_runs_are_compared_and_taken_along(page, drawn, tmp_path):
 
 def test_a_sweep_is_drawn_over_axes_of_choice_and_tells_what_is_pointed_at(page, drawn):
     key = re.search(r"key=([0-9a-f]+)", drawn.page(""))[1]
-    page.goto(at(drawn, "compare", campaign=key))
+    page.goto(drawn.at("compare", campaign=key))
     page.get_by_label("Kind", exact=True).select_option("line")
     page.get_by_label("Result (y)").select_option("life")
     page.get_by_label("Over (x)").select_option("speed")
@@ -163,7 +120,7 @@ def test_a_sweep_is_drawn_over_axes_of_choice_and_tells_what_is_pointed_at(page,
 
 def test_a_tag_is_put_on_and_found_by_command(page, small, capsys):
     run = next(iter(small.store.entries()))
-    page.goto(at(small, "run", id=run))
+    page.goto(small.at("run", id=run))
     page.get_by_role("textbox", name="Tag").fill("for the paper")
     page.get_by_role("button", name="Put on").click()
     page.get_by_role("button", name="Take off “for the paper”").wait_for()
@@ -205,7 +162,7 @@ def test_text_of_strangers_stays_text(page, drawn):
         ("compare", {"campaign": key, "kind": "tvms"}),
         ("run", {"id": PLANTED}), ("progress", {}), ("updates", {}),
     ):  # fmt: skip
-        page.goto(at(drawn, path, **more))
+        page.goto(drawn.at(path, **more))
         if path in ("campaign", "run", "compare") and PLANTED not in more.values():
             page.locator("canvas").first.wait_for()
         assert page.evaluate("window.planted") is None, path
@@ -216,13 +173,13 @@ def test_a_hundred_thousand_runs_are_paged(page, tmp_path, opened):
     asked = opened(many_runs.filled(tmp_path / "many", 100_000))
     page.goto(asked.window.address)
     assert "100000 failed" in page.locator("main").inner_text()
-    page.goto(at(asked, "runs"))
+    page.goto(asked.at("runs"))
     assert page.get_by_role("status").inner_text() == "runs 1 to 50 of 100,000"
     page.get_by_role("link", name="next page").click()
     assert page.get_by_role("status").inner_text() == "runs 51 to 100 of 100,000"
     page.locator("thead").get_by_role("link", name="life", exact=True).click()
     longest = max(many_runs.values(n)["life"] for n in range(1, 100_001))
-    assert float(column(page, "life")[0]) == pytest.approx(longest, rel=1e-5)
+    assert float(column(page, "life")[0].replace(",", "")) == pytest.approx(longest, rel=1e-5)
 
 
 def test_a_campaign_under_way_is_watched(page, tmp_path, opened):
@@ -233,7 +190,7 @@ def test_a_campaign_under_way_is_watched(page, tmp_path, opened):
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         asked = opened(store)
-        page.goto(at(asked, "progress"))
+        page.goto(asked.at("progress"))
         for _ in range(120):
             if page.get_by_role("progressbar").count():
                 break
@@ -261,27 +218,3 @@ def test_a_copy_needs_no_window(page, drawn, tmp_path):
     page.locator("canvas").first.wait_for()
     assert "How to cite it" in page.locator("main").inner_text()
     assert "token" not in page.content()
-
-
-@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
-def test_pages_fit_the_screen_and_every_control_has_a_name(page, drawn, width, scheme):
-    page.set_viewport_size({"width": width, "height": 844})
-    page.emulate_media(color_scheme=scheme)
-    run = next(iter(drawn.store.entries()))
-    key = re.search(r"key=([0-9a-f]+)", drawn.page(""))[1]
-    for path, more in (
-        ("", {}), ("campaign", {"key": key}), ("runs", {}), ("run", {"id": run}), ("compare", {"run": [run]}),
-    ):  # fmt: skip
-        page.goto(at(drawn, path, **more))
-        if path in ("campaign", "run", "compare"):
-            page.locator("canvas").first.wait_for()
-        assert page.evaluate("document.documentElement.scrollWidth") <= width, path
-        nameless = page.evaluate(
-            "[...document.querySelectorAll('input:not([type=hidden]), select, textarea')]"
-            ".filter(e => !e.labels.length && !e.getAttribute('aria-label')).map(e => e.outerHTML)"
-        )
-        assert nameless == [], path
-        assert page.locator("img:not([alt])").count() == 0 and page.locator("html[lang=en]").count() == 1
-        assert page.get_by_role("heading", level=1).count() == 1
-        page.keyboard.press("Tab")
-        assert page.evaluate("document.activeElement.innerText") == "Skip to the content"

@@ -1,5 +1,6 @@
 """Who may look: this machine under its own name, with the token; and what a window never does."""
 
+import json
 import re
 
 import pytest
@@ -120,3 +121,37 @@ def test_a_window_writes_tags_and_notes_alone(small):
         == 403
     )
     assert small.send("remark")[0] == 405
+
+
+def test_no_code_of_a_store_is_run(drawn, tmp_path):
+    """Neither the file of a campaign nor the plug-ins that a scene or a file names are read."""
+    planted, marker = tmp_path / "<script>plug.py", tmp_path / "ran"
+    planted.write_text(f"open({str(marker)!r}, 'w').close()\n")
+    file = tmp_path / "campaign.toml"
+    file.write_text(f"plugins = [{str(planted)!r}]\n")
+    store = drawn.store
+    run = next(iter(store.entries()))
+    scene = {
+        "plugins": {str(planted): "ab"},
+        "wear": {"law": {"model": PLANTED}},
+        "operation": {"speed": 1.0},
+    }
+    with store.catalogue._transaction() as connection:
+        named = (json.dumps(scene), run)
+        connection.execute(
+            "UPDATE documents SET scene = ? WHERE number = (SELECT number FROM runs WHERE id = ?)", named
+        )
+    record = {
+        "format": 1,
+        "title": "t",
+        "reference": None,
+        "axes": [],
+        "cases": [[run, "base", []]],
+        "figures": [],
+    }
+    record["written"] = {"operation.speed": [PLANTED, "1 rpm", 5], "operation": PLANTED}
+    key = store.catalogue.record_campaign("t", None, str(file), [(run, "base", {})], {}, record)
+    pages = [drawn.page(""), drawn.page("campaign", key=key), drawn.page("run", id=run), drawn.page("runs")]
+    pages.append(drawn.page("compare", run=list(store.entries())[:2]))
+    assert not marker.exists() and "plug.py" in pages[2]
+    assert all("<script>plug" not in page and "<script>alert" not in page for page in pages)

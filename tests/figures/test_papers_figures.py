@@ -63,15 +63,6 @@ def test_what_the_reader_has_set_holds_and_files_stay_as_they_are(grid, plot):
         assert rendered(plot(kind="max-wear"), {}) == before
 
 
-def test_ticks_and_legends_follow_the_size_of_text_that_the_reader_has_set(grid):
-    """Was: only they followed the width: ticks of 4 points beside labels of 8."""
-    with plt.rc_context({"font.size": 18.0}):
-        axes = wl.figure(grid, "max-wear", size=3.0).axes[0]
-        assert axes.yaxis.label.get_size() == 18.0
-        assert axes.yaxis.get_ticklabels()[0].get_size() == pytest.approx(16.0)
-        assert matplotlib.rcParams["font.size"] == 18.0
-
-
 def test_an_empty_title_is_no_title(grid, drawn):
     with_title, without = (wl.figure(grid, "max-wear", title=title) for title in (None, ""))
     assert without.get_figheight() < with_title.get_figheight()

@@ -99,7 +99,10 @@ def _write(path: Path, text: str) -> None:
 def _scripts(folder: Path) -> Markup:
     """Put Bokeh's scripts into a folder; return what loads them."""
     names = []
-    for file in Resources(mode="absolute", components=SCRIPTS).js_files:
+    for file in (
+        *Resources(mode="absolute", components=SCRIPTS).js_files,
+        pages.HERE / "templates" / pages.NAMES,
+    ):
         shutil.copyfile(file, folder / Path(file).name)
         names.append(Path(file).name)
     return Markup("".join(f'<script src="{Markup.escape(name)}"></script>' for name in names))

@@ -148,6 +148,7 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         min_width=NARROWEST,
         sizing_mode="stretch_width",
         styles={"flex": f"1 1 {NARROWEST}px"},
+        html_attributes={"role": "group", "aria-label": plain(panel.title or plot.title) or "Figure"},
         tools=TOOLS,
         active_drag="box_zoom",
         **kinds,

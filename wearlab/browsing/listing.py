@@ -37,6 +37,7 @@ TEXTS = {
     "other_code": "whether other code than the present made it",
 }
 MOST_WORDS = 400
+LARGE = 1e5  # from which a number of cycles would be written with an exponent
 
 
 class ConditionWord(NamedTuple):
@@ -122,10 +123,17 @@ def rows_of(store: "Store", page: Page) -> tuple[Any, Any]:
     states = {head.id: store.state_of(head) for head in store.heads(row[0] for row in rows).values()}
     at = names.index("status")
     told = tuple(
-        (row[0], tuple(states.get(row[0], "") if i == at else value_text(v) for i, v in enumerate(row) if i))
+        (row[0], tuple(states.get(row[0], "") if i == at else _cell(v) for i, v in enumerate(row) if i))
         for row in rows
     )
     return tuple((name, _heading(head)) for name, head in zip(names, heads, strict=True))[1:], told
+
+
+def _cell(value: Any) -> str:
+    """Return a value as a table shows it: a large one in full, to five digits."""
+    if isinstance(value, float) and LARGE <= abs(value) < 1e15:
+        return f"{float(f'{value:.5g}'):,.0f}"
+    return value_text(value)
 
 
 def _heading(head: str) -> str:

@@ -51,7 +51,7 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
     alone = {entry.id: entry}
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
-    scene = json.loads(entry.scene or "{}")
+    scene, written = json.loads(entry.scene or "{}"), told.written_in(store, entry.id)
     facts = told.facts(store, entry)
     facts.pop("result"), facts.pop("verdict"), facts.pop("tags"), facts.pop("notes")
     lists = {name: value if isinstance(value, list) else [value] for name, value in facts.items()}
@@ -69,8 +69,10 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
             for h in outcome.headlines(entry.summary)
         ],
         "results": told.results(stored, entry),
-        "changes": list(changes(store, entry)),
-        "scene": [(path, told.in_file_units(path, value)) for path, value in sorted(told.flat(scene))],
+        "changes": list(changes(store, entry, written)),
+        "scene": [
+            (path, told.in_file_units(path, value, written)) for path, value in sorted(told.flat(scene))
+        ],
         "facts": {name: values for name, values in lists.items() if any(v not in (None, "") for v in values)},
         "citation": citation(store, entry),
         "remarked": said.remarks_on(store.catalogue, [entry.id]),
@@ -111,7 +113,7 @@ def doubts(entry: "Entry") -> list[str]:
     return [*found, *lost, *(f"warning: {text}" for text in entry.warnings)]
 
 
-def changes(store: "Store", entry: "Entry") -> Iterator[Change]:
+def changes(store: "Store", entry: "Entry", written: told.Written) -> Iterator[Change]:
     """Yield how a run's scene differs from the first case of the campaign recorded last that has it."""
     member = next(iter(store.catalogue.members([entry.id])), None)
     if member is None:
@@ -126,7 +128,11 @@ def changes(store: "Store", entry: "Entry") -> Iterator[Change]:
         return
     first, own = (dict(flat(json.loads(each.scene or "{}"))) for each in (base, entry))
     for key in differing_keys([first, own]):
-        yield Change(key, in_words(key, first.get(key)), in_words(key, own.get(key)))
+        shown = (
+            "none" if v is None else told.in_file_units(key, v, written)
+            for v in (first.get(key), own.get(key))
+        )
+        yield Change(key, *shown)
 
 
 def citation(store: "Store", entry: "Entry") -> tuple[str, str]:

@@ -29,6 +29,7 @@ KINDS = {
     "pdf": "application/pdf",
     "csv": "text/csv; charset=utf-8",
 }
+NAMES = "names.js"
 REFUSED = (StoreError, FigureError, QueryError)
 
 
@@ -131,7 +132,11 @@ class WindowPage(RequestHandler):
             return Markup("")
         tags = self.application.resources().js_files  # type: ignore[attr-defined]
         loaded = "".join(f'<script src="{Markup.escape(file)}"></script>' for file in tags)
-        return Markup(f'{loaded}<script nonce="{self.nonce}">{own}</script>')
+        return Markup(f'{loaded}<script nonce="{self.nonce}">{own}</script>{self.names()}')
+
+    def names(self) -> Markup:
+        """Return what gives names to controls of figures."""
+        return Markup('<script src="{}"></script>').format(self.place.url(NAMES))
 
     def give(self, content: bytes, kind: str, name: str = "") -> None:
         """Write a file."""
@@ -200,7 +205,7 @@ class RunPage(WindowPage):
         if told["told"]["state"] == "done":
             own = {"token": self.place.token, "id": told["told"]["id"]}
             app = server_document("/figure", relative_urls=True, arguments=own)
-            app = Markup(app.replace("<script id", f'<script nonce="{self.nonce}" id'))
+            app = Markup(app.replace("<script id", f'<script nonce="{self.nonce}" id')) + self.names()
         self.show("run.html", told["told"]["title"], "runs", app=app, figures=[], scripts="", **told)
 
 
@@ -290,6 +295,15 @@ class Style(WindowPage):
         self.write(style())
 
 
+class Names(WindowPage):
+    """What gives names to controls of figures."""
+
+    def get(self) -> None:
+        """Give the script."""
+        self.set_header("Content-Type", "text/javascript; charset=utf-8")
+        self.write((HERE / "templates" / NAMES).read_text(encoding="utf-8"))
+
+
 class Nothing(WindowPage):
     """Anything else."""
 
@@ -307,6 +321,6 @@ def patterns(store: Store, drawing: Any) -> list[tuple[Any, ...]]:
         r"/updates": Updates, r"/update": Update, r"/progress": ProgressPage, r"/thumbnail": Thumbnail,
         r"/(figure|campaign|update)\.(png|svg|pdf|csv)": Print,
         r"/(data|citation)": Take, r"/remark": RemarkPage,
-        r"/style\.css": Style,
+        r"/style\.css": Style, r"/names\.js": Names,
     }  # fmt: skip
     return [(pattern, page, shared) for pattern, page in known.items()]

@@ -51,7 +51,7 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
             drawn.append(figures.of_plot(shown, files))
     return {
         "title": known.title or "Update",
-        "answers": answers(tree),
+        "answers": sorted(answers(tree), key=lambda line: not line.startswith("open ")),
         "lines": text_of(tree)[1:],
         "fleet": fleet_table(tree),
         "figures": drawn,

@@ -1,6 +1,6 @@
 """A campaign: cases and axes, figures and report; as a table for notebooks and as plain data."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -15,6 +15,8 @@ from wearlab.campaign.case import Case
 from wearlab.campaign.claims import ClaimSpec, spelled_note
 from wearlab.options import Number, option
 from wearlab.plugins import Plugin
+from wearlab.query.keys import flat
+from wearlab.units import is_quantity
 
 MOST_CASES = 30
 
@@ -132,6 +134,7 @@ class Campaign:
     report : what its page tells
     warnings : what the file does that it hardly means
     claims : what it says of its runs
+    written : quantities of its scenes as its file wrote them, by key
     """
 
     title: str
@@ -147,6 +150,7 @@ class Campaign:
     report: ReportSpec = field(default=ReportSpec(), repr=False)
     warnings: tuple[str, ...] = field(default=(), repr=False)
     claims: tuple[ClaimSpec, ...] = field(default=(), repr=False)
+    written: Mapping[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis.name} {len(axis.values)}" for axis in self.axes)
@@ -192,6 +196,26 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
     }
 
 
+MOST_WRITTEN = 100  # quantities of a key
+
+
+def written_quantities(tables: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
+    """Return quantities as tables of scenes write them, by dotted key; entries of a list share its key.
+
+    Examples
+    --------
+    >>> written_quantities([{"operation": {"torque": "0.34 kN*m"}}, {"operation.torque": ["340 Nm"]}])
+    {'operation.torque': ('0.34 kN*m', '340 Nm')}
+    """
+    found: dict[str, dict[str, None]] = {}
+    for table in tables:
+        for path, value in flat(dict(table)):
+            key = ".".join(word for word in path.split(".") if not word.isdigit())
+            if is_quantity(value) and len(known := found.setdefault(key, {})) < MOST_WRITTEN:
+                known[value] = None
+    return {key: tuple(texts) for key, texts in found.items()}
+
+
 MOST_RECORDED = 5_000  # cases
 
 
@@ -209,7 +233,8 @@ def with_figures(campaign: Campaign) -> dict[str, Any] | None:
         note = given["note"]
         given["note"] = spelled_note(note, claimed) if note else None
         figures.append({key: value for key, value in given.items() if value not in (None, {}, (), "")})
-    return {**to_record(campaign), "figures": figures}
+    written = {key: list(texts) for key, texts in getattr(campaign, "written", {}).items()}
+    return {**to_record(campaign), "figures": figures, "written": written}
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

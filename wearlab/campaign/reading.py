@@ -167,6 +167,8 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
     unmeant = dict.fromkeys(line for case in cases for line in oversights(case.scene))
     warnings = (*undone(inherited.layers), *unmeant)
+    tables = [sections, *({key: list(texts) for key, texts in axis.written.items()} for axis in axes or ())]
+    written = campaign.written_quantities([*tables, *(each.own for each in differences or ())])
     return campaign.Campaign(
         title,
         reference,
@@ -181,6 +183,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
         report,
         warnings,
         claims,
+        written,
     )
 
 

@@ -54,8 +54,7 @@ REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
 SETTINGS: Any = DEFAULTS | RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
 FONTS = {"font.family", "font.serif", "font.sans-serif", "font.monospace", "text.usetex"}
-TEXT = ("font.size", "labelsize", "fontsize")
-SCALED = (*TEXT, "linewidth", "markersize", "major.size", "major.width")
+SCALED = ("font.size", "labelsize", "fontsize", "linewidth", "markersize", "major.size", "major.width")
 
 # inches, of a figure in the default size
 MARGIN, GAP = 0.08, 0.07
@@ -117,11 +116,7 @@ def drawn(plot: Plot, size: float | tuple[float, float] | None = None, ax: Any =
         own["font.family"] = matplotlib.rcParams["font.family"]
     width, height = (size, None) if isinstance(size, int | float) else size or (None, None)
     scale = 1.0 if width is None else width / _width(plot)
-    text = own["font.size"] / RC["font.size"] if "font.size" in own else scale
-    house = {
-        k: v * (text if k.endswith(TEXT) else scale) if k.endswith(SCALED) and isinstance(v, float) else v
-        for k, v in RC.items()
-    }
+    house = {k: v * scale if k.endswith(SCALED) and isinstance(v, float) else v for k, v in RC.items()}
     settings: Any = house | {key: value for key, value in own.items() if key in RC}
     with matplotlib.rc_context(settings):
         plot = _for_latex(plot) if matplotlib.rcParams["text.usetex"] else plot

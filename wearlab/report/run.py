@@ -1,14 +1,16 @@
 """What there is to tell of one run: where it stands, what came out, and its scene as files write it."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from json import dumps
+from math import isclose
 from typing import TYPE_CHECKING, Any
 
 from wearlab.sources import is_other_code
 from wearlab.store import outcome
 
 if TYPE_CHECKING:
+    from wearlab.query import Key
     from wearlab.store import Store
     from wearlab.store.catalogue import Entry
 
@@ -16,6 +18,7 @@ LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
 WIDEST = 96  # characters of a line of names
 DIGITS = 6  # of a value
+SAME = 1e-9  # relative: a value that was written, after twelve digits of it were stored
 FIRST = 3  # items of a longer one
 FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
 TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
@@ -71,22 +74,74 @@ def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
     return lines
 
 
-def in_file_units(path: str, value: Any) -> str:
-    """Return a value of a scene as files write it: a quantity with its unit, anything else as JSON."""
+Written = Mapping[str, Sequence[str]]
+
+
+def written_in(store: "Store", run_id: str) -> Written:
+    """Return quantities as the file of the last campaign with this run wrote them, or {}."""
+    keys = store.catalogue.read(
+        "SELECT DISTINCT key, recorded FROM members JOIN campaigns ON campaign = key WHERE run = ? "
+        "ORDER BY recorded DESC",
+        [run_id],
+    )
+    for key, _ in keys:
+        told = store.catalogue.record_of(key).get("written")
+        if isinstance(told, dict) and told:
+            return {name: texts for name, texts in told.items() if isinstance(texts, list)}
+    return {}
+
+
+def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
+    """Return a value of a scene as files write it: a quantity with its unit, anything else as JSON.
+
+    Parameters
+    ----------
+    path, value : key and value of the scene
+    written : quantities as the file wrote them, see `written_in`: a value has its text there, or their unit
+    """
     from wearlab.query.keys import scene_key
-    from wearlab.units import convert
 
     some = value if isinstance(value, list) else [value]
     if not all(isinstance(variant, int | float) and not isinstance(variant, bool) for variant in some):
         return _shortened(value)
-    key = scene_key(re.sub(r"\[\d+\]", "", path), False)
-    if not key.unit or not key.display_unit:
+    name = re.sub(r"\[\d+\]|\.\d+(?=\.|$)", "", path)
+    key = scene_key(name, False)
+    if not key.unit or not key.display_unit or not key.quantity:
         return _shortened(value)
-    told = [f"{convert(float(variant), key.unit, key.display_unit):.{DIGITS}g}" for variant in some]
+    texts = _texts(name, written or {}, key.quantity)
+    told = [
+        next((text for number, text in texts if isclose(number, variant, rel_tol=SAME)), None)
+        or _in_unit_of(texts, float(variant), key)
+        for variant in some
+    ]
     if len(told) > FIRST + 1:
         told = [*told[:FIRST], f"… {len(told)} in all"]
-    words = ", ".join(told)
-    return f"{f'[{words}]' if isinstance(value, list) else words} {key.display_unit}"
+    return f"[{', '.join(told)}]" if isinstance(value, list) else told[0]
+
+
+def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") -> str:
+    """Return a value in the unit of the first text that has one, else in the usual unit."""
+    from wearlab.units import UnitError, convert, split
+
+    for unit in (*(split(text)[1] for _, text in texts), key.display_unit):
+        try:
+            return f"{convert(value, key.unit, unit):.{DIGITS}g} {unit}"
+        except UnitError:
+            continue  # the unit of a scale of hardness
+    return f"{value:.{DIGITS}g} {key.unit}"
+
+
+def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
+    """Return the quantities that a file wrote at a key, or at the one above, in SI and as texts."""
+    from wearlab.units import UnitError, quantity
+
+    found = []
+    for text in written.get(name) or written.get(name.rpartition(".")[0], ()):
+        try:
+            found.append((quantity(text, kind), text))
+        except UnitError:
+            continue  # what others recorded, or one of another kind
+    return found
 
 
 def _shortened(value: Any) -> str:

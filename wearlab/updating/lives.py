@@ -151,7 +151,7 @@ class Passage:
         mean, shape, weight = self.mean[::thinned], self.shape[::thinned], self.weight[::thinned]
         ahead = self.ahead(cycle)
         ahead = ahead[self.held][::thinned] if np.ndim(ahead) else ahead
-        reached = first_passage(np.maximum(ahead, 1e-300), mean, shape)
+        reached = first_passage(np.maximum(ahead, 1e-30), mean, shape)
         return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
 
     def quantile(self, p: Array) -> Array:

@@ -62,6 +62,9 @@ def answers(tree: xr.DataTree) -> list[str]:
         predictions = tree["predictions"].to_dataset()
         each = []
         for name, _, _, when, ends, *_ in _rows(predictions):
+            if when == "passed":
+                each.append(f"{name}: the limit has been passed.")
+                continue
             on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
             each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
         return [*each, *_first(predictions)]

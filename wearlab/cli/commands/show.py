@@ -71,8 +71,9 @@ def show_run(store: "Store", prefix: str, as_json: bool, *, variables: bool = Fa
             for line in value.splitlines():
                 output.say(f"  {line}")
     output.say("\nscene")
+    written = told.written_in(store, entry.id)
     for path, value in sorted(told.flat(scene)):
-        output.say(f"  {path} = {told.in_file_units(path, value)}")
+        output.say(f"  {path} = {told.in_file_units(path, value, written)}")
     if stored:
         output.say("\nstored (--variables tells dimensions, units and meaning of each)")
         for line in told.groups(stored):
