@@ -23,7 +23,7 @@ def test_the_next_inspection_of_every_liner_is_foreseen():
     for number, each in enumerate(units):
         values = dict(zip(each.cycles, each.blocks[0].seen.value, strict=True))
         for before, then in zip(each.cycles[:-1], each.cycles[1:], strict=True):
-            foreseen = after(found, number, before, rng).value(then, P)
+            foreseen = after(found, number, [before], rng)[0].value(then, P)
             error.append(foreseen[2] - values[then])
             for width in inside:
                 inside[width] += foreseen[width] <= values[then] <= foreseen[-1 - width]

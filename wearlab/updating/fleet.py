@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.special import logsumexp, ndtr
+from scipy.special import ndtr
 
 from wearlab.arrays import Array
 from wearlab.campaign.distributions import Distribution
@@ -29,7 +29,7 @@ from wearlab.updating.population import (
     along,
     drawn,
     factors,
-    integrand,
+    masses,
     population,
     seen_by,
 )
@@ -72,12 +72,14 @@ class UnitState:
         return self.unit.run.limit if self.block is None else self.unit.run.asked[self.block].curve
 
     def _equal(self, cycle: float) -> Array:
-        return np.asarray(self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0])
+        equal = self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0]
+        return np.broadcast_to(equal, self.factor.shape)
 
     @cached_property
     def _since(self) -> Array:
         """Equal wear time of the last inspection of the block, (n,)."""
-        return np.zeros(len(self.factor)) if self.seen is None else np.asarray(self.seen.cycle)[:, 0]
+        since = np.zeros(1) if self.seen is None else np.asarray(self.seen.cycle)[:, 0]
+        return np.broadcast_to(since, self.factor.shape)
 
     def _rate(self, curve: RunCurve) -> Array:
         """Return the variance of W of a quantity per unit of equal wear time, (n,)."""
@@ -162,47 +164,60 @@ def _below(value: Array, mean: Array, sd: Array) -> Array:
     return np.asarray(ndtr((value[:, None] - mean) / np.maximum(sd, 1e-300)).mean(axis=1))
 
 
-def state_of(found: Population, unit: FleetMember, theta: Array, log_factor: Array) -> UnitState:
-    """Return equally probable states of a unit.
+def states_of(
+    found: Population, unit: FleetMember, theta: Array, log_factor: Array, cycles: Array
+) -> list[UnitState]:
+    """Return equally probable states of a unit after what had been measured by cycles.
 
     Parameters
     ----------
     found : what is known of all units together
-    unit : with the measurements that count
-    theta, log_factor : (n, parameters), (n,) draws of what units share and of ln f, given these measurements
+    unit : with its measurements
+    theta, log_factor : (cycles, n, parameters), (cycles, n) draws of what units share and of ln f
+    cycles : (cycles,) up to which measurements count
     """
-    shared, asked = found.law.shared(theta), unit.run.asked
-    whole = [n for n, block in enumerate(unit.blocks) if block.seen.place_kind is None]
-    limits = [n for n in whole if asked[n].curve is unit.run.limit]
-    block = next(iter([*limits, *whole]), None)
-    seen = None
+    asked, n = unit.run.asked, log_factor.shape[1]
+    whole = [number for number, block in enumerate(unit.blocks) if block.seen.place_kind is None]
+    limits = [number for number in whole if asked[number].curve is unit.run.limit]
+    block, steps = next(iter([*limits, *whole]), None), []
     if block is not None and len(unit.blocks[block].rows):
-        seen = seen_by(unit, shared, log_factor[:, None])[block]
-        mean, variance = (
-            np.broadcast_to(part, log_factor[:, None].shape) for part in (seen.mean, seen.variance)
-        )
-        seen = replace(seen, mean=mean, variance=variance)
-    return UnitState(unit, shared, np.exp(log_factor), block, seen)
+        lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
+        steps = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True)[block].steps
+    states = []
+    for k, cycle in enumerate(cycles):
+        held, shared, seen = unit.up_to(cycle), found.law.shared(theta[k]), None
+        if steps and len(held.blocks[block].rows):
+            step = steps[int(unit.inspected(block, cycle)) - 1]
+            own = asked[block].cycle[held.blocks[block].rows].max()
+            mean, variance = (part[k * n : (k + 1) * n] for part in (step.mean, step.variance))
+            since = shared.equal(unit.run.equal(own))
+            seen = Filtered(np.zeros(1), mean, variance, since)
+        states.append(UnitState(held, shared, np.exp(log_factor[k]), block, seen))
+    return states
 
 
 def now(found: Population, number: int, rng: np.random.Generator) -> UnitState:
     """Return the states of a unit after all measurements."""
     unit, theta = found.units[number], found.theta[drawn(found, DRAWS, rng)]
-    return state_of(found, unit, theta, factors(unit, found.law, theta, rng))
+    own = factors(unit, found.law, theta, rng)
+    return states_of(found, unit, theta[None], own[None], np.array([np.inf]))[0]
 
 
 def after(
-    found: Population, number: int, cycle: float, rng: np.random.Generator, draws: int = DRAWS
-) -> UnitState:
-    """Return the states of a unit after its inspections up to a cycle, all of the other units being known."""
-    unit = found.units[number].up_to(cycle)
+    found: Population, number: int, cycles: Sequence[float], rng: np.random.Generator, draws: int = DRAWS
+) -> list[UnitState]:
+    """Return the states of a unit after its inspections up to cycles, all of the other units being known."""
+    unit, until = found.units[number].up_to(cycles[-1]), np.asarray(cycles, float)
     theta = found.theta[drawn(found, draws, rng, found.weight(number))]
     if not len(unit.cycles):
-        return state_of(found, unit, theta, factors(unit, found.law, theta, rng))
-    u, logs = integrand(unit, found.law, theta)
-    marginal = logsumexp(logs, axis=1)
-    pick = rng.choice(draws, draws, p=np.exp(marginal - logsumexp(marginal)))
-    return state_of(found, unit, theta[pick], along(u, logs[pick], rng))
+        own = factors(unit, found.law, theta, rng)
+        return states_of(found, unit, theta[None], own[None], until)
+    points, which = np.unique(theta, axis=0, return_inverse=True)
+    u, mass, marginal = masses(unit, found.law, points, until)
+    likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
+    picks = [rng.choice(draws, draws, p=each / each.sum()) for each in likely]
+    own = [along(u, each, which.ravel()[pick], rng) for each, pick in zip(mass, picks, strict=True)]
+    return states_of(found, unit, theta[np.array(picks)], np.array(own), until)
 
 
 FEW = 400  # draws that inspections are checked with
@@ -352,7 +367,7 @@ def _like_the_others(found: Population, number: int, rng: np.random.Generator) -
     others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
     if others < FEWEST or not len(unit.cycles):
         return float("nan")
-    blank = after(found, number, -np.inf, rng, FEW)
+    (blank,) = after(found, number, [-np.inf], rng, FEW)
     told = [] if blank.block is None else _inspections(unit, blank.block)
     return _two_sided(blank, *told[-1]) if told and np.isfinite(told[-1][1]) else float("nan")
 
@@ -377,15 +392,16 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
     """
     rows: list[tuple[Any, ...]] = []
     for number, unit in enumerate(found.units):
-        last, state = (-np.inf, np.nan), after(found, number, -np.inf, rng, FEW)
-        for cycle, value, count in [] if state.block is None else _inspections(unit, state.block):
+        (state,), last = after(found, number, [-np.inf], rng, FEW), (-np.inf, np.nan)
+        told = [] if state.block is None else _inspections(unit, state.block)
+        states = [state, *(after(found, number, [at for at, *_ in told[:-1]], rng, FEW) if told[1:] else ())]
+        for state, (cycle, value, count) in zip(states, told, strict=False):
             ahead, off, score = state.value(cycle, P), np.nan, np.nan
             if np.isfinite(value):
                 off, score = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
             more = value > ahead[2]
             rows.append((unit.name, state.block, cycle, value, off, more, score, ahead, *last))
-            if cycle < unit.now:
-                last, state = (cycle, value), after(found, number, cycle, rng, FEW)
+            last = cycle, value
     columns = [np.array([row[k] for row in rows], dtype=None if k else object) for k in range(10)]
     names, block, at, seen, p, higher, crps, q, before, worn = columns
     with np.errstate(divide="ignore", invalid="ignore"):

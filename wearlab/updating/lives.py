@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root_scalar
 from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
@@ -28,7 +28,10 @@ DROPPED = 1e-6  # probability of all states of a run that do not
 STATES = 5  # points over the present state
 STIFFEST = 1e8  # shape over mean from which a law is as good as a step
 TIMES, LONGEST = 49, 1e6  # of a first table of lives; times the median from which a life counts as endless
-NEAR = 0.05  # of ln of a life that is guessed by some of the states
+NEAR, FAR = (
+    0.01,
+    0.1,
+)  # of ln of a life that is guessed by some of the states: a step, and how far it may be off
 LAST_DAY = np.datetime64("9999-12-31")
 NEVER = "never"
 
@@ -155,7 +158,7 @@ class Passage:
         return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
 
     def quantile(self, p: Array) -> Array:
-        """Return quantiles: bracketed by a table of some of the states, then by Brent's method."""
+        """Return quantiles: guessed by some of the states, then by secants, else by Brent's method."""
         found = np.full(p.shape, self.now)
         if not len(self.weight):
             return found
@@ -174,9 +177,13 @@ class Passage:
             if wanted > self.over:
                 k = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
                 guess = root(logs[k - 1], logs[k], wanted, thinned)
-                at = root(guess - NEAR, guess + NEAR, wanted) if np.isfinite(guess) else np.inf
-                at = at if np.isfinite(at) else root(logs[0], logs[-1], wanted)
-                found[n] = self.now + np.exp(at)
+                at = np.nan
+                if np.isfinite(guess):
+                    near = root_scalar(
+                        off, (wanted,), "secant", x0=guess, x1=guess + NEAR, xtol=1e-8, maxiter=12
+                    )
+                    at = near.root if near.converged else np.nan
+                found[n] = self.now + np.exp(at if abs(at - guess) < FAR else root(logs[0], logs[-1], wanted))
         return found
 
 

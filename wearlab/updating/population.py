@@ -30,7 +30,7 @@ from wearlab.updating.posterior import even_weights
 from wearlab.updating.run_curves import RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
-NODES, FINER = 65, 4  # of a unit's grid; times as fine as it is integrated
+NODES, FINER = 65, 2  # of a unit's grid; times as fine as it is integrated
 ZOOMS, ZOOMED = 2, 61  # to find the top of a unit's likelihood
 DEPTH = 60.0  # of a unit's log likelihood below its top that counts
 REACH = 6.0  # standard deviations of the population that a unit's grid goes to
@@ -38,6 +38,7 @@ RADIUS = 4.5  # of the lattice, in standard deviations
 SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
 BETWEEN, WIDER = 2**15, 1.3  # points between the lattice's; times as wide as the fitted law they lie
 EDGE = 0.03  # probability at the lattice's edge from which it does not hold the posterior
+SOME = 12  # units that the law is fitted to first
 GUIDES, ROUNDS, FIT = 64, 12, 16.0  # points that the law is fitted with, rounds, effective points of each
 
 
@@ -78,6 +79,12 @@ class FleetMember:
         each = [self.run.asked[n].cycle[block.rows] for n, block in enumerate(self.blocks)]
         return np.unique(np.concatenate(each)) if each else np.zeros(0)
 
+    def inspected(self, number: int, cycles: Array) -> Index:
+        """Return how many inspections of a block there had been by cycles."""
+        return np.searchsorted(
+            np.unique(self.run.asked[number].cycle[self.blocks[number].rows]), cycles, "right"
+        )
+
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
         held = [
@@ -114,7 +121,7 @@ class Shared(NamedTuple):
         return np.asarray(self.straying * worn)
 
 
-def seen_by(unit: FleetMember, shared: Shared, log_factor: Array) -> list[Filtered]:
+def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> list[Filtered]:
     """Return how probable each block of a unit is, and what is known of its W, for lanes (p, nodes)."""
     run, factor, found = unit.run, np.exp(log_factor), []
 
@@ -125,7 +132,7 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array) -> list[Filter
     for number, block in enumerate(unit.blocks):
         drift = shared.drift(run, run.asked[number].curve, factor) * np.sqrt(PER / shared.reference)
         lanes = Lanes(factor, shared.sd[number], drift, passed)
-        found.append(log_likelihood(block, run, number, lanes))
+        found.append(log_likelihood(block, run, number, lanes, steps=steps))
     return found
 
 
@@ -153,8 +160,8 @@ class Law(NamedTuple):
         }
         one = np.ones((len(theta), 1))
         sd = tuple(columns.get(sd_name(n), known * one) for n, known in enumerate(self.sd))
-        power, straying = columns.get(POWER, self.power * one), columns.get(STRAYING, self.straying * one)
-        return Shared(power, straying, sd, self.reference)
+        power = columns.get(POWER, np.full((1, 1), self.power))
+        return Shared(power, columns.get(STRAYING, self.straying * one), sd, self.reference)
 
 
 def sd_name(number: int) -> str:
@@ -162,12 +169,25 @@ def sd_name(number: int) -> str:
     return f"sd_{number}"
 
 
-def _table(unit: FleetMember, shared: Shared, low: float, high: float) -> tuple[Array, Array]:
-    """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n)."""
+def _table(
+    unit: FleetMember, shared: Shared, ends: tuple[float, float], cycles: Array | None
+) -> tuple[Array, Array]:
+    """Return ln f on a fine grid of a unit, (n,), and the log of its likelihood times the spacing, (p, n).
 
-    def log_likelihood(lanes: Shared, u: Array) -> Array:
-        return np.asarray(sum(np.broadcast_to(s.log_likelihood, u.shape) for s in seen_by(unit, lanes, u)))
+    With cycles that likelihood is of what had been measured by each of them, (cycles, p, n).
+    """
 
+    def log_likelihood(lanes: Shared, u: Array, cycles: Array | None = None) -> Array:
+        shape, seen = (len(lanes.straying), u.shape[1]), seen_by(unit, lanes, u, steps=cycles is not None)
+        if cycles is None:
+            return np.asarray(sum(np.broadcast_to(s.log_likelihood, shape) for s in seen))
+        total = np.zeros((len(cycles), *shape))
+        for number, each in enumerate(seen):
+            gained = [np.broadcast_to(step.log_likelihood, shape) for step in each.steps]
+            total += np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(number, cycles)]
+        return total
+
+    low, high = ends
     middle = shared.middle  # the top moves little with what the units share
     centre, half, even = 0.5 * (low + high), 0.5 * (high - low), np.linspace(-1.0, 1.0, ZOOMED)
     for _ in range(ZOOMS):
@@ -177,34 +197,39 @@ def _table(unit: FleetMember, shared: Shared, low: float, high: float) -> tuple[
         bend = max(float(2.0 * logs[best] - logs[best - 1] - logs[best + 1]) / step**2, 1e-12)
         centre = float(np.clip(centre + half * even[best], low, high))
         width, half = float(np.clip(bend**-0.5, 1e-4, 0.25 * (high - low))), 2.0 * step
-    ends = [float(np.arcsinh((end - centre) / width)) for end in (low, high)]
-    coarse, fine = (np.linspace(ends[0], ends[1], n) for n in (NODES, FINER * (NODES - 1) + 1))
-    u = np.broadcast_to(centre + width * np.sinh(coarse), (len(shared.power), NODES))
-    logs = log_likelihood(shared, u)
-    logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=1, keepdims=True) - 1e5), axis=1)(fine)
-    held = (logs > logs.max(axis=1, keepdims=True) - DEPTH).any(axis=0)
+    first, last = (float(np.arcsinh((end - centre) / width)) for end in ends)
+    coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
+    logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
+    logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1)(fine)
+    held = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
     spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * even_weights(len(fine))
-    return (centre + width * np.sinh(fine))[held], (logs + np.log(spacing))[:, held]
+    return (centre + width * np.sinh(fine))[held], (logs + np.log(spacing))[..., held]
 
 
-def integrand(unit: FleetMember, law: Law, theta: Array) -> tuple[Array, Array]:
+def integrand(unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None) -> tuple[Array, Array]:
     """Return ln f of a unit, (n,), and ln of the mass there of L N(u; m, s²), (p, n), for points (p, d)."""
     spread, median = np.exp(theta[:, -2]), theta[:, -1]
     low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
     errors = np.round(theta[:, :-2], 10)
     _, first, which = np.unique(errors, axis=0, return_index=True, return_inverse=True)
-    u, logs = _table(unit, law.shared(theta[first]), low, high)
+    u, logs = _table(unit, law.shared(theta[first]), (low, high), cycles)
     z = (u - median[:, None]) / spread[:, None]
-    return u, logs[which.ravel()] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
+    return u, logs[..., which.ravel(), :] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
+
+
+def masses(
+    unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return ln f of a unit, (n,), the mass there over the largest, (…, p, n), and ln of their sums."""
+    u, logs = integrand(unit, law, theta, cycles)
+    top = logs.max(axis=-1)
+    mass = np.exp(logs - top[..., None])
+    return u, mass, top + np.log(mass.sum(axis=-1))
 
 
 def log_marginal(unit: FleetMember, law: Law, theta: Array) -> Array:
     """Return ln Z of a unit at points (p, parameters), (p,)."""
-    if not len(unit.cycles):
-        return np.zeros(len(theta))
-    _, logs = integrand(unit, law, theta)
-    top = logs.max(axis=1)
-    return np.asarray(top + np.log(np.exp(logs - top[:, None]).sum(axis=1)))
+    return masses(unit, law, theta)[2] if len(unit.cycles) else np.zeros(len(theta))
 
 
 @dataclass(frozen=True)
@@ -235,11 +260,11 @@ class Population:
         """The log of the probability of all measurements."""
         return float(logsumexp(self.log_prior + self.log_marginal.sum(axis=0)))
 
-    def weight(self, without: int | None = None, instead: Array | float = 0.0) -> Array:
-        """Return the probability of each point, (p,); without a unit, or with another ln Z of it."""
+    def weight(self, without: int | None = None) -> Array:
+        """Return the probability of each point, (p,); without a unit."""
         logs = self.log_prior + self.log_marginal.sum(axis=0)
         if without is not None:
-            logs = logs - self.log_marginal[without] + instead
+            logs = logs - self.log_marginal[without]
         weight = np.exp(logs - logs.max())
         return np.asarray(weight / weight.sum())
 
@@ -290,17 +315,17 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
         each = [p.log_density(column) for p, column in zip(logs.values(), theta.T, strict=True)]
         return np.asarray(sum(each))
 
-    def log_units(theta: Array) -> Array:
-        return np.stack([log_marginal(unit, law, theta) for unit in units])
+    def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:
+        return np.stack([log_marginal(unit, law, theta) for unit in some])
 
     middle, spread = np.array([p.normal for p in law.parameters]).T
     mean, root = middle, np.diag(spread)
     temper, d = 0.0, len(middle)
-    rounds = iter(range(ROUNDS))
-    for n in rounds:
+    some = units[:: max(len(units) // SOME, 1)]
+    for n in range(ROUNDS):
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
         theta = mean + z @ root.T
-        seen, before = log_units(theta).sum(axis=0), log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
+        seen, before = log_units(theta, some).sum(axis=0), log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
         least, most = temper, 1.0
         for _ in range(30 if _effective(before + seen) < FIT else 0):
             middle_temper = 0.5 * (least + most)
@@ -308,7 +333,9 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
             least, most = (middle_temper, most) if enough else (least, middle_temper)
         temper = 1.0 if most == 1.0 else least
         mean, root = _fitted(theta, before + temper * seen)
-        if temper == 1.0 and _effective(before + seen) > 2.0 * FIT:
+        if temper == 1.0 and len(some) < len(units):
+            temper, some = len(some) / len(units), units
+        elif temper == 1.0 and _effective(before + seen) > 2.0 * FIT:
             break
     for _ in range(3):
         z = lattice(d)
@@ -359,16 +386,16 @@ def factors(unit: FleetMember, law: Law, theta: Array, rng: np.random.Generator)
     """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
     if not len(unit.cycles):
         return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))
-    return along(*integrand(unit, law, theta), rng)
+    points, which = np.unique(theta, axis=0, return_inverse=True)
+    u, mass, _ = masses(unit, law, points)
+    return along(u, mass, which.ravel(), rng)
 
 
-def along(u: Array, logs: Array, rng: np.random.Generator) -> Array:
-    """Return a draw from each of some laws on one grid, (n,), from the logs of their masses (n, grid)."""
-    mass = np.exp(logs - logs.max(axis=1, keepdims=True))
+def along(u: Array, mass: Array, rows: Index, rng: np.random.Generator) -> Array:
+    """Return draws from laws on one grid, (n,), each from its row of the masses (p, grid)."""
     below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
-    at = rng.random(len(logs)) * below[:, -1]
-    i = np.minimum((below < at[:, None]).sum(axis=1), below.shape[1] - 1)
-    rows = np.arange(len(logs))
+    at = rng.random(len(rows)) * below[rows, -1]
+    i = np.minimum((below[rows] < at[:, None]).sum(axis=1), below.shape[1] - 1)
     before = np.where(i > 0, below[rows, i - 1], 0.0)
     share = (at - before) / np.maximum(below[rows, i] - before, 1e-300)
     return np.asarray(u[i] + share * (u[i + 1] - u[i]))

@@ -33,6 +33,7 @@ DEPTH = 28.0  # of the log density below its top that grids reach down to
 SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
 FORETOLD = 2e-6  # of the largest density, by which every other node may be off from what the rest foretell
 ROUNDS = 60
+CLOSE = 1e-11  # of the range of a quantile, by which it moves last; it converges faster than linearly
 
 SpreadGrids = tuple[Array | None, Array | None]
 
@@ -128,13 +129,22 @@ class Posterior:
 
 
 def quantiles(below: Callable[[Array], Array], p: Array, low: float, high: float) -> Array:
-    """Return where a rising function reaches probabilities, by bisection to round-off."""
-    lows, highs = np.full(p.shape, low), np.full(p.shape, high)
+    """Return where a rising function reaches probabilities, by Ridders' method (1979)."""
+    ends = [(at, below(at) - p) for at in (np.full(p.shape, low), np.full(p.shape, high))]
+    (left, short), (right, over) = ends
+    found = np.full(p.shape, np.inf)
     for _ in range(60):
-        middle = 0.5 * (lows + highs)
-        short = below(middle) < p
-        lows, highs = np.where(short, middle, lows), np.where(short, highs, middle)
-    return 0.5 * (lows + highs)
+        middle = 0.5 * (left + right)
+        off = below(middle) - p
+        root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
+        before, found = found, np.clip(middle - (middle - left) * off / root, left, right)
+        if np.all(np.abs(found - before) <= CLOSE * (high - low)):
+            break
+        for at, y in ((middle, off), (found, below(found) - p)):
+            under, above = (y < 0.0) & (at > left), (y >= 0.0) & (at < right)
+            left, short = np.where(under, at, left), np.where(under, y, short)
+            right, over = np.where(above, at, right), np.where(above, y, over)
+    return found
 
 
 def even_weights(n: int) -> Array:

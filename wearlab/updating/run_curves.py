@@ -9,11 +9,12 @@ import math
 from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import PchipInterpolator, PPoly
 
 from wearlab.arrays import Array, Flags
 from wearlab.campaign.update_options import THICKNESS, Limit
@@ -104,6 +105,9 @@ class RunCurve:
 
     def at(self, cycle: Array, column: NDArray[np.intp] | int = 0) -> Array:
         """Return values at cycles, each of its column; the shapes are broadcast."""
+        if self.value.shape[1] == 1:
+            beyond = np.maximum(cycle - self.cycle[-1], 0.0) * self.slope[-1, 0]
+            return np.asarray(self._cubics(np.clip(cycle, self.cycle[0], self.cycle[-1])) + beyond)
         i = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self.cycle) - 2)
         left, width = self.cycle[i], self.cycle[i + 1] - self.cycle[i]
         t = np.clip((cycle - left) / width, 0.0, 1.0)
@@ -111,6 +115,14 @@ class RunCurve:
         d0, d1 = self.slope[i, column] * width, self.slope[i + 1, column] * width
         beyond = np.maximum(cycle - self.cycle[-1], 0.0)
         return np.asarray(_cubic(t, y0, y1, d0, d1) + beyond * self.slope[-1, column])
+
+    @cached_property
+    def _cubics(self) -> PPoly:
+        """The pieces of column 0."""
+        width, y, d = np.diff(self.cycle), self.value[:, 0], self.slope[:, 0]
+        rise = np.diff(y) / width
+        bend = (3.0 * rise - 2.0 * d[:-1] - d[1:]) / width, (d[:-1] + d[1:] - 2.0 * rise) / width**2
+        return PPoly(np.stack([bend[1], bend[0], d[:-1], y[:-1]]), self.cycle)
 
     def first_above(self, level: Array) -> Array:
         """Return the cycles at which column 0 first reaches levels; by its end slope beyond the run."""
