@@ -1,7 +1,5 @@
 """A population of units: liners of engines that were measured, and a sampler that shares no code with it."""
 
-import time
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -149,13 +147,20 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     assert np.ptp(new.life(P[[0, 4]])) > 1.5 * np.ptp(old.life(P[[0, 4]]))
 
 
-@pytest.mark.slow
-def test_a_hundred_units_take_some_seconds():
-    units = simulated(100, 10, 7)
-    clock = time.perf_counter()
+def test_what_a_hundred_units_cost(monkeypatch):
+    """How often the likelihood is asked, and of how many coefficients times errors at once."""
+    units, work, real = simulated(100, 10, 7), [], room.log_likelihood
+
+    def counted(block, run, number, lanes, **options):
+        seen = real(block, run, number, lanes, **options)
+        work.append(seen.log_likelihood.size)
+        return seen
+
+    monkeypatch.setattr(room, "log_likelihood", counted)
     found = population(units, law("straying"), 0)
-    rng = np.random.default_rng(0)
-    for number in range(100):
-        now(found, number, rng).life(P)
-    assert time.perf_counter() - clock < 10.0
     assert found.quantile("spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)
+    assert len(work) < 16 * 100 and sum(work) < 100 * 17_000
+    work.clear()
+    rng = np.random.default_rng(0)
+    after(found, 0, units[0].cycles.tolist(), rng, 400)
+    assert len(work) == 4  # twice to find the top, its table, the states: for all inspections at once
