@@ -1,0 +1,58 @@
+"""A file that cannot be right ends the command with one message and status 2, and nothing is written."""
+
+from pathlib import Path
+
+import pytest
+
+from wearlab.cli.app import status_of
+
+CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_gearbox.toml"
+GOOD = "hours,loss_mg,below_mg\n2000,,40\n6200,300,\n"
+HOSTILE = {
+    "endless value": ("hours,loss_mg,below_mg\n2000,1e308,\n", "beyond anything that is measured"),
+    "endless time": ("hours,loss_mg,below_mg\n1e308,1,\n", "beyond anything that is measured"),
+    "endless field": (f"hours,loss_mg,below_mg\n2000,{'4' * 140_000},\n", "more than 100,000 characters"),
+    "endless header": (f"hours,loss_mg,{'x' * 140_000}\n1,2,3\n", "more than 100,000 characters"),
+    "doubled header": ("hours,loss_mg,loss_mg\n1,2,3\n", "two columns are called 'loss'"),
+    "no number": ("hours,loss_mg,below_mg\n2000,nan,\n", "line 2, column 'loss'"),
+    "negative time": ("hours,loss_mg,below_mg\n-5,1,\n", "before the first cycle"),
+    "mixed commas": ("hours;loss_mg;below_mg\n2000;1,5;\n4000;1.5;\n", "'1,5' is no number"),
+    "zeros of a binary file": ("hours,loss_mg,below_mg\n20\x0000,1,\n", "line 2"),
+    "no rows": ("hours,loss_mg,below_mg\n", "no rows"),
+}
+
+
+@pytest.fixture
+def told(tmp_path, capsys):
+    def run(command, text, change=("", ""), encoding="utf-8"):
+        file, store = tmp_path / "study.toml", tmp_path / "store"
+        (tmp_path / "measured").mkdir()
+        (tmp_path / "measured" / "gearbox_weighings.csv").write_text(text, encoding=encoding)
+        file.write_text(CAMPAIGN.read_text().replace(*change))
+        place = [] if command == "check" else ["--store", str(store)]
+        status = status_of([command, str(file), *place])
+        assert command == "check" or not store.exists()
+        return status, capsys.readouterr().err.strip()
+
+    return run
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_hostile_file_is_one_message(told, case):
+    text, expected = HOSTILE[case]
+    status, said = told("update", text)
+    assert status == 2 and expected in said and len(said) < 1000
+    assert len(said.splitlines()) == 1 and "gearbox_weighings.csv" in said and "Traceback" not in said
+
+
+@pytest.mark.parametrize("date", ["03/04/2026", "31.02.2026", "yesterday"])
+def test_a_date_that_cannot_be_read_is_one_message(told, date):
+    columns = 'columns  = { hours = "hours", value'
+    text = f"day,loss_mg,below_mg\n{date},300,\n"
+    status, said = told("update", text, (columns, 'columns  = { date = "day", value'))
+    assert status == 2 and len(said.splitlines()) == 1 and date in said
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_what_excel_writes_before_the_header_is_no_part_of_it(told, encoding):
+    assert told("check", GOOD, encoding=encoding)[0] == 0
