@@ -139,7 +139,9 @@ class ReadTable:
         import pandas
 
         texts = self.cells[name]
-        pointed = [text.replace(",", ".") if self.decimal == "," else text for text in texts]
+        pointed = list(texts)
+        if self.decimal == ",":  # a point is none of a number then, or parts thousands
+            pointed = ["" if "." in text else text.replace(",", ".") for text in texts]
         values = np.array(pandas.to_numeric(pandas.Series(pointed, dtype=object), errors="coerce"), float)
         for row in np.flatnonzero(~(np.abs(values) <= LARGEST_NUMBER)):
             text = texts[row]

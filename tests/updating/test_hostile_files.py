@@ -17,6 +17,11 @@ HOSTILE = {
     "no number": ("hours,loss_mg,below_mg\n2000,nan,\n", "line 2, column 'loss'"),
     "negative time": ("hours,loss_mg,below_mg\n-5,1,\n", "before the first cycle"),
     "mixed commas": ("hours;loss_mg;below_mg\n2000;1,5;\n4000;1.5;\n", "'1,5' is no number"),
+    "thousands": ("hours;loss_mg;below_mg\n2.000;1,5;\n4.000,5;2;\n", "'2.000' is no number (decimal comma)"),
+    "a point among commas": (
+        "hours;loss_mg;below_mg\n2000;1,5;\n4000;2,5;\n5000;3.5;\n",
+        "line 4, column 'loss': '3.5' is no number (decimal comma)",
+    ),
     "zeros of a binary file": ("hours,loss_mg,below_mg\n20\x0000,1,\n", "line 2"),
     "no rows": ("hours,loss_mg,below_mg\n", "no rows"),
 }

@@ -186,11 +186,11 @@ def states_of(
     states = []
     for k, cycle in enumerate(cycles):
         held, shared, seen = unit.up_to(cycle), found.law.shared(theta[k]), None
-        if steps and len(held.blocks[block].rows):
+        if steps and block is not None and len(held.blocks[block].rows):
             step = steps[int(unit.inspected(block, cycle)) - 1]
             own = asked[block].cycle[held.blocks[block].rows].max()
             mean, variance = (part[k * n : (k + 1) * n] for part in (step.mean, step.variance))
-            since = shared.equal(unit.run.equal(own))
+            since: Any = shared.equal(unit.run.equal(own))
             seen = Filtered(np.zeros(1), mean, variance, since)
         states.append(UnitState(held, shared, np.exp(log_factor[k]), block, seen))
     return states
@@ -210,14 +210,14 @@ def after(
     unit, until = found.units[number].up_to(cycles[-1]), np.asarray(cycles, float)
     theta = found.theta[drawn(found, draws, rng, found.weight(number))]
     if not len(unit.cycles):
-        own = factors(unit, found.law, theta, rng)
-        return states_of(found, unit, theta[None], own[None], until)
+        log_factor = factors(unit, found.law, theta, rng)
+        return states_of(found, unit, theta[None], log_factor[None], until)
     points, which = np.unique(theta, axis=0, return_inverse=True)
     u, mass, marginal = masses(unit, found.law, points, until)
     likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
-    picks = [rng.choice(draws, draws, p=each / each.sum()) for each in likely]
-    own = [along(u, each, which.ravel()[pick], rng) for each, pick in zip(mass, picks, strict=True)]
-    return states_of(found, unit, theta[np.array(picks)], np.array(own), until)
+    picks = [rng.choice(draws, draws, p=own / own.sum()) for own in likely]
+    each = [along(u, own, which.ravel()[pick], rng) for own, pick in zip(mass, picks, strict=True)]
+    return states_of(found, unit, theta[np.array(picks)], np.array(each), until)
 
 
 FEW = 400  # draws that inspections are checked with
@@ -393,9 +393,12 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
     rows: list[tuple[Any, ...]] = []
     for number, unit in enumerate(found.units):
         (state,), last = after(found, number, [-np.inf], rng, FEW), (-np.inf, np.nan)
-        told = [] if state.block is None else _inspections(unit, state.block)
-        states = [state, *(after(found, number, [at for at, *_ in told[:-1]], rng, FEW) if told[1:] else ())]
-        for state, (cycle, value, count) in zip(states, told, strict=False):
+        values = [] if state.block is None else _inspections(unit, state.block)
+        states = [
+            state,
+            *(after(found, number, [at for at, *_ in values[:-1]], rng, FEW) if values[1:] else ()),
+        ]
+        for state, (cycle, value, count) in zip(states, values, strict=False):
             ahead, off, score = state.value(cycle, P), np.nan, np.nan
             if np.isfinite(value):
                 off, score = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
