@@ -9,7 +9,6 @@ from pydantic_core import PydanticCustomError
 
 from wearlab.options import Stored
 from wearlab.tables import ReadTable, TableError, in_unit, read_table
-from wearlab.units import PER_MINUTE
 
 ABSCISSAE = {"phase": "1", "path_position": "m"}
 
@@ -104,8 +103,6 @@ def _of_table(
             f'or name it: columns = {{ {name} = "…" }} ({table.understood})'
         )
     unit = units.get(name) or table.units[header] or ("1" if wanted == "1" else None)
-    if wanted == "rad/s" and unit in PER_MINUTE:
-        unit = "rpm"
     return tuple(in_unit(table.numbers(header), unit, wanted, name).tolist())
 
 

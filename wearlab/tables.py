@@ -18,7 +18,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.files import read_regular
-from wearlab.units import KINDS, PER_MINUTE, UnitError, convert
+from wearlab.units import KINDS, UnitError, convert, of_speed
 
 SEPARATORS = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", "": "blanks"}
 DECIMALS = {".": "point", ",": "comma"}
@@ -218,7 +218,7 @@ def in_unit(values: Array, unit: str | None, wanted: str, column: str) -> Array:
     if unit is None:
         raise TableError(f"units.{column} is required, such as {wanted!r}")
     try:
-        converted: Array = np.asarray(convert(values, unit, wanted))
+        converted: Array = np.asarray(convert(values, of_speed(unit) if wanted == "rad/s" else unit, wanted))
     except UnitError as error:
         raise TableError(f"units.{column}: {error}") from None
     return converted
@@ -380,7 +380,8 @@ def _kind(cell: str, decimal: str) -> str:
     """Return what a cell holds: a number, a date, a text, or nothing."""
     if not cell:
         return "nothing"
-    return "number" if _number(cell, decimal) is not None else "date" if _date_kind(cell) else "text"
+    bare = cell.removeprefix("<").lstrip()  # below a limit of detection
+    return "number" if _number(bare, decimal) is not None else "date" if _date_kind(cell) else "text"
 
 
 def _number(cell: str, decimal: str) -> float | None:
@@ -477,7 +478,7 @@ def _is_bare_unit(text: str) -> bool:
 def _is_unit(text: str) -> bool:
     """Say whether a text is a unit that something in a scene has."""
     plain = _bare(text)
-    if plain in PER_MINUTE:
+    if of_speed(plain) == "rpm":
         return True
     for unit in ("1", *(kind.unit for kind in KINDS.values())) if plain else ():
         try:

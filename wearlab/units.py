@@ -184,7 +184,7 @@ ALIASES = {
 }
 DIGITS = 12
 """In which numbers are told apart: a scene keeps no more of them, and a condition asks for no more."""
-PER_MINUTE = ("1/min", "min^-1")
+PER_MINUTE = frozenset(("1/min", "min-1", "min^-1", "U/min", "Upm", "r/min", "rev/min"))
 HARDNESS = re.compile(r"(HRC|HV|HBW|HB)(?:\s?[\d./]+)?")  # HV 10 and HBW 2.5/187.5 tell the load
 THOUSANDS = 3  # digits behind a comma that may part thousands
 ENERGIES = re.compile(r"joule|watt|calorie|volt|thermal_unit|erg")
@@ -282,12 +282,18 @@ def convert(value: Value, from_unit: str, to_unit: str) -> Value:
     return changed + offset if offset else changed
 
 
+def of_speed(unit: str) -> str:
+    """Return a unit where a speed is meant: per minute means revolutions.
+
+    >>> of_speed("U/min"), of_speed("min⁻¹"), of_speed("deg/s")
+    ('rpm', 'rpm', 'deg/s')
+    """
+    return "rpm" if re.sub(r"\s|\*\*", "", _plain(unit)) in PER_MINUTE else unit
+
+
 def _to_si(number: str, unit: str, wanted: Measure) -> float:
-    if (
-        wanted.name == "speed"
-        and re.sub(r"\s|\*\*", "", _plain(unit)).replace("min-1", "min^-1") in PER_MINUTE
-    ):
-        unit = "rpm"
+    if wanted.name == "speed":
+        unit = of_speed(unit)
     try:
         scale, offset = _between(unit, wanted.unit)
     except UnitError as error:

@@ -10,7 +10,8 @@ from scipy import stats
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Decision
-from wearlab.updating.decision import STEPS, _costs_of_ages, decided, over_horizon
+from wearlab.updating.decision import STEPS, _costs_of_ages, before_change, decided, over_horizon
+from wearlab.updating.layout import dataset
 from wearlab.updating.outcome import outcome
 
 CYCLES, SD, HOUR = np.array([2e5, 4e5]), 2e-3, 1e-3  # hours of a cycle
@@ -144,3 +145,16 @@ def test_over_a_horizon_a_change_costs_what_simulated_changes_cost(made):
     assert cost == pytest.approx(simulated(at), rel=0.03)
     for other in (at // 2, min(2 * at, STEPS - 1)):
         assert simulated(other) > 0.98 * cost
+
+
+def test_no_inspection_is_advised_after_the_change():
+    looks, widths = np.array([1.0, 2.0, 3.0]), [[0.9, 0.8, 0.7]]
+    ahead = dataset(
+        "ahead",
+        {"expected_width": widths, "present_width": 1.0, "recommended": 3.0},
+        instrument=[1.0],
+        look=looks,
+    )
+    advised = {change: float(before_change(ahead, change)["recommended"]) for change in (3.5, 3.0, 2.5)}
+    assert np.isnan(float(before_change(ahead, 1.0)["recommended"]))
+    assert advised == {3.5: 3.0, 3.0: 2.0, 2.5: 2.0}

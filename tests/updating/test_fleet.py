@@ -124,7 +124,7 @@ def test_a_scene_of_its_own_is_a_run_of_its_own(tmp_path):
         ("[[update.unit]]", "[update.population]\nspread = 3\n[[update.unit]]", "update.population.spread"),
         ("[[update.unit]]", '[update.population]\npower = "x"\n[[update.unit]]', "update.population.power"),
         ("[[update.unit]]", "[update.population]\npowr = 1.0\n[[update.unit]]", "did you mean 'power'?"),
-        ('unit = "box", date', "date", "update.data[0].columns: hours and date both say when"),
+        ('unit = "box", date', "date", "update.data[0].columns.unit: required of a fleet"),
         ('sd = "5 mg"', 'sd = "5 mg", drift = "1 mg"', "of a fleet, use update.population.straying"),
     ],
 )
@@ -168,3 +168,31 @@ def test_its_figure_has_a_line_a_unit(kept, store, tmp_path):
     assert made.stat().st_size > 10_000
     with pytest.raises(FigureError, match="no update of this campaign"):
         draw(replace(campaign, figures=(FigureSpec(kind="posterior-fan"),)), store, tmp_path)
+
+
+DEPTHS = """
+[[update.data]]
+file     = "depths.csv"
+quantity = "max_wear_depth"
+flank    = "pinion"
+columns  = { unit = "box", hours = "hours", value = "depth" }
+units    = { hours = "h", depth = "um" }
+error    = { sd = "1 um" }
+[[update.data]]"""
+
+
+def test_units_that_are_measured_differently_are_told_by_their_own_measurements(tmp_path, store):
+    (tmp_path / "depths.csv").write_text("box,hours,depth\nE,280,5\nE,840,12.5\nF,280,6\nF,840,14\n")
+    rows = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")
+    tree = update(fleet(tmp_path, rows, FLEET.replace("[[update.data]]", DEPTHS, 1)), store, progress=False)
+    text = text_of(tree)
+    assert any("! B at 840 h: much more wear" in line for line in text)
+    table = [line.split() for line in text if "%" in line and line.split()[0] in "ABCDEF"]
+    assert table[0][0] == "B" and table[0][4] == "passed"
+    assert not any("never" in line for line in text)
+    assert any("open B first: the limit may have been passed" in line for line in text)
+    assert any("B: the limit has been passed" in line for line in answers(tree))
+    observed = tree["observed_data"].to_dataset()
+    assert set(observed["unit_name"].values) == set("ABCDEF")
+    line = observed["by_the_rate"].values[observed["unit_name"].values == "E"]
+    assert np.nanmax(np.abs(line)) < 1e-3  # a depth is foreseen by the depths of others, not by masses

@@ -173,7 +173,10 @@ def test_dates_become_operating_hours_and_units_stand_in_the_header(tmp_path):
     [
         ({"calendar": {"date": "2026-01-01", "hours_per_year": 3000}}, "dates need update.calendar"),
         ({"text": "Datum,Verlust [mg]\n03/04/2026,1\n"}, 'date_format = "%d/%m/%Y" or "%m/%d/%Y"'),
-        ({"text": "Datum,Verlust [mg]\n2025-01-01,1\n"}, "line 2, column 'Datum': is before the first"),
+        (
+            {"text": "Datum,Verlust [mg]\n2025-01-01,1\n"},
+            "line 2, column 'Datum': 2025-01-01 is before the first",
+        ),
     ],
 )
 def test_dates_of_two_meanings_are_refused(tmp_path, more, said):

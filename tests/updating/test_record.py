@@ -1,5 +1,6 @@
 """What really ran: a load record against real runs with stages, and what a record cannot be."""
 
+from datetime import date
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from conftest import STATIC
 
 import wearlab as wl
 from wearlab.campaign import CampaignError
-from wearlab.campaign.update_options import RecordBlock, RecordColumns
+from wearlab.campaign.update_options import Days, RecordBlock, RecordColumns
 from wearlab.updating import UpdateError, update
 from wearlab.updating.measurements import read_record
 from wearlab.updating.report_text import text_of
@@ -131,3 +132,20 @@ def test_what_a_record_cannot_go_with_is_refused(tmp_path):
     made = campaign(tmp_path, [(1, 1)], text=RECORDED.replace("[update.unknown]", torque))
     with pytest.raises(UpdateError, match=r"update.record: goes with the unknown wear\.coefficient\.factor"):
         studies(made)
+
+
+def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_count(tmp_path):
+    calendar = Days(date(2026, 1, 1), 0.0, 6200.0)
+    two_years = "date,torque,speed\n2024-01-01,100,1000\n2025-01-01,200,1000\n{}2026-01-01,,\n"
+    made = block(tmp_path, two_years.format(""), date="date")
+    record = read_record(made, None, calendar)
+    assert record.time[-1] / 3600.0 == pytest.approx(731 / 365.2425 * 6200.0)
+    assert record.excess(calendar) is None and read_record(made).excess(None) is None
+    assert read_record(made).time[-1] == 731 * 86400.0
+    stood = block(tmp_path, two_years.format("2025-07-01,0,0\n2025-07-15,200,1000\n"), date="date")
+    record = read_record(stood, None, calendar)
+    assert record.excess(calendar) == pytest.approx((717 * 24.0, 731 / 365.2425 * 6200.0))
+    told = stood.model_copy(update={"hours_per_year": 6000.0})
+    record = read_record(told, None, calendar)
+    assert record.time[-1] / 3600.0 == pytest.approx(717 / 365.2425 * 6000.0)
+    assert record.excess(calendar) is None

@@ -210,8 +210,11 @@ def _replaced(given: Any, section: dict[str, Any], unknown: dict[str, Distributi
         found.append(Replaced(block.members, block.cycle, block.hours, block.date))
     others = [key for key in ("record", "unit", "population", "check") if section.get(key)]
     others += [key for key in ("change",) if section.get(key, "none") != "none"]
+    remedy = "leave one of them out"
+    if others[:1] == ["record"]:
+        remedy += "; without the record, give [operation] the mean torque and speed since the gear was new"
     if given and others:
-        raise CampaignError([f"{where}: does not go with {SECTION}.{others[0]} yet: leave one of them out"])
+        raise CampaignError([f"{where}: does not go with {SECTION}.{others[0]} yet: {remedy}"])
     if given and [*unknown] != [FACTOR]:
         raise CampaignError(
             [f"{where}: goes with the unknown {FACTOR} alone: one run is made of each new gear"]
@@ -257,7 +260,7 @@ def _data(given: Any, number: int) -> Data:
         raise CampaignError([f"{where}: give a member or a flank, not both"])
     for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
         given_ones = [name for name in names if getattr(columns, name) is not None]
-        if len(given_ones) > 1 and not (columns.unit and given_ones == ["hours", "date"]):
+        if len(given_ones) > 1 and given_ones != ["hours", "date"]:
             raise CampaignError([f"{where}.columns: {' and '.join(given_ones)} both say {kind}; name one"])
     if isinstance(block.since, str) and block.since != PREVIOUS:
         raise CampaignError([f"{where}.since: {not_a_choice(block.since, (PREVIOUS,))}, or a cycle"])

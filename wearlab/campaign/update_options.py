@@ -217,6 +217,12 @@ class RecordBlock(BaseModel):
         derived="found out; refused where it has two meanings",
     )
 
+    hours_per_year: Annotated[float, POSITIVE, Le(8784.0)] | None = option(
+        None,
+        "operating hours in a year of those rows, by dates, in which speed is not 0",
+        derived="without a row of a standstill, those of update.calendar; else every hour between the dates",
+    )
+
     @property
     def place(self) -> str:
         """How messages call it."""

@@ -70,6 +70,16 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
     return dataset("ahead", found, instrument=list(INSTRUMENTS), look=looks)
 
 
+def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
+    """Return one more inspection as it is advised where a change is planned: before it, or none (NaN)."""
+    if not change <= float(ahead["recommended"]):
+        return ahead
+    looks, widths = ahead["look"].values, ahead["expected_width"].sel(instrument=1.0).values
+    sooner = looks < change
+    best = looks[sooner][np.argmin(widths[sooner])] if sooner.any() else np.nan
+    return ahead.assign(recommended=ahead["recommended"].copy(data=best))
+
+
 def virtual_block(outcome: "UpdateOutcome") -> int | None:
     """Return the first block that has no places on the flank: what one would measure again."""
     blocks = outcome.posterior.blocks

@@ -149,7 +149,7 @@ class UnitState:
     @property
     def passed(self) -> float:
         """The probability that the limit has been passed at the last inspection."""
-        return self._passage.over
+        return self._passage.below(self.now)
 
     def life_below(self, cycle: Array) -> Array:
         """Return the probability that the limit is reached before cycles, (q,)."""
@@ -178,8 +178,9 @@ def states_of(
     """
     asked, n = unit.run.asked, log_factor.shape[1]
     whole = [number for number, block in enumerate(unit.blocks) if block.seen.place_kind is None]
-    limits = [number for number in whole if asked[number].curve is unit.run.limit]
-    block, steps = next(iter([*limits, *whole]), None), []
+    # what the unit was measured by comes before what ends its life: units may be measured differently
+    whole.sort(key=lambda k: (not len(unit.blocks[k].seen), asked[k].curve is not unit.run.limit))
+    block, steps = next(iter(whole), None), []
     if block is not None and len(unit.blocks[block].rows):
         lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
         steps = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True)[block].steps
@@ -279,7 +280,7 @@ def fleet_groups(
     rng = np.random.default_rng([studies[0].spec.seed, 1])
     rows = _observed(found, rng)
     stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
-    stats |= {"notes": " | ".join(_notes(found)), **(_scores(rows) if replay else {})}
+    stats |= {"notes": " | ".join([*_records(studies), *_notes(found)]), **(_scores(rows) if replay else {})}
     groups = {
         "posterior": _posterior(found, studies[0].spec.draws, rng),
         "predictions": _predictions(studies, found, rng),
@@ -410,7 +411,10 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
     with np.errstate(divide="ignore", invalid="ignore"):
         pace = np.where(at > 0.0, seen / at, np.nan)
         line = np.where(before > 0.0, worn / before, np.nan)
-    others = [pace[(names != name) & np.isfinite(pace)] for name in names]
+    others = [
+        pace[(names != name) & (block == by) & np.isfinite(pace)]
+        for name, by in zip(names, block, strict=True)
+    ]
     rate = np.array([np.median(each) if len(each) else np.nan for each in others])
     told = {
         "unit_name": names,
@@ -426,14 +430,20 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
         "by_a_line": line * at,
         "flagged": p < ALARM / max(len(rows), 1),
     }
-    si = found.units[0].blocks[0].data.si
+    si = found.units[0].blocks[_main(block)].data.si
     labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}
     return dataset("fleet", labelled, quantile=P)
 
 
+def _main(block: Array) -> int:
+    """Return the block that most inspections are of: averages over several would mix quantities."""
+    return int(np.bincount(block.astype(int)).argmax()) if len(block) else 0
+
+
 def _scores(rows: xr.Dataset) -> dict[str, float]:
     """Return how what was foreseen did, beside two simple rules."""
-    held = rows.isel(observation=~rows["first"].values & np.isfinite(rows["value"].values))
+    same = rows["block"].values == _main(rows["block"].values)
+    held = rows.isel(observation=same & ~rows["first"].values & np.isfinite(rows["value"].values))
     q, value = held["foreseen"].values.T, held["value"].values
     if not len(value):
         return {}
@@ -445,6 +455,15 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
         **{name: float(np.nanmean(np.abs(values - value))) for name, values in off.items()},
         **held_by(q, value),
     }
+
+
+def _records(studies: Sequence[MeasuredCase]) -> Iterator[str]:
+    """Yield of which units a record counts hours that the calendar does not."""
+    for one in studies:
+        hours = None if one.record is None else one.record.excess(one.spec.days)
+        if hours is not None:
+            note = NOTES["every_hour"].format(counted=hours[0], told=hours[1])
+            yield NOTES["of_unit"].format(unit=one.label, note=note)
 
 
 def _notes(found: Population) -> Iterator[str]:

@@ -28,12 +28,11 @@ DROPPED = 1e-6  # probability of all states of a run that do not
 STATES = 5  # points over the present state
 STIFFEST = 1e8  # shape over mean from which a law is as good as a step
 TIMES, LONGEST = 49, 1e6  # of a first table of lives; times the median from which a life counts as endless
-NEAR, FAR = (
-    0.01,
-    0.1,
-)  # of ln of a life that is guessed by some of the states: a step, and how far it may be off
+AT_ONCE = 1e-9  # of the longest lives, below which a life ends at once
+NEAR, FAR = 0.01, 0.1  # of ln of a life guessed by some of the states: a step, how far it may be off
 LAST_DAY = np.datetime64("9999-12-31")
 NEVER = "never"
+ROUNDING = 1e-6  # of a day, by which hours of a date may have been rounded down
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,9 @@ class Passage:
         found = np.full(p.shape, self.now)
         if not len(self.weight):
             return found
-        logs = np.log(np.median(self.mean)) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
+        at_once = AT_ONCE * np.quantile(self.mean, 0.99)
+        middle = np.median(self.mean[self.mean >= at_once])
+        logs = np.log(middle) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
         thinned = max(len(self.weight) // 600, 1)
         known = np.array([self.below(self.now + t, thinned) for t in np.exp(logs)])
 
@@ -173,8 +174,9 @@ class Passage:
             held = off(low, wanted, thinned) <= 0.0 <= off(high, wanted, thinned)
             return float(brentq(off, low, high, (wanted, thinned), xtol=1e-8)) if held else np.inf
 
+        begun = self.below(self.now + float(np.exp(logs[0])))
         for n, wanted in np.ndenumerate(p):
-            if wanted > self.over:
+            if wanted > begun:
                 k = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
                 guess = root(logs[k - 1], logs[k], wanted, thinned)
                 at = np.nan
@@ -198,9 +200,11 @@ def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
     mean : μ, cycles in which the mean course closes the gap to the limit
     shape : λ = gap²/(variance per cycle) [cycles]
     """
-    root = np.sqrt(shape / ahead)
-    there = ndtr((ahead / mean - 1.0) * root)
-    back = np.exp(np.minimum(2.0 * shape / mean + log_ndtr(-(ahead / mean + 1.0) * root), 0.0))
+    root = np.sqrt(shape) / np.sqrt(ahead)
+    with np.errstate(over="ignore"):  # what is reached at once
+        share = ahead / mean
+    there = ndtr((share - 1.0) * root)
+    back = np.exp(np.minimum(2.0 * shape / mean + log_ndtr(-(share + 1.0) * root), 0.0))
     return np.asarray(np.minimum(there + back, 1.0))
 
 
@@ -280,6 +284,8 @@ def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) 
     ahead = ((now + remaining) * hour - since) / days.hours_per_year * DAYS_A_YEAR
     most = float((LAST_DAY - np.datetime64(days.day)).astype(int))
     return [
-        str(np.datetime64(days.day) + np.timedelta64(int(np.floor(day)), "D")) if day < most else NEVER
+        str(np.datetime64(days.day) + np.timedelta64(int(np.floor(day + ROUNDING)), "D"))
+        if day < most
+        else NEVER
         for day in ahead
     ]

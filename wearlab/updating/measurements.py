@@ -6,9 +6,10 @@ own conditions go on.
 """
 
 import hashlib
-import math
+import json
+import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,14 @@ HOURS_A_YEAR = 24.0 * DAYS_A_YEAR
 DAY, SECOND = np.timedelta64(1, "D"), np.timedelta64(1, "s")
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
+UNLIKE = 0.05  # of the hours by the calendar, by which those of a record may differ without a word
 MOST = 12  # conditions that are run as they are; of more, the means of TORQUES by SPEEDS classes
 TORQUES, SPEEDS = 6, 2
+
+
+def toml_key(name: str) -> str:
+    """Return a name as a key of a TOML file, quoted where it has to be."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
 
 
 class UpdateError(Refusal):
@@ -62,9 +69,14 @@ class MeasuredColumns:
             if column is not None:
                 found = self.table.find(column)
                 if found is None:
+                    strange = next(
+                        (n for n in self.table.names if n.startswith((f"{column} [", f"{column} ("))), ""
+                    )
+                    unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
                     raise UpdateError(
                         f"{self.path}: line {self.table.header_line}: no column {column!r} for {role}; there "
-                        f"are {', '.join(self.table.names)}: name it in {block.place}.columns"
+                        f"are {', '.join(self.table.names)}: {unit_of if strange else ''}name it in "
+                        f"{block.place}.columns{f' as {strange!r}, and its unit in units' if strange else ''}"
                     )
                 self.names[role] = found
         if unit is not None and "unit" in self.names:
@@ -81,13 +93,24 @@ class MeasuredColumns:
         own = given.get(column) or self.table.units[column] or ("h" if unit == "s" else None)
         if own is None and unit not in ("1", ""):
             raise UpdateError(
-                f'{self.block.place}.units: column {column!r} needs its unit: units = {{ {column} = "…" }}'
+                f"{self.block.place}.units: column {column!r} needs its unit: "
+                f'units = {{ {toml_key(column)} = "…" }}'
             )
         try:
             numbers = self.table.numbers(column, empty=empty)
             return numbers if own is None else in_unit(numbers, own, unit, column)
         except TableError as error:
             raise self._at(error) from None
+
+    def censored(self, role: str, unit: str) -> tuple[Array, Array]:
+        """Return the numbers of a role in SI, NaN where a cell is empty or ``<0.1``, and the limits told."""
+        column = self.names[role]
+        texts = self.table.cells[column]
+        less = np.array([text.startswith("<") for text in texts], bool)
+        bare = tuple(text.lstrip("< ") for text in texts)
+        self.table = replace(self.table, cells={**self.table.cells, column: bare})
+        numbers = self.numbers(role, unit, empty=True)
+        return np.where(less, np.nan, numbers), np.where(less, numbers, np.nan)
 
     def dates(self, role: str) -> "NDArray[np.datetime64]":
         """Return the dates of a role."""
@@ -109,7 +132,7 @@ class MeasuredColumns:
         """
         if wrong.any():
             i = int(np.argmax(wrong))
-            shown = "" if values is None or math.isnan(values[i]) else f"{values[i]:g} "
+            shown = "" if values is None else f"{self.table.cells[self.names[role]][i]} ".lstrip()
             raise UpdateError(
                 f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}: {shown}{said}"
             )
@@ -196,13 +219,18 @@ def read_observations(
         if columns.table.find(column) is None:
             raise UpdateError(f"{data.place}.units.{column}: the file has no such column")
     nothing, has = np.full(len(columns), np.nan), columns.names
-    value = columns.numbers("value", data.si, empty=True)
+    value, below = columns.censored("value", data.si)
     time = _seconds(columns, days, hours_at) if clock == "date" else columns.numbers("time", CLOCKS[clock])
     sd = columns.numbers("sd", data.si, empty=True) if "sd" in has else nothing
-    below = columns.numbers("below", data.si, empty=True) if "below" in has else nothing
+    if "below" in has:
+        below = np.where(np.isnan(below), columns.numbers("below", data.si, empty=True), below)
     place = nothing if place_kind is None else columns.numbers("place", PLACE_UNITS[place_kind])
     columns.refuse(time < 0.0, "time", "is before the first cycle", time)
-    columns.refuse(np.isnan(value) & np.isnan(below), "value", "is empty, and no limit of detection")
+    said = (
+        "is empty, and no limit of detection: write the value, name its limit of detection (columns.below, "
+    )
+    said += "or <0.1 in the cell), or delete the row"
+    columns.refuse(np.isnan(value) & np.isnan(below), "value", said)
     columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
     sd = np.nan_to_num(sd)
     if data.error.sd is None and not data.error.relative:
@@ -231,7 +259,8 @@ def _seconds(columns: MeasuredColumns, days: Days | None, hours_at: Any) -> Arra
         )
     passed = (dates - np.datetime64(days.day, "s")) / DAY
     hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
-    columns.refuse(hours < 0.0, "time", "is before the first operating hour, by update.calendar")
+    said = f"is before the first operating hour: {days.hours:g} h on {days.day}, {days.hours_per_year:g} h a "
+    columns.refuse(hours < 0.0, "time", f"{said}year, by update.calendar", hours)
     return np.asarray(hours * HOUR)
 
 
@@ -248,7 +277,7 @@ def units_of(data: Data) -> list[str]:
     return list(dict.fromkeys(texts))
 
 
-def calendar_of(data: Data, unit: str, days: Days | None) -> Days | None:
+def calendar_of(data: Data, unit: str | None, days: Days | None) -> Days | None:
     """Return which day it was after how many hours of a unit, by its columns of both, and how they go on.
 
     They go on as ``days`` says, else as from the unit's first inspection to its last.
@@ -268,8 +297,9 @@ def calendar_of(data: Data, unit: str, days: Days | None) -> Days | None:
         rate = float(hours[last] - hours[first]) / years
         if rate > 1.01 * HOURS_A_YEAR:
             raise UpdateError(
-                f"{data.file}: line {columns.lines[last]}: unit {unit!r} ran {rate:.0f} hours a year since "
-                "its first inspection, more than a year has: look at its dates and hours"
+                f"{data.file}: line {columns.lines[last]}: {'it' if unit is None else f'unit {unit!r}'} ran "
+                f"{rate:.0f} hours a year since its first inspection, more than a year has: look at its "
+                "dates and hours"
             )
     if rate is None or not rate > 0.0:
         return None
@@ -287,6 +317,7 @@ class OperatingRecord:
     dates : (n+1,) when that was, None where it is not said
     mixed : whether their order is not known: bins
     fingerprint : hash of the file's bytes
+    share : of the time between dates that is in operation
     """
 
     time: Array
@@ -295,6 +326,7 @@ class OperatingRecord:
     dates: NDArray[np.datetime64] | None
     mixed: bool
     fingerprint: str
+    share: float = 1.0
 
     def conditions(self) -> tuple[Array, Index]:
         """Return the conditions that are run, (c, 2), and which of them each piece is; −1 without wear."""
@@ -332,6 +364,14 @@ class OperatingRecord:
         beyond = np.where(day > known[-1], (day - known[-1]) * rate, 0.0)
         return np.where(day < 0.0, -1.0, np.interp(day, known, self.time) + beyond)
 
+    def excess(self, days: Days | None) -> tuple[float, float] | None:
+        """Return its hours, every one between its dates, and those by the calendar, where they differ."""
+        if self.dates is None or days is None or self.share < 1.0:
+            return None
+        hours = float(self.time[-1]) / HOUR
+        told = float((self.dates[-1] - self.dates[0]) / DAY) / DAYS_A_YEAR * days.hours_per_year
+        return None if abs(hours - told) <= UNLIKE * told else (hours, told)
+
     def days(self, days: Days | None) -> Days | None:
         """Return the calendar from its end on, at the hours of a year of ``days``, else of its own."""
         if self.dates is None:
@@ -341,8 +381,13 @@ class OperatingRecord:
         return Days(end, hours, hours / years if days is None else days.hours_per_year)
 
 
-def read_record(block: RecordBlock, unit: str | None = None) -> OperatingRecord | None:
+def read_record(
+    block: RecordBlock, unit: str | None = None, days: Days | None = None
+) -> OperatingRecord | None:
     """Return what ran, of one unit where the file has many; None where it has no row of it.
+
+    Between its dates are the hours of a year that it says; else, without a row of a standstill, those
+    that the calendar says; else every hour.
 
     Raises
     ------
@@ -357,7 +402,7 @@ def read_record(block: RecordBlock, unit: str | None = None) -> OperatingRecord 
     torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))
     dates = columns.dates("time") if when == "date" else None
     time = columns.numbers("time", "s") if dates is None else (dates - dates[0]) / SECOND
-    bins = when == "duration"
+    bins, share = when == "duration", 1.0
     last = np.arange(len(time)) == (-1 if bins else len(time) - 1)
     for name, values in (("torque", torque), ("speed", speed)):
         columns.refuse(np.isnan(values) & ~last, name, "is empty; 0 stands for a standstill")
@@ -375,7 +420,10 @@ def read_record(block: RecordBlock, unit: str | None = None) -> OperatingRecord 
         columns.refuse((time > 0.0) & (np.arange(len(time)) == 0), "time", begins)
         torque, speed = torque[:-1], speed[:-1]
         # hours in operation: a standstill has none
-        ends = time if dates is None else np.append(0.0, np.cumsum(np.diff(time) * (speed > 0.0)))
+        stands = bool((speed == 0.0).any())
+        a_year = block.hours_per_year or (None if days is None or stands else days.hours_per_year)
+        share = 1.0 if dates is None or a_year is None else a_year / HOURS_A_YEAR
+        ends = time if dates is None else np.append(0.0, np.cumsum(share * np.diff(time) * (speed > 0.0)))
     if not (np.diff(ends) * speed).any():
         raise UpdateError(f"{columns.path}: nothing ran: speed is 0 in every row")
-    return OperatingRecord(ends, torque, speed, dates, bins, columns.fingerprint)
+    return OperatingRecord(ends, torque, speed, dates, bins, columns.fingerprint, share)

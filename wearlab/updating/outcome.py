@@ -227,11 +227,14 @@ def _notes(
         yield NOTES["passed"].format(share=100 * stats["end_passed"])
     if stats["numerical_share"] > MATTERS:
         share, times = 100 * stats["numerical_error"], stats["numerical_share"]
-        yield NOTES["numerical"].format(share=share, times=times)
+        tolerance = study.scene.numerics.tolerance
+        yield NOTES["numerical"].format(share=share, times=times, tolerance=tolerance, less=0.1 * tolerance)
     if not answer.posterior.resolved:
         yield NOTES["rough"]
     for n, block in enumerate(blocks):
         yield from oddities(n, block, runs[0])
+    if study.record is not None and (hours := study.record.excess(study.spec.days)) is not None:
+        yield NOTES["every_hour"].format(counted=hours[0], told=hours[1])
     if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
         yield NOTES["no_drift"].format(quantity=study.limit.quantity)
     if runs[0].clock is not None and runs[0].clock.off > RECORD_OFF:

@@ -13,6 +13,7 @@ from wearlab.schema import VARIABLES
 from wearlab.store.outcome import hours_text
 from wearlab.units import HOUR, convert
 from wearlab.updating.draws import ALARM
+from wearlab.updating.lives import NEVER
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
@@ -32,6 +33,7 @@ BELIEVED = (
 )
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
+PASSED, MAYBE = "passed", 0.05  # probability from which the limit may have been passed
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
 SHARED = {
@@ -66,7 +68,8 @@ def answers(tree: xr.DataTree) -> list[str]:
                 each.append(f"{name}: the limit has been passed.")
                 continue
             on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
-            each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
+            reached = "has been passed" if when == PASSED else f"is reached {on} {when}"
+            each.append(f"{name}: the limit {reached}, with 90 % between {ends}.")
         return [*each, *_first(predictions)]
     lines = []
     for label in _labels(tree):
@@ -323,7 +326,8 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     }
     if "predictions_without" in tree.children:
         without = tree["predictions_without"].to_dataset()
-        both = [row for row, old in zip(_rows(without), _rows(predictions), strict=True) if row != old]
+        told = _rows(predictions)
+        both = [row for row in _rows(without) if row not in told]
         found["without"] = [*_table([_heads(without), *both]), *_first(without)]
     return found
 
@@ -344,15 +348,20 @@ def _ends(predictions: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Return when each unit reaches the limit, (units, quantiles), as texts and to be ordered by."""
     hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
     rest = hour * predictions["remaining_useful_life_quantile"].values
-    texts = np.array([[f"{value:,.0f} h more" for value in row] for row in rest], dtype=object)
-    if "end_of_life_quantile" not in predictions:
-        return texts, rest
-    days = predictions["end_of_life_quantile"].values.astype(str)
+    over = (rest <= 0.0) & (predictions["now"].values[:, None] > 0.0)
+    texts = np.array(
+        [[f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest], dtype=object
+    )
+    days = np.full(rest.shape, "")
+    if "end_of_life_quantile" in predictions:
+        days = predictions["end_of_life_quantile"].values.astype(str)
     dated = (days != "").all(axis=1)
     texts[dated] = days[dated]
+    texts[over] = PASSED
+    texts[(texts == NEVER) & (predictions["worn"].values[:, None] >= 1.0)] = "not known"
     if not dated.all():
         return texts, rest
-    far = np.where(days == "never", "9999-12-31", days)
+    far = np.where(days == NEVER, "9999-12-31", days)
     return texts, far.astype("datetime64[D]").astype(float)
 
 
@@ -364,9 +373,10 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
     texts, _ = _ends(predictions)
     hours = predictions["now"].values * predictions["seconds_per_cycle"].values / HOUR
     rows: list[tuple[str, ...]] = []
-    for k, name in enumerate(map(str, predictions["unit"].values)):
+    for k in np.argsort(predictions["end_passed"].values <= MAYBE, kind="stable"):
+        name = str(predictions["unit"].values[k])
         worn, pace = float(predictions["worn"][k]), float(predictions["pace"][k])
-        end = "passed" if float(predictions["end_passed"][k]) > OVER else texts[k, 2]
+        end = PASSED if float(predictions["end_passed"][k]) > OVER else texts[k, 2]
         measured = f"{100.0 * worn:.0f} %" if hours[k] > 0.0 else "not measured"
         between = f"{texts[k, 0]} and {texts[k, 4]}"
         rows.append((name, f"{hours[k]:,.0f}", measured, end, between, f"{pace:.2f}"))
@@ -381,7 +391,8 @@ def _first(predictions: xr.Dataset) -> list[str]:
     """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
     texts, order = _ends(predictions)
     lines: list[str] = []
-    for k in np.argsort(order[:, 0], kind="stable")[:FIRST]:
+    sure = predictions["end_passed"].values <= MAYBE
+    for k in np.lexsort((order[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[:FIRST]:
         name = str(predictions["unit"].values[k])
         keys = ("worn", "pace", "p_like_the_others", "end_passed")
         worn, pace, p, passed = (float(predictions[n][k]) for n in keys)
@@ -391,7 +402,7 @@ def _first(predictions: xr.Dataset) -> list[str]:
         why += [] if float(predictions["now"][k]) > 0.0 else ["it was never measured"]
         why = why or ["it comes first of all that are like it"]
         lasts = f"19 chances in 20 that it lasts until {texts[k, 0]}"
-        when = "the limit may have been passed" if order[k, 0] <= 0.0 or passed > 0.05 else lasts
+        when = "the limit may have been passed" if passed > MAYBE else lasts
         lines.append(f"open {name} {'first' if not lines else 'next'}: {when}; {', and '.join(why)}")
     return lines
 

@@ -97,10 +97,11 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    record = None if spec.record is None else read_record(spec.record)
+    record = None if spec.record is None else read_record(spec.record, None, spec.days)
     days, hours_at = _calendar(record, spec.days)
     seen = tuple(read_observations(block, spec.days, None, hours_at) for block in spec.data)
-    spec = replace(spec, days=days)
+    known = [calendar_of(block, None, days) for block in spec.data if block.columns.hours and not hours_at]
+    spec = replace(spec, days=next((found for found in known if found is not None), days))
     made = []
     for case in campaign.cases:
         own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
@@ -130,7 +131,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
         days = unit.days or spec.days
-        record = None if spec.record is None else read_record(spec.record, name)
+        record = None if spec.record is None else read_record(spec.record, name, days)
         known = [calendar_of(data, name, days) for data in spec.data]
         own_days, hours_at = _calendar(record, days)
         seen = tuple(read_observations(data, days, name, hours_at) for data in spec.data)

@@ -13,7 +13,7 @@ from wearlab.campaign.update_options import THICKNESS
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert
-from wearlab.updating.decision import decided, virtual_inspection
+from wearlab.updating.decision import before_change, decided, virtual_inspection
 from wearlab.updating.draws import gains, innovations, over_cycles, replicated
 from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, variable
 from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
@@ -104,6 +104,9 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
         groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **MERGED)
     advice = {"virtual_inspection": virtual_inspection(outcome, rng)}
     advice["decision"] = None if spec.decision is None else decided(outcome, spec.decision, rng)
+    look, change = advice.values()
+    if look is not None and change is not None:
+        advice["virtual_inspection"] = before_change(look, float(change["best_change"]))
     for name, found in advice.items():
         groups |= {} if found is None else {name: dated(found, spec.days, now, post.histories[0])}
     if replay:

@@ -434,7 +434,8 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """When each unit of a fleet reaches the limit: median, 50 and 90 %."""
     data = update["predictions"]
     ends, across = _ends(update)
-    order = np.argsort(-ends[:, 0], kind="stable")
+    passed = np.where(data["end_passed"].values > 0.05, data["worn"].values, 0.0)
+    order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
     start = ends[:, 0].min()
     top = start + LONGEST * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
@@ -446,6 +447,8 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             ("points", [middle], "median"),
         )
         for look, x, text in looks:
+            if not np.isfinite(x).all():
+                continue
             y = np.full(len(x), float(rank))
             yield plot.Series(update.key, np.array(x), y, across, UNIT, look, text, names=names)
 
