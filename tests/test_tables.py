@@ -190,3 +190,25 @@ def test_a_campaign_with_a_hostile_table_is_refused_whole(tmp_path, monkeypatch,
     assert status_of(["check", "c.toml"]) == 2
     said = capsys.readouterr().err
     assert "operation.duty: duty.csv: line 2" in said and len(said) < 400
+
+
+SPECTRUM = "T [Nm];n [1/min];t [h]\n312;1.200;100\n250;1.400;900\n"
+
+
+def test_thousands_with_a_point_are_told_and_mixed_signs_refused(table, tmp_path, capsys):
+    (doubt,) = table(SPECTRUM).doubts
+    assert "column 'n' is like 1.200, read as 1.2" in doubt and "where the point parts thousands" in doubt
+    assert table(SPECTRUM.replace("1.400", "1.4")).doubts == ()
+    mixed = table(SPECTRUM.replace("312", "312,5"))
+    with pytest.raises(
+        TableError, match=r"'1\.200' .*file mixes ',' and '.': remove the thousands separators"
+    ):
+        mixed.numbers("n")
+    (tmp_path / "duty.csv").write_text(SPECTRUM)
+    columns = ', columns = { torque = "T", speed = "n", share = "t" }'
+    (tmp_path / "c.toml").write_text('title = "x"' + PAIR.replace(" UNITS", columns))
+    assert status_of(["check", str(tmp_path / "c.toml")]) == 0
+    said = capsys.readouterr()
+    assert doubt.removeprefix("t.csv") in said.err and "decimal point" in said.out
+    mean = (0.1 * 312 * 1.2 + 0.9 * 250 * 1.4) * np.pi / 30e3
+    assert f"{mean:.6g}" in said.out.split("mean")[1]

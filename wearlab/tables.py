@@ -28,6 +28,7 @@ THOUSANDS = {
     ".": re.compile(r"[-+]?\d{1,3}(?:(?:,\d{3})+\.\d*|(?:,\d{3}){2,}|(?:[ '’]\d{3})+(?:\.\d*)?)"),
     ",": re.compile(r"[-+]?\d{1,3}(?:(?:\.\d{3})+,\d*|(?:\.\d{3}){2,}|(?:[ '’]\d{3})+(?:,\d*)?)"),
 }
+LIKE_THOUSANDS = re.compile(r"[1-9]\d{0,2}\.\d{3}")
 CLOCK = r"(?:[T ]+\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?(?: ?[AaPp][Mm]| ?Z|[+-]\d{2}:?\d{2})?)?"
 ISO = re.compile(rf"\d{{4}}-\d{{2}}-\d{{2}}{CLOCK}")
 DAYS = re.compile(rf"(\d{{1,2}})([./-])(\d{{1,2}})\2(\d{{4}}|\d{{2}}){CLOCK}")
@@ -99,6 +100,18 @@ class ReadTable:
         return (
             f"{self.encoding}, separated by {SEPARATORS[self.separator]}, decimal {DECIMALS[self.decimal]}, "
             f"headers in line {self.header_line}, {len(self)} rows{unread}"
+        )
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Columns whose every number may also have a point between its thousands, each with a remedy."""
+        doubted = self.separator == ";" and self.decimal == "."
+        return tuple(
+            f"{self.file}: every number of column {name!r} is like {cells[0]}, read as {float(cells[0]):g}, "
+            "in a file of semicolons; where the point parts thousands, delete it; where it is the decimal "
+            "sign, write more or fewer decimals"
+            for name, cells in self.cells.items()
+            if doubted and all(LIKE_THOUSANDS.fullmatch(cell) for cell in cells)
         )
 
     def find(self, column: str) -> str | None:
@@ -400,6 +413,11 @@ def _no_number(text: str, decimal: str) -> str:
     if not text:
         return "is empty"
     if number is None:
+        if "," in text or "." in text:
+            return (
+                f"{text!r} is no number (decimal {DECIMALS[decimal]}): file mixes ',' and '.': remove the "
+                "thousands separators"
+            )
         return f"{text!r} is no number (decimal {DECIMALS[decimal]})"
     if not abs(number) <= sys.float_info.max:
         return f"{text!r} is not finite"

@@ -1,6 +1,7 @@
 """Backlash from a drawing's numbers: shifts, a rounded centre distance, allowances of the tooth thickness."""
 
 import math
+import re
 
 import pytest
 
@@ -64,6 +65,16 @@ def test_a_thinned_tooth_leaves_its_allowance(make):
     gear, plain = (next(g for g in pair.gears if g.name == name) for pair in (thin, make(None)))
     assert gear.tip_radius == plain.tip_radius
     assert abs(gear.root_radius - plain.root_radius) == pytest.approx(40e-6 / math.tan(ALPHA), rel=1e-9)
+
+
+def test_a_jam_in_spite_of_allowances_says_what_each_does():
+    """The allowance adds −E_sn cos α along the line of action."""
+    with pytest.raises(GearError) as refused:
+        external(60.6e-3, tooth_thickness_allowance=-40e-6)
+    # printed with four digits
+    without, added, together = map(float, re.findall(r"(-?[\d.]+) µm", str(refused.value)))
+    assert added == pytest.approx(40 * math.cos(math.radians(20)), abs=0.01)
+    assert together == pytest.approx(without + added, abs=0.06) and together < 0
 
 
 def test_teeth_that_jam_are_refused_with_a_remedy():

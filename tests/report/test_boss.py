@@ -1,6 +1,7 @@
 """What a page tells first: the answer in words, the gears with their symbols, teeth that touch."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ from wearlab.campaign.inheritance import CampaignError
 from wearlab.gears.drawing import drawing, half_tooth
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.report.answer import CaseTold, _sentences
+from wearlab.report.answer import CaseTold, _axis_name, _deepest_point, _sentences
+from wearlab.report.page import FOLDER
 from wearlab.scene.build.sheet import thickness
 
 
@@ -67,6 +69,22 @@ def test_sentences_name_the_limit_the_range_and_the_error():
     assert said[1] == "1 of 3 cases do not reach it in the time that was asked for."
     assert "were that 2 times as large or small, 10 h would be 5 h or 20 h" in said[2]
     assert said[3] == "The numerical error of the life is estimated at up to 0.03 %, little beside that."
+
+
+def test_equal_lives_are_told_once_and_a_page_says_where_the_flank_is_deepest():
+    cases = [CaseTold(name, "10 h", "", "", "", "", 1.0, "pinion", 0.0, 0.054) for name in "ab"]
+    said = list(_sentences(cases, [36e3, 36e3 + 1e-6], 2, "20 µm of wear", 2.0))
+    assert said[0] == "20 µm of wear on the pinion is reached after 10 h of operation in both cases."
+    assert list(_deepest_point(cases)) == ["The pinion is worn deepest at diameter 54.00 mm."]
+    assert _axis_name("amount", "gears.pinion.tip_relief.amount") == "pinion tip relief amount"
+    assert _axis_name("k", "wear.coefficient.value") == "k"
+
+
+def test_what_is_drawn_inline_needs_no_style_sheet():
+    """A printer of PDFs knows no style sheet inside an SVG: whatever is drawn has its colour with it."""
+    template = (FOLDER / "page.html").read_text(encoding="utf-8")
+    shapes = re.findall(r"<(?:path|line|circle|text|rect) [^>]*", template)
+    assert len(shapes) >= 6 and all(re.search(r"(?:fill|stroke)=.(?:#|\{\{)", shape) for shape in shapes)
 
 
 def test_report_chooses():

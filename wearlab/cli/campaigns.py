@@ -30,7 +30,15 @@ def refuse_the_impossible(campaign: "Campaign") -> None:
     """Stop before anything is written when not one case can be, and none is expected to be refused."""
     refused = impossible(campaign)
     if len(refused) == len({case.id for case in campaign.cases}) and not any(r["expected"] for r in refused):
-        raise output.Stop("\n".join(f"{case['case']}: {case['reason']}" for case in refused))
+        of_reason: dict[str, list[str]] = {}
+        for case in refused:
+            of_reason.setdefault(case["reason"], []).append(case["case"])
+        raise output.Stop(
+            "\n".join(
+                f"{cases[0]}{f' and {len(cases) - 1} more' if cases[1:] else ''}: {reason}"
+                for reason, cases in of_reason.items()
+            )
+        )
 
 
 def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:

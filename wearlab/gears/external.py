@@ -291,7 +291,7 @@ def external_pair(
     if driving == second.name:
         gears.reverse()
     pair = assemble_external(gears[0], gears[1], operating.centre_distance, operating.working_pressure_angle)
-    check_pair(pair)
+    check_pair(pair, -sum(spec.tooth_thickness_allowance for spec in (first, second)))
     return pair
 
 
@@ -345,8 +345,13 @@ def tip_curvature(gear: Gear) -> float:
     return math.sqrt(gear.tip_radius**2 - gear.base_radius**2)
 
 
-def check_pair(pair: GearPair) -> None:
+def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
     """Refuse a pair that cannot run together.
+
+    Parameters
+    ----------
+    pair : the gears in mesh
+    thinned : by how much allowances thin both teeth at the reference circles [m]
 
     Raises
     ------
@@ -367,11 +372,16 @@ def check_pair(pair: GearPair) -> None:
         check_clearance(mate, gear, pair.centre_distance - mate.tip_radius - gear.root_radius)
         if gear.modification is not None:
             check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
-    check_backlash(pair)
+    check_backlash(pair, thinned)
 
 
-def check_backlash(pair: GearPair) -> None:
+def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
     """Refuse teeth that are thicker than the spaces at the centre distance given.
+
+    Parameters
+    ----------
+    pair : the gears in mesh
+    thinned : by how much allowances thin both teeth at the reference circles, ``ΔJ_bn = thinned cos α`` [m]
 
     Raises
     ------
@@ -380,10 +390,17 @@ def check_backlash(pair: GearPair) -> None:
     if pair.backlash < -pair.rounding:
         names = " and ".join(gear.name for gear in pair.gears)
         farther = "reduce" if pair.internal else "raise"
+        added = thinned * math.cos(pair.driving.pressure_angle)
+        left = f"{pair.backlash * 1e6:.4g} µm"
+        if added:
+            without = f"{(pair.backlash - added) * 1e6:.4g} µm"
+            left = f"{without}, allowances of the tooth thickness add {added * 1e6:.4g} µm: together {left}"
+        by = -pair.backlash / (2.0 * math.sin(pair.working_pressure_angle))
         raise GearError(
             f"the teeth of {names} jam: the backlash that profile shifts and centre distance leave is "
-            f"{pair.backlash * 1e6:.4g} µm along the line of action; {farther} the centre distance, give a "
-            "tooth_thickness_allowance below 0, or leave out one of shifts and centre distance"
+            f"{left} along the line of action; {farther} the centre distance by {by * 1e3:.3g} mm, give "
+            f"{'more' if added else 'a'} tooth_thickness_allowance below 0, or leave out one of shifts and "
+            "centre distance"
         )
 
 

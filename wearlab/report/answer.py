@@ -71,8 +71,16 @@ def conditions(campaign: "Campaign") -> Conditions:
 
 def case_name(campaign: "Campaign", case: "Case") -> str:
     """Return how a page calls a case: its label, and its place on every axis."""
-    along = [f"{name.replace('_', ' ')} {text}" for name, text in place(campaign, case).items()]
+    keys = {axis.name: axis.key for axis in campaign.axes}
+    along = [f"{_axis_name(name, keys[name])} {text}" for name, text in place(campaign, case).items()]
     return ", ".join([*([case.label] if case.label != "base" or not along else []), *along]).replace("*", "·")
+
+
+def _axis_name(name: str, key: str) -> str:
+    """Return how a page calls an axis: by the words of its key below the section, or its own name."""
+    words = key.split(".")
+    own = name if words[-1] != name else " ".join(words[1:] or words)
+    return own.replace("_", " ")
 
 
 def _reach(values: list[str]) -> str:
@@ -206,6 +214,7 @@ class CaseTold(NamedTuple):
     share : of the longest life, for a bar [%]
     flank : that is worn deepest at the end
     begins : wear that this flank begins with [m]
+    diameter : where it is worn deepest [m], 0 where that is not known
     """
 
     case: str
@@ -217,6 +226,7 @@ class CaseTold(NamedTuple):
     share: float
     flank: str = ""
     begins: float = 0.0
+    diameter: float = 0.0
 
 
 class Reply(NamedTuple):
@@ -261,6 +271,7 @@ def answer(
     ]
     flanks = {known_case.flank for known_case in cases if known_case.share}
     sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, range_by))
+    sentences += _deepest_point(cases)
     sentences += ended
     sentences += _begun(cases, [case for case, _ in worn[:MOST_CASES]])
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
@@ -292,14 +303,31 @@ def _deepest(store: "Store | None", case: "Case") -> dict[str, Any]:
     if store is None:
         return {}
     try:
-        depth = store.run(case.id).get("max_wear_depth")
+        run = store.run(case.id)
     except (StoreError, OSError):
         return {}
+    depth, wear = run.get("max_wear_depth"), run.get("wear_depth")
     if depth is None or set(depth.dims) != {"update", "flank"}:
         return {}
     at = int(np.nanargmax(depth.isel(update=-1).values))
     begins = float(depth.isel(update=0, flank=at).values)
-    return {"flank": str(depth["flank"].values[at]), "begins": begins if np.isfinite(begins) else 0.0}
+    told = {"flank": str(depth["flank"].values[at]), "begins": begins if np.isfinite(begins) else 0.0}
+    if wear is None or "diameter" not in run or set(wear.dims) != {"update", "flank", "profile"}:
+        return told
+    deepest = int(np.nanargmax(wear.isel(update=-1, flank=at).values))
+    return {**told, "diameter": float(run["diameter"].isel(flank=at, profile=deepest))}
+
+
+def _deepest_point(cases: Sequence[CaseTold]) -> Iterator[str]:
+    """Yield at which diameters the flanks that are worn deepest are so."""
+    places: dict[str, list[float]] = {}
+    for case in cases:
+        if case.diameter:
+            places.setdefault(case.flank, []).append(1e3 * case.diameter)
+    for flank, diameters in places.items():
+        low, high = f"{min(diameters):.2f}", f"{max(diameters):.2f}"
+        span = low if low == high else f"{low} to {high}"
+        yield f"The {flank} is worn deepest at diameter {span} mm."
 
 
 def _begun(cases: Sequence[CaseTold], asked: "Sequence[Case]") -> Iterator[str]:
@@ -373,15 +401,13 @@ def _sentences(
     if len(lives) == 1:
         yield f"{limit[0].upper()}{limit[1:]} is reached after {hours_text(lives[0])} of operation."
     elif count <= MOST_CASES:
-        shortest, longest = min(lives), max(lives)
-        named = {
-            hours: next(c.case for c in cases if c.hours == hours_text(hours))
-            for hours in (shortest, longest)
-        }
-        yield (
-            f"{limit[0].upper()}{limit[1:]} is reached after {hours_text(shortest)} ({named[shortest]}) to "
-            f"{hours_text(longest)} ({named[longest]}) of operation."
-        )
+        texts = [hours_text(min(lives)), hours_text(max(lives))]
+        if texts[0] == texts[1]:
+            span = f"{texts[0]} of operation in {'both' if len(lives) == 2 else f'all {len(lives)}'} cases"
+        else:
+            named = [f"{text} ({next(c.case for c in cases if c.hours == text)})" for text in texts]
+            span = f"{named[0]} to {named[1]} of operation"
+        yield f"{limit[0].upper()}{limit[1:]} is reached after {span}."
     else:
         low, middle, high = (hours_text(float(q)) for q in np.quantile(lives, QUANTILES))
         yield (

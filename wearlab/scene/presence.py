@@ -91,13 +91,15 @@ def parts_left_out(scene: Scene) -> list[str]:
 def oversights(scene: Scene) -> list[str]:
     """Return what a scene says and hardly means, each with a remedy.
 
-    An oil that changes no life, and one wear coefficient for gears of different materials.
+    Numbers of a load spectrum that may be a thousand times as large, an oil that changes no life, one wear
+    coefficient for gears of different materials.
     """
-    wear = scene.wear
+    wear, duty = scene.wear, scene.duty_table
+    doubts = [] if duty is None else list(duty.doubts)
     if wear is None or wear.coefficient is None:
-        return []
+        return doubts
     each = [wear.coefficient_of(member) for member in scene.gears.toothed]
-    return [line for line in (_idle_oil(scene, each), _shared_coefficient(scene, each)) if line]
+    return [*doubts, *(line for line in (_idle_oil(scene, each), _shared_coefficient(scene, each)) if line)]
 
 
 def _idle_oil(scene: Scene, each: list[CoefficientModel]) -> str:

@@ -15,6 +15,7 @@ from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
 from wearlab.scene import gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, StartWear, WearSection
+from wearlab.tables import ReadTable, TableError, read_table
 from wearlab.wear.coefficients import CalibrationLife
 
 
@@ -112,6 +113,18 @@ class Scene(sections.Sections):
             raise problems.SceneError(broken)
         scene._mapping, scene._base = raw, base
         return scene
+
+    @property
+    def duty_table(self) -> ReadTable | None:
+        """The file of the duty as it was understood, None where the conditions stand in the scene."""
+        operation = self._mapping.get("operation")
+        duty = operation.get("duty") if isinstance(operation, Mapping) else None
+        if not isinstance(duty, Mapping):
+            return None
+        try:
+            return read_table(Path(duty["file"]) if self._base is None else self._base / duty["file"])
+        except TableError:  # moved or changed since
+            return None
 
     @classmethod
     def from_canonical(cls, text: str) -> "Scene":

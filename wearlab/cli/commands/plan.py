@@ -1,5 +1,6 @@
 """Before a run: ``check``, ``plan``, ``compile`` and ``modes``."""
 
+import math
 from collections import Counter
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
@@ -13,10 +14,11 @@ from wearlab.units import HOUR, MINUTE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from wearlab.campaign import Campaign
+    from wearlab.campaign import Campaign, Case
     from wearlab.runner.plan import Amount, Plan
 
 
+RPM = math.pi / 30.0
 MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
 
@@ -76,6 +78,9 @@ def check(
     for label, table in built.items():
         output.say(f"\ngears of {label}")
         output.show_table(*table)
+    for label, first in first_of_each_label(campaign).items():
+        _tell_duty(label, first)
+
     from wearlab.cli.commands.run import tell_update
 
     tell_update(campaign)
@@ -85,6 +90,22 @@ def check(
         foreseen = ", as expected" if case["expected"] else ""
         output.complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
     return status
+
+
+def _tell_duty(label: str, case: "Case") -> None:
+    """Show the conditions that take turns, as they were read."""
+    blocks, table = case.scene.operation.blocks, case.scene.duty_table
+    if not blocks:
+        return
+    read = "" if table is None else f", {table.file}: {table.understood}"
+    output.say(f"\nload spectrum of {label}{read}")
+    rows = [
+        [f"{value:.6g}" for value in (b.torque, b.speed / RPM, 100.0 * b.share, 1e-3 * b.torque * b.speed)]
+        for b in blocks
+    ]
+    mean = sum(block.share * block.torque * block.speed for block in blocks)
+    rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
+    output.show_table(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
 
 
 def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> output.Status:
