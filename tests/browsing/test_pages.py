@@ -160,7 +160,7 @@ def test_a_table_of_runs_has_pages(tmp_path, opened, monkeypatch):
     ("word", "sign", "value", "where"),
     [
         ("torque", ">=", "340 N*m", "torque >= 340 N*m"), ("tag", "=", "it's", 'tag = "it\'s"'),
-        ("verdict", "contains", "ok", "verdict contains 'ok'"), ("torque", "; drop", "5", "torque = 5"),
+        ("verdict", "contains", "ok", "verdict contains 'ok'"), ("torque", "; drop", "5 Nm", "torque = 5 Nm"),
         ("torque", "<", "", ""), ("", "<", "5", ""),
     ],
 )  # fmt: skip

@@ -1,5 +1,6 @@
 """What each page tells, asked of the store: plain data for the templates, and files to take along."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,8 @@ if TYPE_CHECKING:
 CARDS = 24  # campaigns of a page
 FIGURES = 2  # of a campaign that are drawn at once
 MOST_BESIDE = 24  # runs told side by side
-MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of
+MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of, and that are sorted by any column
+NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
 def campaigns(store: "Store", page: str) -> dict[str, Any]:
@@ -39,7 +41,10 @@ def campaign(store: "Store", key: str, place: Any, first: Mapping[str, str]) -> 
     """
     told = _told(store, key)
     number = whole(first.get("page", ""))
-    heads, rows = cases(store, key, (number - 1) * ROWS, ROWS)
+    sort = first.get("sort", "") if told.cases <= MOST_DRAWN else ""
+    heads, rows = (
+        sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * ROWS, ROWS)
+    )
     source = recorded.campaign_of(store, key) if told.cases <= MOST_DRAWN else None
     drawn: list[figures.ShownFigure] = []
     others: list[tuple[int, str]] = []
@@ -52,6 +57,10 @@ def campaign(store: "Store", key: str, place: Any, first: Mapping[str, str]) -> 
         "heads": heads,
         "rows": rows,
         "caption": f"{len(rows)} of {told.cases} cases",
+        "sort": sort,
+        "sort_url": (lambda name: place.url("campaign", key=key, sort=name))
+        if place.live and told.cases <= MOST_DRAWN
+        else None,
         "number": number,
         "pages": max(1, -(-told.cases // ROWS)),
         "where": f"campaign = {quote}{told.title}{quote}" if quote else "",
@@ -103,6 +112,32 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
     return tuple((head, head.replace("_", " ")) for head in heads), tuple(rows)
 
 
+def sorted_cases(store: "Store", key: str, sort: str, number: int) -> tuple[Any, Any]:
+    """Return headings and one page of rows of the cases of a campaign, in the order of a column.
+
+    Parameters
+    ----------
+    store, key : the campaign
+    sort : name of the column, a minus sign before it turns the order; what is empty comes last
+    number : of the page, from 1
+    """
+    heads, rows = cases(store, key, 0, MOST_DRAWN)
+    names = [name for name, _ in heads]
+    if (name := sort.removeprefix("-")) in names:
+        at, down = names.index(name), sort.startswith("-")
+        told = sorted(
+            (row for row in rows if row[1][at]), key=lambda row: _in_order(row[1][at]), reverse=down
+        )
+        rows = (*told, *(row for row in rows if not row[1][at]))
+    return heads, rows[(number - 1) * ROWS : number * ROWS]
+
+
+def _in_order(cell: str) -> tuple[bool, float, str]:
+    """Return by what a cell is put in order: the number that it begins with, before words."""
+    found = NUMBER.match(cell)
+    return found is None, float(found[1]) if found else 0.0, cell
+
+
 def _figures(
     store: "Store", key: str, source: Any, place: Any, chosen: str
 ) -> tuple[list[figures.ShownFigure], list[tuple[int, str]]]:
@@ -122,7 +157,11 @@ def _figures(
 def asked_of(source: Any, grid: Any) -> "list[Question]":
     """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
     asked = [question.question_of_figure(source, number) for number in range(1, len(source.figures) + 1)]
-    return asked or [question.asked(source, kind, {}) for kind in question.possible(grid)[:FIGURES]]
+    if asked:
+        return asked
+    swept = question.over_axes(source, grid)
+    kinds = [kind for kind in question.possible(grid) if not swept or kind != "wear-profile"]
+    return [*swept, *(question.asked(source, kind, {}) for kind in kinds[: FIGURES - len(swept)])]
 
 
 def files_of(place: Any, name: str, address: str) -> tuple[tuple[str, str], ...]:

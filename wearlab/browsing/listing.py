@@ -1,10 +1,11 @@
 """Tables of runs, page by page: columns, order and condition as on the command line, and their words."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.query import Key, QueryError
+from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.report.run import value_text
 from wearlab.schema import VARIABLES
 from wearlab.store.grid import words_of_key
@@ -37,6 +38,7 @@ TEXTS = {
     "other_code": "whether other code than the present made it",
 }
 MOST_WORDS = 400
+BARE = re.compile(r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?", re.IGNORECASE)
 LARGE = 1e5  # from which a number of cycles would be written with an exponent
 
 
@@ -60,6 +62,7 @@ class Listed:
     count : of all runs that meet the condition
     words : what can be asked for
     problem : why there are none, "" where nothing is wrong
+    refused : word, sign and value that were to be added to the condition and cannot be, to be written again
     """
 
     where: str
@@ -71,6 +74,7 @@ class Listed:
     count: int = 0
     words: tuple[ConditionWord, ...] = ()
     problem: str = ""
+    refused: tuple[str, str, str] = ("", ">=", "")
 
     @property
     def pages(self) -> int:
@@ -97,12 +101,20 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     search = CatalogueSearch(store.catalogue)
     known = search.vocabulary
     words = _words(known.keys.values(), known.ends)
-    where = _with(arguments, search)
+    where, added = arguments.get("where", "").strip(), _added(arguments, search)
     given = tuple(filter(None, (name.strip() for name in arguments.get("columns", "").split(","))))
     columns = given or tuple(name for name in USUAL if name in known.keys)
     if (more := arguments.get("add", "").strip()) and more not in columns:
         columns = (*columns, more)
     sort, number = arguments.get("sort", ""), whole(arguments.get("page", ""))
+    try:
+        if added:
+            read_condition(added, known)
+            where = f"{where} and {added}" if where else added
+    except QueryError as error:
+        given = (arguments["word"].strip(), arguments.get("sign", "="), arguments["value"].strip())
+        problem = _with_unit(error, given, known)
+        return Listed(where, columns, sort, number, words=words, problem=problem, refused=given)
     asked = Listed(where, columns, sort, number, words=words)
     try:
         page = search.page(where, columns, sort or None, ROWS, (number - 1) * ROWS)
@@ -143,18 +155,30 @@ def _heading(head: str) -> str:
     return f"{words}{bracket}{unit.replace('*', '·').replace('um', 'µm')}"
 
 
-def _with(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
-    """Return the condition, with what was added by choosing a word, a sign and a value."""
-    where = arguments.get("where", "").strip()
+def _added(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
+    """Return the condition that was put together by choosing a word, a sign and a value, "" for none."""
     word, value = arguments.get("word", "").strip(), arguments.get("value", "").strip()
     if not (word and value):
-        return where
+        return ""
     sign = arguments.get("sign", "=")
     sign = sign if sign in dict(SIGNS) else "="
     key = search.vocabulary.keys.get(search.vocabulary.aliases.get(word, word))
     if key is not None and key.kind == "text" and value[:1] not in "'\"":
         value = f"'{value}'" if "'" not in value else f'"{value}"'
-    return f"{where} and {word} {sign} {value}" if where else f"{word} {sign} {value}"
+    return f"{word} {sign} {value}"
+
+
+def _with_unit(error: QueryError, given: tuple[str, str, str], known: Vocabulary) -> str:
+    """Return why a condition cannot be added; of a bare number, how it is written with its unit."""
+    word, _, value = given
+    try:
+        key = read_column(word, known)
+    except QueryError:
+        return str(error)
+    unit = (key.display_unit or key.unit) if isinstance(key, Key) else ""
+    if BARE.fullmatch(value) and unit not in ("", "1"):
+        return f"{value} of what? Write {word} with its unit: {value} {unit}"
+    return str(error)
 
 
 def _words(keys: Any, ends: Mapping[str, Sequence[str]]) -> tuple[ConditionWord, ...]:

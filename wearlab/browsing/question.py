@@ -181,8 +181,22 @@ def numbers(grid: "xr.Dataset") -> list[tuple[str, str]]:
     ]  # fmt: skip
     place = {name: number for number, name in enumerate(VARIABLES)}
     first = ("life", "service_life", "max_wear_depth", "dynamic_factor")
-    ordered = sorted(found, key=lambda name: (name not in first, place[name]))
+    ordered = sorted(found, key=lambda name: first.index(name) - len(first) if name in first else place[name])
     return [(name, VARIABLES[name].long_name) for name in ordered]
+
+
+def over_axes(source: RecordedCampaign, grid: "xr.Dataset") -> list[Question]:
+    """Return what shows a campaign without figures of its own: a result over its longest axis, if any.
+
+    A curve of each state of each case would be a panel of its own.
+    """
+    axes = sorted((axis for axis in source.axes if len(axis.values) > 1), key=lambda axis: -len(axis.values))
+    results = [name for name, _ in numbers(grid)]
+    if not axes or not results or len(grid.run_id.dims) > len(axes) + 1:
+        return []
+    y = results[0]
+    options: dict[str, Any] = {"y": y, "x": axes[0].name, **({"hue": axes[1].name} if axes[1:] else {})}
+    return [asked(source, "line", options | ({"select": AT["last"]} if "update" in grid[y].dims else {}))]
 
 
 def beside_axes(grid: "xr.Dataset") -> list[str]:
