@@ -6,7 +6,7 @@ import pytest
 from fake_campaign import filled, sweep
 
 from wearlab.browsing import contents, listing, recorded
-from wearlab.browsing.one_run import longest
+from wearlab.browsing.one_run import in_hours, longest
 
 
 def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):
@@ -88,3 +88,9 @@ def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
     assert asked[0].table["kind"] == "line" and len(asked) == contents.FIGURES
     assert (asked[0].table["y"], asked[0].table["x"]) == ("life", "speed")
     assert "Which lives longest" in drawn.page("compare", run=list(drawn.store.entries()))
+
+
+def test_a_life_that_is_longest_in_hours_alone_is_told():
+    told = in_hours((3.6e8, 3.7e8, None), (5500 * 3600.0, 3310 * 3600.0, 9e9), "abc")
+    assert told == "Counted in hours it is another one: 5,500 h, of a."
+    assert in_hours((3.6e8, 3.7e8), (10 * 3600.0, 20 * 3600.0), "ab") == in_hours((1.0,), (None,), "a") == ""

@@ -169,7 +169,27 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
         for entry, label in zip(entries.values(), labels, strict=True)
     ]
     lives = [entry.summary.get("life") for entry in entries.values()]
-    return {"runs": names, "asked": asked, "came": came, "lives": longest(lives, labels, scenes, keys)}
+    told_ = longest(lives, labels, scenes, keys)
+    hours = [entry.summary.get("service_life") for entry in entries.values()]
+    if told_ and (other := in_hours(lives, hours, labels)):
+        told_.insert(1, other)
+    return {"runs": names, "asked": asked, "came": came, "lives": told_}
+
+
+def in_hours(lives: Sequence[float | None], hours: Sequence[float | None], labels: Sequence[str]) -> str:
+    """Return which run lives longest in time where that is another one than in cycles, "" otherwise.
+
+    Parameters
+    ----------
+    lives, hours : of the runs [cycles], [s]; None where a run has none
+    labels : of the runs
+    """
+    known = [(time, at) for at, time in enumerate(hours) if time is not None and lives[at] is not None]
+    most = max((life for life in lives if life is not None), default=0.0)
+    time, at = max(known, default=(0.0, 0))
+    if not known or lives[at] == most:
+        return ""
+    return f"Counted in hours it is another one: {outcome.hours_text(time)}, of {labels[at]}."
 
 
 def longest(
