@@ -1,6 +1,7 @@
 """Pictures of the pages of a window: ``python docs/windows.py STORE [CHROMIUM]`` writes ``docs/images/browse/*.png``.
 
-The store has a campaign that was run, an update, and a run that is under way or none. Needs Playwright and a browser.
+The store has a campaign of lives at 340 N·m and more, an update of one gearbox, one of
+a fleet, and a run that is under way or none. Needs Playwright and a browser.
 """
 
 import io
@@ -26,16 +27,21 @@ WAIT = 300  # ms
 def pages(window: Window) -> dict[str, tuple[str, dict[str, object], str]]:
     """Return name, address and what is waited for of every page."""
     store = window.store
-    key = next(row[0] for row in store.catalogue.read("SELECT key FROM campaigns ORDER BY recorded"))
-    runs = [row[0] for row in store.catalogue.read("SELECT run FROM members WHERE campaign = ?", [key])]
-    update = next(iter(kept_updates(store)), "")
+    counted = "SELECT campaign FROM members GROUP BY campaign ORDER BY count(*) DESC"
+    key = next(row[0] for row in store.catalogue.read(counted))
+    condition = "torque >= 340 N*m"
+    longest = store.query(condition, sort="-life", limit=3)["id"]
+    told = kept_updates(store)
+    update = next((name for name, kept in told.items() if len(kept.runs) == 1), "")
+    fleet = next((name for name, kept in told.items() if len(kept.runs) > 1), "")
     return {
         "campaigns": ("", {}, "img"),
-        "campaign": ("campaign", {"key": key, "figure": 12}, "canvas"),
-        "runs": ("runs", {"where": "speed >= 1000 rpm", "sort": "-max_wear_depth"}, "table.runs"),
-        "run": ("run", {"id": runs[1]}, "canvas"),
-        "compare": ("compare", {"run": runs[:3], "kind": "mesh-force"}, "canvas"),
+        "campaign": ("campaign", {"key": key, "sort": "-result"}, "canvas"),
+        "runs": ("runs", {"where": condition, "sort": "-life"}, "table.runs"),
+        "run": ("run", {"id": longest[0]}, "canvas"),
+        "compare": ("compare", {"run": longest}, "canvas"),
         "update": ("update", {"id": update}, "canvas"),
+        "fleet": ("update", {"id": fleet}, "canvas"),
         "progress": ("progress", {}, "main"),
     }
 
@@ -53,7 +59,7 @@ def main(folder: str, browser: str | None = None) -> None:
             for name, (path, arguments, awaited) in pages(window).items():
                 query = urlencode({"token": window.token, **arguments}, doseq=True)
                 page.goto(f"http://127.0.0.1:{window.port}/{path}?{query}")
-                page.locator(awaited).first.wait_for(timeout=60_000)
+                page.locator(awaited).first.wait_for(timeout=120_000)
                 if name == "campaigns":
                     page.wait_for_timeout(10 * WAIT)  # pictures are drawn when they come into sight
                 if name == "run":

@@ -99,7 +99,7 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
                 str(run),
                 (
                     str(label),
-                    *(str(place.get(axis, "")).replace("*", "·") for axis in axes),
+                    *(str(place.get(axis, "")).replace("*", "·").replace(" um", " µm") for axis in axes),
                     "missing" if entry is None else store.state_of(entry),
                     ""
                     if entry is None
