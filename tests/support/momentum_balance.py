@@ -1,15 +1,23 @@
-"""What the mean of all forces leaves of the loads, over an orbit: nothing, by momentum."""
+"""What the mean of all forces leaves of the loads, over an orbit: nothing, by momentum.
+
+Where contact lasts, forces are integrated along the motion that the response keeps. The polynomials of that
+motion do not bend where contact changes: such a step is integrated from the state at its start by SciPy,
+under the normal forces that wear, and what is left is the difference of both ends.
+"""
+
+from dataclasses import replace
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
-from wearlab.dynamics.orbits.response import Response, forces_at
-from wearlab.mesh.force import NormalForces
+from wearlab.dynamics.orbits.response import Response, dashpot_of, forces_at
+from wearlab.mesh.force import Deflections, NormalForces, normal_forces
 from wearlab.mesh.stages import parabola
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
-LOOKS = np.array([1e-9, 0.25, 0.5, 0.75, 1.0 - 1e-9])
-HALVINGS = 24
-"""Of a step in which contact changes: what is left of it weighs nothing."""
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+X, WEIGHTS = 0.5 + 0.5 * NODES, 0.5 * WEIGHTS
+CLOSE = 1e-10
+"""Impulse of a step over that of the load in a period, above which the motion that is kept does not serve."""
 
 
 def unbalanced(response: Response) -> np.ndarray:
@@ -17,53 +25,65 @@ def unbalanced(response: Response) -> np.ndarray:
 
     Of an aperiodic motion less the change of momentum over the periods that were kept.
     """
-    system, width = response.system, response.tables.width
-    kept, n = len(response.state), len(response.system.load)
-    left = np.zeros(n)
+    response = replace(response, between=None)  # the parabolas that the steps know
+    system, kept = response.system, len(response.state)
+    largest = np.abs(system.load).max()
+    left = np.zeros(len(system.load))
     for period in range(kept):
-        step = np.arange(len(width))
-        low, high = np.zeros(len(width)), np.ones(len(width))
-        for _ in range(HALVINGS):
-            changes = _changes(response, period, step, low, high)
-            left += _over(response, period, step[~changes], low[~changes], high[~changes]) / kept
-            step, low, high = step[changes], low[changes], high[changes]
-            middle = 0.5 * (low + high)
-            step, low, high = np.r_[step, step], np.r_[low, middle], np.r_[middle, high]
-        left += _over(response, period, step, low, high) / kept
-    gained = response.state[-1, -1, n:] - response.state[0, 0, n:]
-    left -= system.mass @ gained / (kept * response.mesh_period)
-    return np.asarray(left / np.abs(system.load).max())
+        of_steps = _of_steps(response, period) / largest
+        for step in np.flatnonzero(np.abs(of_steps).max(axis=1) > CLOSE):
+            of_steps[step] = _anew(response, period, int(step)) / largest
+        left += of_steps.sum(axis=0) / kept
+    return left
 
 
-def _points(low: np.ndarray, high: np.ndarray, x: np.ndarray) -> np.ndarray:
-    return (low[:, None] + (high - low)[:, None] * x).ravel()
+def _gain(response: Response, period: int) -> np.ndarray:
+    """Return the momentum that each step adds, over the mesh period, (n_steps, n)."""
+    n = len(response.system.load)
+    speed = response.state[period, :, n:]
+    return np.asarray(np.diff(speed, axis=0) @ response.system.mass / response.mesh_period)
 
 
-def _changes(
-    response: Response, period: int, step: np.ndarray, low: np.ndarray, high: np.ndarray
-) -> np.ndarray:
-    """Return in which parts of steps another flank begins or ceases to touch or to push."""
-    if not len(step):
-        return np.zeros(0, bool)
+def _of_steps(response: Response, period: int) -> np.ndarray:
+    """Return the impulse of load less forces that the momentum gained does not account for, (n_steps, n)."""
+    count = len(response.tables.width)
+    steps, x = np.repeat(np.arange(count), len(X)), np.tile(X, count)
     own = slice(period, period + 1)
-    forces = forces_at(response, np.repeat(step, len(LOOKS)), _points(low, high, LOOKS), own)
-    pattern = [forces.pair > 0.0, forces.pair_normal > 0.0, (forces.elastic < 0.0)[..., None]]
-    seen = np.concatenate(pattern, axis=-1)[0].reshape(len(step), len(LOOKS), -1)
-    return np.asarray((seen != seen[:, :1]).any(axis=(1, 2)))
-
-
-def _over(response: Response, period: int, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the integral of load less forces over parts of steps, in shares of the mesh period, (n,)."""
-    system, tables = response.system, response.tables
-    if not len(step):
-        return np.zeros(len(system.load))
-    own, steps, x = (
-        slice(period, period + 1),
-        np.repeat(step, len(NODES)),
-        _points(low, high, 0.5 + 0.5 * NODES),
-    )
-    forces: NormalForces = forces_at(response, steps, x, own)
     q, v = (part[period] for part in response.motion.at(steps, x))
+    left = _left(response, forces_at(response, steps, x, own), steps, x, q, v).reshape(count, len(X), -1)
+    return np.asarray(
+        np.einsum("s,x,sxn->sn", response.tables.width, WEIGHTS, left) - _gain(response, period)
+    )
+
+
+def _anew(response: Response, period: int, step: int) -> np.ndarray:
+    """Return by what momentum a step under the forces that wear ends elsewhere, over a period, (n,)."""
+    system, tables = response.system, response.tables
+    n, length = len(system.load), tables.width[step] * response.mesh_period
+    inverse, dashpot, steps = np.linalg.inv(system.mass), dashpot_of(system), np.array([step])
+
+    def rate(x: float, state: np.ndarray) -> np.ndarray:
+        at, q, v = np.array([x]), state[None, :n], state[None, n:]
+        error, slope = tables.errors_at(steps, at)
+        motion = Deflections(
+            (q @ system.direction.T - error)[None],
+            (v @ system.direction.T - slope / response.mesh_period)[None],
+        )
+        forces = normal_forces(tables.springs_at(steps, at).per(response.mesh_period), motion, dashpot)
+        return length * np.r_[v[0], inverse @ _left(response, forces, steps, at, q, v)[0]]
+
+    start, end = response.state[period, step : step + 2]
+    scale = np.abs(response.state[period]).max(axis=0)
+    tight = solve_ivp(rate, (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-13 * scale, max_step=0.1)
+    assert tight.success
+    return np.asarray(system.mass @ (tight.y[n:, -1] - end[n:]) / response.mesh_period)
+
+
+def _left(
+    response: Response, forces: NormalForces, steps: np.ndarray, x: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> np.ndarray:
+    """Return the loads less the forces on every coordinate, (n_points, n)."""
+    system, tables = response.system, response.tables
     left = system.load - forces.normal[0] @ system.direction
     left = left - q @ system.total_stiffness.T - v @ system.total_damping.T
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
@@ -72,5 +92,4 @@ def _over(response: Response, period: int, step: np.ndarray, low: np.ndarray, hi
     for table, vectors in rubbing:
         if table is not None and vectors is not None:
             left = left - (parabola(table, steps, x) * forces.pair_normal[0]).sum(axis=-1) @ vectors
-    weight = np.repeat(tables.width[step] * (high - low), len(NODES)) * np.tile(0.5 * WEIGHTS, len(step))
-    return np.asarray(weight @ left)
+    return np.asarray(left)

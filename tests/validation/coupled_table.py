@@ -42,7 +42,8 @@ LIVES = (
     Figure(11, "planetary_torque", "torque", "N·m", "w23_fig11.csv"),
     Figure(12, "planetary_speed", "speed", "rpm", "w23_fig12.csv"),
 )
-FORCES = "planetary_excitation"
+FORCES, LAWS = "planetary_excitation", "planetary_damping_laws"
+LIGHT_DEPTHS = (100e-6, 300e-6)
 WANTED = ("life", "error_estimate_life", "end_reason", "max_wear_depth", "calibrated_wear_coefficient")
 
 
@@ -116,6 +117,38 @@ def forces(store: Any) -> Iterator[str]:
         yield f"| dynamic, {told} | – | {choices(campaign.cases[0].scene)} | {' | '.join(cells)} |"
 
 
+def sliding_force(run: xr.Dataset, depth: float) -> float:
+    """Return the integral of normal force times sliding over the sun's path at a depth of its wear [W m]."""
+    sun = run.sel(flank="sun")
+    work = np.trapezoid(sun.tooth_force * np.abs(sun.sliding_velocity), sun.path_position, axis=-1)
+    return float(np.interp(depth, sun.max_wear_depth, work))
+
+
+def laws(store: Any) -> Iterator[str]:
+    """Yield the table of damping laws at light loads: life, and at some depths force and loss of contact."""
+    campaign = load(TOP / "campaigns" / f"{LAWS}.toml")
+    runs = store.open(campaign)
+    cells = [f"life at {x:g} N·m" for x in runs.torque.values]
+    cells += [f"{what}, {x:g} N·m" for x in runs.torque.values for what in ("force", "apart")]
+    yield f"| damping law | {' | '.join(cells)} |"
+    yield "|" + "---|" * (1 + len(cells))
+    wanted = ["tooth_force", "sliding_velocity", "separation_fraction", *WANTED]
+    for label in runs.case.values:
+        lives, seen = [], []
+        for torque in runs.torque.values:
+            run, static = (
+                runs.sel(case=one, torque=torque)[wanted].dropna("update", how="all", subset=["max_wear_depth"]).compute()
+                for one in (label, "static load")
+            )
+            lives += [cell(run)]
+            force = [sliding_force(run, x) / sliding_force(static, x) for x in LIGHT_DEPTHS]
+            seen += [", ".join(f"{x:.3f}" for x in force)]
+            apart = run.separation_fraction.sel(mesh="sun-planet-1")
+            share = [np.interp(x, run.max_wear_depth.sel(flank="sun"), apart) for x in LIGHT_DEPTHS]
+            seen += ["–" if label == "static load" else ", ".join(f"{100 * x:.0f} %" for x in share)]
+        yield f"| {'viscous, damping ratio 0.07' if label == 'base' else label} | {' | '.join([*lives, *seen])} |"
+
+
 def page(store: Any) -> list[str]:
     """Return the section that is written."""
     lines = [
@@ -128,6 +161,14 @@ def page(store: Any) -> list[str]:
         axis = figure.axis.replace("_", " ")
         lines += ["", f"W23 Fig. {figure.number}: lives in 1e7 cycles over {axis}.", ""]
         lines += rows(store, figure)
+    told = " and ".join(f"{1e6 * x:g}" for x in LIGHT_DEPTHS)
+    lines += [
+        "",
+        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at {told} µm worn, normal force times sliding over",
+        "that of the static load at the same depth, and the share of time in which a sun–planet mesh does not push.",
+        "",
+        *laws(store),
+    ]
     return lines
 
 

@@ -67,6 +67,9 @@ LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and
 START_SECONDS = 120
 TOGETHER_SECONDS = 1.0  # that the first worker waits for the others: they share what is to be compiled
 EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
+SILENT_SECONDS = (
+    600  # after which a process of this machine that says nothing is given up: one that ended is seen at once
+)
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 }
@@ -137,6 +140,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 0, "distributed.worker.daemon": True}
     quiet["distributed.deploy.lost-worker-timeout"] = f"{LOST_SECONDS}s"
     quiet["distributed.admin.low-level-log-length"] = EVENTS
+    quiet["distributed.comm.timeouts.tcp"] = f"{SILENT_SECONDS}s"
     if FORKS:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
     with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), steady_dask(), ExitStack() as opened:
