@@ -48,7 +48,7 @@ def calibrating(scene: Scene) -> Scene | None:
         "wear": wear.model_copy(update=worn),
         "dynamics": None if dynamics is None else dynamics.model_copy(update={"response": None}),
         "errors": None if drawn else scene.errors,
-        "lubricant": scene.lubricant if given.film else None,
+        "lubricant": scene.lubricant if given.film or scene.mesh.damping_law.needs_oil else None,
         "operation": scene.operation.alone(given.torque, given.speed),
         "start": None,
         "store": StoreSection(),

@@ -108,6 +108,7 @@ def _idle_oil(scene: Scene, each: list[CoefficientModel]) -> str:
     asking: list[Variant] = [*each, scene.wear.law]
     known = all(variant.origin is None for variant in asking)
     asked = any(OF_OIL.intersection(getattr(variant, "needs", ())) for variant in asking)
+    asked = asked or scene.mesh.damping_law.needs_oil
     if scene.lubricant is None or not known or asked or any(coefficient.film for coefficient in each):
         return ""
     rough = [name for name, gear in scene.gears.gears().items() if gear.roughness_ra is None]

@@ -33,6 +33,7 @@ class DampingLaw(Variant):
     """Any damping law of a mesh."""
 
     slot: ClassVar[Slot] = Slot("mesh.damping_law", __name__, words=True)
+    needs_oil: ClassVar[bool] = False
 
     def build(self, meshes: MeshesInOperation) -> Any:
         """Return the law as the steps take it, see `wearlab.mesh.damping`; None: viscous.

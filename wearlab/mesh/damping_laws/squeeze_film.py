@@ -1,7 +1,7 @@
 """Oil between flanks that are apart: what is squeezed out brakes them before they strike."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -56,6 +56,8 @@ class SqueezeFilmDamping(DampingLaw):
         "viscous in contact; flanks that are apart squeeze the oil between them",
         source="Hamrock, Schmid & Jacobson 2004; Ankouni et al. 2016",
     )
+
+    needs_oil: ClassVar[bool] = True
 
     def problems(self, scene: Any) -> Iterator[str]:
         """Yield that a film needs an oil."""
