@@ -71,3 +71,10 @@ def test_the_constant_is_what_the_law_uses(limited):
     data = simulate(limited.replace("wear.coefficient", on(1e7, film=False, factor=3.0)))
     used = data.effective_wear_coefficient.values
     np.testing.assert_allclose(used, 3.0 * float(data.calibrated_wear_coefficient), rtol=1e-12)
+
+
+def test_a_squeeze_film_keeps_its_oil_while_a_coefficient_is_calibrated(scene):
+    given = scene("torsional").replace("wear.coefficient", on(1e7, film=False))
+    assert calibrating(given).lubricant is None
+    film = calibrating(given.replace("mesh.damping_law", "squeeze-film"))
+    assert film.lubricant == given.lubricant is not None
