@@ -136,9 +136,9 @@ def laws(store: Any) -> Iterator[str]:
     for label in runs.case.values:
         lives, seen = [], []
         for torque in runs.torque.values:
+            both = [runs.sel(case=one, torque=torque)[wanted] for one in (label, "static load")]
             run, static = (
-                runs.sel(case=one, torque=torque)[wanted].dropna("update", how="all", subset=["max_wear_depth"]).compute()
-                for one in (label, "static load")
+                one.dropna("update", how="all", subset=["max_wear_depth"]).compute() for one in both
             )
             lives += [cell(run)]
             force = [sliding_force(run, x) / sliding_force(static, x) for x in LIGHT_DEPTHS]
@@ -146,7 +146,8 @@ def laws(store: Any) -> Iterator[str]:
             apart = run.separation_fraction.sel(mesh="sun-planet-1")
             share = [np.interp(x, run.max_wear_depth.sel(flank="sun"), apart) for x in LIGHT_DEPTHS]
             seen += ["–" if label == "static load" else ", ".join(f"{100 * x:.0f} %" for x in share)]
-        yield f"| {'viscous, damping ratio 0.07' if label == 'base' else label} | {' | '.join([*lives, *seen])} |"
+        name = "viscous, damping ratio 0.07" if label == "base" else label
+        yield f"| {name} | {' | '.join([*lives, *seen])} |"
 
 
 def page(store: Any) -> list[str]:
@@ -164,8 +165,9 @@ def page(store: Any) -> list[str]:
     told = " and ".join(f"{1e6 * x:g}" for x in LIGHT_DEPTHS)
     lines += [
         "",
-        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at {told} µm worn, normal force times sliding over",
-        "that of the static load at the same depth, and the share of time in which a sun–planet mesh does not push.",
+        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at {told} µm worn, normal force",
+        "times sliding over that of the static load at the same depth (force), and the share of time in which a",
+        "sun–planet mesh does not push (apart).",
         "",
         *laws(store),
     ]
