@@ -120,8 +120,20 @@ def forces(store: Any) -> Iterator[str]:
 def sliding_force(run: xr.Dataset, depth: float) -> float:
     """Return the integral of normal force times sliding over the sun's path at a depth of its wear [W m]."""
     sun = run.sel(flank="sun")
-    work = np.trapezoid(sun.tooth_force * np.abs(sun.sliding_velocity), sun.path_position, axis=-1)
-    return float(np.interp(depth, sun.max_wear_depth, work))
+    rate = (sun.tooth_force * np.abs(sun.sliding_velocity)).fillna(0.0)
+    touched = np.isfinite(sun.path_position.values)
+    work = np.trapezoid(rate.values[:, touched], sun.path_position.values[touched], axis=-1)
+    return at_depth(run, depth, work)
+
+
+def at_depth(run: xr.Dataset, depth: float, values: Any) -> float:
+    """Return what a run has at a depth of its sun, NaN beyond what it reached."""
+    return float(np.interp(depth, run.max_wear_depth.sel(flank="sun"), values, right=np.nan))
+
+
+def told(values: Sequence[float], form: str) -> str:
+    """Return numbers as a cell, a dash for each that is missing."""
+    return ", ".join("–" if np.isnan(x) else form.format(x) for x in values)
 
 
 def laws(store: Any) -> Iterator[str]:
@@ -142,10 +154,9 @@ def laws(store: Any) -> Iterator[str]:
             )
             lives += [cell(run)]
             force = [sliding_force(run, x) / sliding_force(static, x) for x in LIGHT_DEPTHS]
-            seen += [", ".join(f"{x:.3f}" for x in force)]
+            seen += [told(force, "{:.3f}")]
             apart = run.separation_fraction.sel(mesh="sun-planet-1")
-            share = [np.interp(x, run.max_wear_depth.sel(flank="sun"), apart) for x in LIGHT_DEPTHS]
-            seen += ["–" if label == "static load" else ", ".join(f"{100 * x:.0f} %" for x in share)]
+            seen += [told([100.0 * at_depth(run, x, apart) for x in LIGHT_DEPTHS], "{:.0f} %")]
         name = "viscous, damping ratio 0.07" if label == "base" else label
         yield f"| {name} | {' | '.join([*lives, *seen])} |"
 
@@ -162,12 +173,12 @@ def page(store: Any) -> list[str]:
         axis = figure.axis.replace("_", " ")
         lines += ["", f"W23 Fig. {figure.number}: lives in 1e7 cycles over {axis}.", ""]
         lines += rows(store, figure)
-    told = " and ".join(f"{1e6 * x:g}" for x in LIGHT_DEPTHS)
+    depths = " and ".join(f"{1e6 * x:g}" for x in LIGHT_DEPTHS)
     lines += [
         "",
-        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at {told} µm worn, normal force",
-        "times sliding over that of the static load at the same depth (force), and the share of time in which a",
-        "sun–planet mesh does not push (apart).",
+        f"Light loads by damping law (`{LAWS}.toml`): lives in 1e7 cycles; at {depths} µm worn, normal force",
+        "times sliding over that of the static load at that depth (force), and the share of time in which",
+        "a sun–planet mesh does not push (apart).",
         "",
         *laws(store),
     ]
