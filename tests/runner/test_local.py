@@ -125,6 +125,22 @@ def test_a_client_is_taken_as_scheduler_and_stays_open(tmp_path: Path) -> None:
     assert not (tmp_path / "none").exists()
 
 
+def test_workers_of_several_threads_are_refused(tmp_path: Path) -> None:
+    from dask.distributed import Client, LocalCluster
+    from fake_campaign import SIMULATE, sweep
+
+    import wearlab as wl
+
+    cluster = LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None)
+    with (
+        cluster,
+        Client(cluster) as client,
+        pytest.raises(RunnerError, match="has 2 threads; wearlab needs one a process"),
+    ):
+        wl.run(sweep(2), tmp_path / "none", scheduler=client, simulate=SIMULATE, progress=False)
+    assert not (tmp_path / "none").exists()
+
+
 @pytest.mark.parametrize("cores", [1, 2, 64])
 def test_as_many_workers_as_the_process_may_use_cores(cores: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(cores)), raising=False)

@@ -339,8 +339,8 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
     RunnerError : nobody answers, or the page needs what is not installed
     """
     if scheduler is not None:
-        with _opened(scheduler):
-            pass
+        with _opened(scheduler) as client:
+            _refuse_threads(client)
     elif dashboard and find_spec("bokeh") is None:
         raise report.RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
 
@@ -395,7 +395,18 @@ def _remote(scheduler: "str | Client") -> "Iterator[Client]":
             client.wait_for_workers(1, timeout=300)
         except TimeoutError as error:
             raise report.RunnerError(f"the dask scheduler of {client} has no workers") from error
+        _refuse_threads(client)
         yield client
+
+
+def _refuse_threads(client: "Client") -> None:
+    """Refuse workers that run several cases in one process: HDF5 cannot be written by two threads of it."""
+    for name, worker in client.scheduler_info(n_workers=-1)["workers"].items():
+        if worker["nthreads"] > 1:
+            raise report.RunnerError(
+                f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab needs one a process: "
+                "dask worker --nthreads 1, or threads_per_worker=1"
+            )
 
 
 def _lost(task: Task, error: BaseException) -> Outcome:
