@@ -284,7 +284,7 @@ def _run(plugin: Plugin) -> None:
         for sort in Sort.all.values():
             sort.take(module, plugin)
         own = any(part.origin == origin for _, part in brought())
-        if not own and not any(sort.held[plugin.sha256] for sort in Sort.all.values()):
+        if not own and not any(sort.held.get(plugin.sha256) for sort in Sort.all.values()):
             kinds = " or ".join(sort.kind.__name__ for sort in Sort.all.values())
             raise SlotError(f"defines no variant, a class of {', '.join(_bases())}, and no {kinds}")
     except Exception as error:
@@ -312,7 +312,7 @@ def declaration(plugin: Plugin) -> dict[str, Any]:
         "source": plugin.source,
         "variants": [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]],
         **{
-            word: [sort.declared(value) for value in sort.held[plugin.sha256].values()]
+            word: [sort.declared(value) for value in sort.held.get(plugin.sha256, {}).values()]
             for word, sort in Sort.all.items()
         },
     }

@@ -191,3 +191,9 @@ def test_what_is_wrong_with_claims_is_refused(file, old, new, message, capsys):
     if "is no variable" not in message and "did you mean 'max_wear" not in message:
         with pytest.raises(CampaignError):
             load(file)
+
+
+def test_the_sign_of_a_claim_keeps_its_unit(file):
+    claim = next(one for one in load(file).claims if one.unit)
+    told = spelled_note(f"falls by {{-{claim.name}:.1f}}", [claim])
+    assert told.endswith(f":.1f {claim.unit}}}")

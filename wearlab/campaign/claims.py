@@ -152,7 +152,7 @@ def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
 
     def spelled(found: re.Match[str]) -> str:
         formula, written = found[1].strip(), found[2]
-        claim = known.get(formula)
+        claim = known.get(formula.lstrip("+- "))
         if written is None and claim is None:
             if NAME.fullmatch(formula):
                 raise ValueError(f"{found[0]}: no claim is called so{nearest.meant(formula, known)}")
