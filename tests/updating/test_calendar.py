@@ -42,7 +42,11 @@ def test_a_wrong_calendar_gets_one_line(calendar, said):
 
 def test_no_cycles_from_the_last_inspection_are_its_own_day():
     days = Days(date(2023, 4, 3), 0.0, 6200.0)
-    hours = 945 * 6200.0 / 365.2425  # 3 November 2025, as read from a table of dates
-    for cycle in (36.0, 1.0, 0.0612):
-        now = hours * 3600.0 / cycle
-        assert days_of(days, CYCLES[:1], now, cycle) == ["2025-11-03"]
+    for day, told in (
+        (945, "2025-11-03"),
+        (347, "2024-03-15"),
+    ):  # 347: a day earlier, where the rounding goes down
+        hours = day * 6200.0 / 365.2425  # as read from a table of dates
+        for cycle in (36.0, 1.0, 0.0612):
+            now = hours * 3600.0 / cycle
+            assert days_of(days, CYCLES[:1], now, cycle) == [told]

@@ -78,7 +78,7 @@ def test_a_window_shows_answer_and_figures(store, tree):
         name, (answer,) = str(tree.attrs["id"]), answers(tree)
         assert answer in page("updates").decode()
         shown = page("update", f"&id={name}").decode()
-        places = [shown.index(f"<h3>{title}") for title in ("Wear to come", "Remaining life", "When to look")]
+        places = [shown.index(f">{title}") for title in ("Wear to come", "Remaining life", "When to look")]
         assert answer in shown and places == sorted(places) and "The fleet" not in shown
         assert page("update.png", f"&id={name}&kind=posterior-fan").startswith(b"\x89PNG")
     finally:

@@ -52,9 +52,11 @@ def test_a_hostile_file_is_one_message(told, case):
 
 @pytest.mark.parametrize("date", ["03/04/2026", "31.02.2026", "yesterday"])
 def test_a_date_that_cannot_be_read_is_one_message(told, date):
-    columns = 'columns  = { hours = "hours", value'
+    columns = """columns  = { hours = "hours", value = "loss_mg", below = "below_mg" }
+units    = { hours = "h", loss_mg"""
     text = f"day,loss_mg,below_mg\n{date},300,\n"
-    status, said = told("update", text, (columns, 'columns  = { date = "day", value'))
+    dated = columns.replace('hours = "hours"', 'date = "day"').replace('hours = "h", ', "")
+    status, said = told("update", text, (columns, dated))
     assert status == 2 and len(said.splitlines()) == 1 and date in said
 
 
