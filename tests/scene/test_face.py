@@ -107,6 +107,11 @@ CONSTANT = {"model": "constant", "value": "4e8 N/m"}
         ({"mesh.face_load_factor": 1.2}, "mesh.face_load_factor", "leave one out"),
         ({"mesh.contact": "exact"}, "mesh.contact", "'displacement'"),
         ({"mesh.stiffness": {**CONSTANT, "of": "mesh"}}, "mesh.stiffness.of", "'pair'"),
+        (
+            {"mesh.stiffness": {"model": "potential-energy"}, "mesh.face_coupling": "elements"},
+            "mesh.face_coupling",
+            "'pasternak'",
+        ),
         ({"mesh.stiffness": CONSTANT, "mesh.face_coupling": "pasternak"}, "mesh.face_coupling", "'none'"),
     ],
 )

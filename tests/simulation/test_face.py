@@ -191,3 +191,33 @@ def test_the_deepest_point_of_the_face_ends_the_life():
     assert run["max_wear_depth"].values[-1].max() == pytest.approx(5e-6, rel=1e-9)
     assert run["wear_depth"].dims == ("update", "flank", "face", "profile")
     assert "residual_load_share" not in run
+
+
+def on_elements(**changes):
+    solid = {"mesh.stiffness": "finite-element", "mesh.face_coupling": "elements", "mesh.face_points": 9}
+    return helical().replace({**solid, "numerics.profile_points": 31, **changes})
+
+
+def test_solid_teeth_say_how_they_yield_beside_plane_elements_and_mirror():
+    right = simulate(on_elements())
+    left = simulate(on_elements(**{"gears.pinion.hand": "left", "mesh.misalignment": "-20 um"}))
+    layer = simulate(on_elements(**{"mesh.face_coupling": "pasternak"}))
+    assert "% against plane elements" in str(right["model_error"].values)
+    assert "against plane elements" not in str(layer["model_error"].values)
+    assert right["residual_line_load"].values.max() < 1e-12
+    mirrored = left["line_load"].values[0, 0, ::-1]
+    np.testing.assert_allclose(right["line_load"].values[0, 0], mirrored, atol=1e-6 * mirrored.max())
+    factor, wanted = (run["face_load_factor"].values.item() for run in (right, layer))
+    assert factor == pytest.approx(wanted, rel=0.1) and factor != pytest.approx(wanted, rel=1e-3)
+
+
+def test_solid_teeth_under_even_loads_yield_as_they_are_told_to():
+    """A spur pair whose gap is even: its mesh stiffness against that of plane elements, as the run tells."""
+    solid = {"mesh.stiffness": "finite-element", "mesh.face_coupling": "elements", "mesh.face_points": 9}
+    even = Scene.from_mapping(SPUR).replace(solid)
+    contact = build(even).face.kinds[0].contact
+    layer = build(even.replace("mesh.face_coupling", "pasternak")).face.kinds[0].contact
+    softer = contact.solid.even / contact.section.body - 1.0
+    assert 0.0 < softer.min() and softer.max() < 0.02  # b/m 11: free ends, on a wheel in plane strain
+    ratio = layer.mean_stiffness / contact.mean_stiffness - 1.0
+    assert 0.0 < ratio < softer.max()

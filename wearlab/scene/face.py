@@ -5,7 +5,7 @@ from typing import Any
 
 from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.face_couplings import FaceCouplingModel, NoFaceCoupling, PasternakCoupling
-from wearlab.mesh.stiffnesses import PrescribedStiffness
+from wearlab.mesh.stiffnesses import FiniteElementStiffness, PrescribedStiffness
 from wearlab.scene import sections
 from wearlab.scene.gears import LEAD_KEYS
 from wearlab.scene.mesh import OneMesh
@@ -124,6 +124,12 @@ def _of_mesh(scene: sections.Sections, key: str) -> Problems:
             "mesh.face_coupling",
             f"{face_coupling(mesh).chosen!r} must know what the contact itself yields, and a prescribed "
             "stiffness does not tell: give 'none', or another mesh.stiffness",
+        )
+    if face_coupling(mesh).of_elements and not isinstance(mesh.stiffness, FiniteElementStiffness):
+        yield (
+            "mesh.face_coupling",
+            f"{face_coupling(mesh).chosen!r} goes with mesh.stiffness = 'finite-element': give that, or "
+            "'pasternak'",
         )
     if not isinstance(mesh.contact, DisplacementContact) or mesh.contact.by_threshold:
         yield "mesh.contact", f"flanks with a width ({key}) meet on the line of action: give 'displacement'"

@@ -12,6 +12,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life.history import History
+from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, contact
 from wearlab.scene.face import face_coupling
@@ -211,4 +212,16 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
     if scene.wear is not None and scene.wear.coefficient is not None:
         told = getattr(scene.wear.coefficient, "departure", CoefficientModel.departure)
         yield f"wear coefficient: {told}"
-    yield EVERYWHERE if parts.face is None else f"{OVER_FACE}: {face_coupling(scene.mesh).departure}"
+    if parts.face is None:
+        yield EVERYWHERE
+    else:
+        yield f"{OVER_FACE}: {_coupling(scene, parts.face.kinds[0].contact)}"
+
+
+def _coupling(scene: Scene, contact: FaceContact) -> str:
+    """Return what the coupling along the face leaves out, and how it yields beside plane elements."""
+    told = face_coupling(scene.mesh).departure
+    if contact.solid is None:
+        return told
+    softer = 100.0 * (contact.solid.even / contact.section.body - 1.0)
+    return f"{told}; at even load {softer.min():+.1f} to {softer.max():+.1f} % against plane elements"

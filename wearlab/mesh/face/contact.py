@@ -15,6 +15,7 @@ from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
+from wearlab.mesh.face.solid import SolidLines
 from wearlab.mesh.face.solve import solve_phases
 
 LIGHT = 1.0
@@ -99,6 +100,7 @@ class FaceContact:
     shear_length : ℓ over which slices hold each other, 0: they do not [m]
     pitch : transverse base pitch [m]
     helix : of the gears
+    solid : how the slices of each line hold each other as solid teeth, None: as a layer in shear
     """
 
     grid: FaceGrid
@@ -109,6 +111,7 @@ class FaceContact:
     shear_length: float
     pitch: float
     helix: Helix = SPUR
+    solid: SolidLines | None = None
     _tips: tuple["_Tip", ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -168,7 +171,7 @@ class FaceContact:
         solve_phases(
             grid.node, grid.width, np.diff(grid.position), grid.filled, given.body, given.cross, given.hertz,
             given.softening, given.least, gap, self.shear_length**2, pressed, load, deflection,
-            tangent,
+            tangent, None if self.solid is None else self.solid.compliance,
         )  # fmt: skip
         free = ~(asked > 0.0)  # as stiff as under a light touch, and not deflected
         if free.any():

@@ -7,6 +7,8 @@ spring of its own at each slice. Lines act on each other through the bodies that
     ``K u = b w``,  ``u + c_h(w) w + g = δ_l`` where ``w ≥ 0`` touches, ``≥ δ_l`` elsewhere,
     ``δ_l = δ − Σ X_lq F_q``,  ``Σ F_l = F``
 
+Solid teeth yield otherwise: ``u = C f`` of the forces f on slices, C from elements.
+
 By Newton's method, the contact straightened about the last loads, and those of negative load released.
 """
 
@@ -37,6 +39,7 @@ def solve_phases(
     line_load: Array,
     deflection: Array,
     tangent: Array,
+    solid: Array | None = None,
 ) -> int:
     """Fill line loads, deflection and stiffness of every phase, and return the iterations of the slowest.
 
@@ -56,6 +59,8 @@ def solve_phases(
     force : (n_phases,) F [N]
     line_load : (n_phases, n_lines, n_face) filled with w; what is in it is the start, all 0: none [N/m]
     deflection, tangent : (n_phases,) filled with δ [m] and dF/dδ, the contact's compliance held [N/m]
+    solid : (n_phases, n_lines, n_face, n_face) compliance of slices to forces on slices, in place of the
+        layer; None: the layer [m/N]
 
     References
     ----------
@@ -65,7 +70,7 @@ def solve_phases(
     slots = (n_lines, n_face)
     touching = np.zeros(slots, np.bool_)
     unit, offset, spring, free = np.zeros(slots), np.zeros(slots), np.zeros(slots), np.zeros(slots)
-    layer = np.zeros((5, n_face))
+    layer, factor = np.zeros((5, n_face)), np.zeros((n_face, n_face))
     shared, system = np.zeros((n_lines, n_lines)), np.zeros((n_lines, n_lines + 2))
     slope, preload, at = np.zeros(n_lines), np.zeros(n_lines), np.zeros(n_lines)
     most = 0
@@ -76,11 +81,19 @@ def solve_phases(
         mean = force[i] / width.sum()
         for iteration in range(MOST_ITERATIONS):
             for line in range(n_lines):
-                slope[line], preload[line] = _respond(
-                    reach[line], width, spacing, filled, body, hertz, softening, least, gap, shear,
-                    load[line], touching[line], layer, unit[line], offset[line], spring[line], free[line],
-                    1.0,
+                _straighten(
+                    reach[line], width, filled, hertz, softening, least, gap, load[line], touching[line],
+                    spring[line], free[line], 1.0,
                 )  # fmt: skip
+                if solid is None:
+                    slope[line], preload[line] = _respond(
+                        reach[line], width, spacing, filled, body, shear, layer, unit[line], offset[line],
+                        spring[line], free[line],
+                    )  # fmt: skip
+                else:
+                    slope[line], preload[line] = _respond_solid(
+                        solid[i, line], factor, layer, unit[line], offset[line], spring[line], free[line]
+                    )
             deflection[i], _ = _balance(slope, preload, shared, force[i], system, at)
             change, moved = _update(
                 reach, gap, at, unit, offset, spring, free, width, filled, force[i], load, touching
@@ -89,11 +102,19 @@ def solve_phases(
             if not moved and change <= SETTLED * mean:
                 break
         for line in range(n_lines):
-            slope[line], preload[line] = _respond(
-                reach[line], width, spacing, filled, body, hertz, softening, least, gap, shear,
-                load[line], touching[line], layer, unit[line], offset[line], spring[line], free[line],
-                0.0,
+            _straighten(
+                reach[line], width, filled, hertz, softening, least, gap, load[line], touching[line],
+                spring[line], free[line], 0.0,
             )  # fmt: skip
+            if solid is None:
+                slope[line], preload[line] = _respond(
+                    reach[line], width, spacing, filled, body, shear, layer, unit[line], offset[line],
+                    spring[line], free[line],
+                )  # fmt: skip
+            else:
+                slope[line], preload[line] = _respond_solid(
+                    solid[i, line], factor, layer, unit[line], offset[line], spring[line], free[line]
+                )
         _, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
     return most
 
@@ -127,17 +148,72 @@ def _start(reach, load, gap, force, touching):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _respond(  # type: ignore[no-untyped-def]
-    reach, width, spacing, filled, body, hertz, softening, least, gap, shear, load, touching, layer,
-    unit, offset, spring, free, straightened,
-):  # fmt: skip
-    """Fill ``u = unit δ − offset`` of one line's layer, and return A and B of ``F = A δ − B``.
+def _straighten(  # type: ignore[no-untyped-def]
+    reach, width, filled, hertz, softening, least, gap, load, touching, spring, free, straightened
+):
+    """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
 
     ``straightened``: 1 about the last loads, 0 with what the contact yields under them held.
-
-    ``spring`` gets the stiffness of the contact of each slice, 0 where it does not touch, and ``free`` the
-    gap from which it counts.
     """
+    for j in range(len(width)):
+        spring[j], free[j] = 0.0, 0.0
+        if touching[j]:
+            k = reach[j]
+            straight = straightened * softening if load[j] > least else 0.0
+            yielding = hertz[k] - softening * np.log(max(load[j], least) / least) - straight
+            spring[j] = filled[k] * width[j] / yielding
+            free[j] = gap[j, k] + straight * load[j]
+
+
+@jit_inner
+def _respond_solid(compliance, factor, layer, unit, offset, spring, free):  # type: ignore[no-untyped-def]
+    """Fill ``u = unit δ − offset`` of one line of solid teeth, and return A and B of ``F = A δ − B``.
+
+    With ``M = C + 1/spring`` of the slices that touch, ``f = M⁻¹ (δ − free)`` and ``u = C f``.
+    """
+    n_face, count = len(spring), 0
+    one, other, place = layer[0], layer[1], layer[2]
+    for j in range(n_face):
+        if spring[j] > 0.0:
+            place[count] = j
+            count += 1
+    for a in range(count):
+        j = int(place[a])
+        one[a], other[a] = 1.0, free[j]
+        for b in range(a + 1):
+            value = compliance[j, int(place[b])]
+            if a == b:
+                value += 1.0 / spring[j]
+            for k in range(b):
+                value -= factor[a, k] * factor[b, k]
+            factor[a, b] = np.sqrt(value) if a == b else value / factor[b, b]
+        for k in range(a):
+            one[a] -= factor[a, k] * one[k]
+            other[a] -= factor[a, k] * other[k]
+        one[a] /= factor[a, a]
+        other[a] /= factor[a, a]
+    slope, preload = 0.0, 0.0
+    for a in range(count - 1, -1, -1):
+        one[a] /= factor[a, a]
+        other[a] /= factor[a, a]
+        for k in range(a):
+            one[k] -= factor[a, k] * one[a]
+            other[k] -= factor[a, k] * other[a]
+        slope += one[a]
+        preload += other[a]
+    for j in range(n_face):
+        unit[j], offset[j] = 0.0, 0.0
+        for a in range(count):
+            unit[j] += compliance[j, int(place[a])] * one[a]
+            offset[j] += compliance[j, int(place[a])] * other[a]
+    return slope, preload
+
+
+@jit_inner
+def _respond(  # type: ignore[no-untyped-def]
+    reach, width, spacing, filled, body, shear, layer, unit, offset, spring, free
+):
+    """Fill ``u = unit δ − offset`` of one line's layer, and return A and B of ``F = A δ − B``."""
     n_face, last = len(width), len(body) - 1
     lower, middle, forward, right, other = layer
     first_node = -1
@@ -147,7 +223,7 @@ def _respond(  # type: ignore[no-untyped-def]
             break
     if first_node < 0:
         for j in range(n_face):
-            unit[j], offset[j], spring[j], free[j] = 0.0, 0.0, 0.0, 0.0
+            unit[j], offset[j] = 0.0, 0.0
         return 0.0, 0.0
     rising = _rising(reach)
     for j in range(n_face):
@@ -155,12 +231,6 @@ def _respond(  # type: ignore[no-untyped-def]
         part = filled[k] if shear == 0.0 and reach[j] >= 0 else 1.0
         middle[j] = part * width[j] / body[k]
         lower[j] = 1.0 / body[k]
-        spring[j], free[j] = 0.0, 0.0
-        if touching[j]:
-            straight = straightened * softening if load[j] > least else 0.0
-            yielding = hertz[k] - softening * np.log(max(load[j], least) / least) - straight
-            spring[j] = filled[k] * width[j] / yielding
-            free[j] = gap[j, k] + straight * load[j]
     for j in range(n_face):
         right[j], other[j] = spring[j], spring[j] * free[j]
         middle[j] += spring[j]

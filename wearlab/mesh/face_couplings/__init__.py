@@ -3,23 +3,38 @@
 A file beside this one adds another.
 """
 
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from wearlab.options import POSITIVE, Number, option
 from wearlab.slots import Slot, Variant
 
+if TYPE_CHECKING:
+    from wearlab.gears.gear import GearPair
+    from wearlab.gears.helix import Helix
+    from wearlab.mesh.face.grid import FaceGrid
+    from wearlab.mesh.face.solid import SolidLines
+
 
 class FaceCouplingModel(Variant):
-    """Any coupling along the face; ``of_contact`` says whether it must know the contact's own compliance."""
+    """Any coupling along the face: a layer in shear, or `SolidLines`.
+
+    ``of_contact`` says whether it must know the contact's own compliance, ``of_elements`` whether only finite
+    elements go with it.
+    """
 
     slot: ClassVar[Slot] = Slot("mesh.face_coupling", __name__, words=True)
     of_contact: ClassVar[bool] = True
+    of_elements: ClassVar[bool] = False
     departure: ClassVar[str] = ""
     """How far it is known to be off, with the source of that."""
 
     def shear_length(self, module: float) -> float:
-        """Return the length ℓ over which slices hold each other, for a normal module m [m]."""
-        raise NotImplementedError(f"{type(self).__name__} has no shear_length")
+        """Return the length ℓ over which slices hold each other, for a normal module m; 0: not at all [m]."""
+        return 0.0
+
+    def lines(self, pair: "GearPair", grid: "FaceGrid", turned: "Helix") -> "SolidLines | None":
+        """Return how the slices of each line yield under each other's loads, None: as a layer."""
+        return None
 
 
 class NoFaceCoupling(FaceCouplingModel):
@@ -32,10 +47,6 @@ class NoFaceCoupling(FaceCouplingModel):
     )
 
     model: Literal["none"] = option("none", "slices apart", source="wearlab")
-
-    def shear_length(self, module: float) -> float:
-        """Return 0 [m]."""
-        return 0.0
 
 
 class PasternakCoupling(FaceCouplingModel):

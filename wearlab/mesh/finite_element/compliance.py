@@ -63,6 +63,16 @@ def wheel_compliance(sector: Sector, loads: Array, teeth_apart: int) -> Array:
     -------
     (teeth_apart + 1, m, m) observed × loaded; the teeth follow towards the loaded flank's side (y > 0) [1/Pa]
     """
+    own, across = through_cuts(sector, loads, teeth_apart)
+    across[0] += own
+    return across
+
+
+def through_cuts(sector: Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
+    """Return the same in two parts: the sector held at both cuts, (m, m), and what the wheel beyond adds.
+
+    Of a sector in three dimensions, under waves along the face, likewise.
+    """
     own, reduced, shown = _reduced(sector, loads)
     z = sector.chart.flank.gear.teeth
     half, n = len(reduced) // 2, np.arange(z // 2 + 1)
@@ -73,8 +83,7 @@ def wheel_compliance(sector: Sector, loads: Array, teeth_apart: int) -> Array:
     work = G.conj().swapaxes(1, 2) @ np.linalg.solve(H, G)
     count = np.where((n == 0) | (2 * n == z), 1.0, 2.0)[:, None, None] / z
     across = np.stack([(count * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)])
-    across[0] += own
-    return across
+    return own, across
 
 
 def _reduced(sector: Sector, loads: Array) -> tuple[Array, Array, Array]:
@@ -96,7 +105,7 @@ def _reduced(sector: Sector, loads: Array) -> tuple[Array, Array, Array]:
     place = np.empty(len(image), dtype=np.int64)
     place[inner] = np.arange(len(inner))
     by_right = sign[inner, None] * by_left[place[image[inner]]] * sign[right]
-    turn = _turn(2.0 * sector.chart.half_pitch, len(left))
+    turn = _turn(2.0 * sector.chart.half_pitch, len(left), len(sector.dofs))
     of_cuts = K[cuts][:, cuts].toarray() - coupling.T @ np.hstack([by_left, by_right])
     # by einsum: matrices so small are not worth waking a library's threads, which wait for busy cores
     reduced = np.einsum("ki,kj->ij", turn, np.einsum("ik,kj->ij", of_cuts, turn))
@@ -109,11 +118,13 @@ def _solved(factors: SuperLU, columns: Array) -> Array:
     return np.stack([factors.solve(column) for column in np.ascontiguousarray(columns.T)], axis=1)
 
 
-def _turn(angle: float, count: int) -> Array:
+def _turn(angle: float, count: int, axes: int) -> Array:
     """Turn the unknowns of the right cut from the next sector's frame into this one's."""
     cos, sin = math.cos(angle), math.sin(angle)
+    own = np.eye(axes)
+    own[:2, :2] = [[cos, -sin], [sin, cos]]
     whole = np.eye(2 * count)
-    whole[count:, count:] = np.kron(np.eye(count // 2), np.array([[cos, -sin], [sin, cos]]))
+    whole[count:, count:] = np.kron(np.eye(count // axes), own)
     return whole
 
 
@@ -134,12 +145,16 @@ class GearCompliance:
     across: Array
 
     def weights(self, parameter: ArrayLike) -> Array:
-        """Return the weights of the samples at positions, (n, m) [1]: a cubic spline, straight beyond."""
-        q = np.asarray(parameter, dtype=float)
-        spline = _spline(tuple(self.parameter))
-        inside = np.clip(q, self.parameter[0], self.parameter[-1])
-        weights: Array = spline(inside) + (q - inside)[:, None] * spline(inside, 1)
-        return weights
+        """Return the weights of the samples at positions, (n, m) [1]; see `spline_weights`."""
+        return spline_weights(self.parameter, parameter)
+
+
+def spline_weights(samples: Array, wanted: ArrayLike) -> Array:
+    """Return the weights of samples (m,) at places (n,), (n, m) [1]: a cubic spline, straight beyond."""
+    q, spline = np.asarray(wanted, dtype=float), _spline(tuple(samples))
+    inside = np.clip(q, samples[0], samples[-1])
+    weights: Array = spline(inside) + (q - inside)[:, None] * spline(inside, 1)
+    return weights
 
 
 @lru_cache(KEPT_SPLINES)
@@ -161,10 +176,16 @@ def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
     gear : the gear; its name, size, face width, Young's modulus, mass and modifications do not matter
     options : of mesh and load
     """
+    modulus, compliance = gear.material.youngs_modulus, _remembered(of_unit_size(gear), options)
+    return GearCompliance(compliance.parameter, compliance.own / modulus, compliance.across / modulus)
+
+
+def of_unit_size(gear: Gear) -> Gear:
+    """Return the shape of a gear: of module and Young's modulus 1, and nothing else that does not matter."""
     lengths: dict[str, Any] = {
         name: float(f"{getattr(gear, name) / gear.module:.{DIGITS - 1}e}") for name in LENGTHS
     }
-    shape = replace(
+    return replace(
         gear,
         name="",
         face_width=1.0,
@@ -175,8 +196,6 @@ def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
         material=gear.material._replace(youngs_modulus=1.0, density=1.0),
         **lengths,
     )
-    modulus, compliance = gear.material.youngs_modulus, _remembered(shape, options)
-    return GearCompliance(compliance.parameter, compliance.own / modulus, compliance.across / modulus)
 
 
 @lru_cache(KEPT_IN_PROCESS)

@@ -66,7 +66,7 @@ class Sector:
     chart : its shape
     mesh : the elements
     logical : (2, n_nodes) u and v of the nodes
-    dofs : (2, n_nodes) unknowns of the nodes' displacements (x, y)
+    dofs : (2, n_nodes) unknowns of the nodes' displacements (x, y); (3, n_nodes) with those along the face
     stiffness : (n_dofs, n_dofs) [Pa]
     """
 
@@ -93,7 +93,7 @@ class Sector:
         across, along = np.round(self.logical, 9)
         image, sign = np.empty((2, self.stiffness.shape[0]))
         here, there = np.lexsort((across, along)), np.lexsort((-across, along))
-        for axis, turned in enumerate((1.0, -1.0)):
+        for axis, turned in zip(range(len(self.dofs)), (1.0, -1.0, 1.0), strict=False):
             image[self.dofs[axis, here]], sign[self.dofs[axis]] = self.dofs[axis, there], turned
         return image.astype(np.int64), sign
 

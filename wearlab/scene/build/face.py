@@ -61,6 +61,7 @@ def build_face_contact(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis)
     grid = build_face_grid(scene, kind, analysis)
     given = mesh.misalignment
     torque = scene.operation.torque
+    coupling = face_coupling(mesh)
     over = 0.0 if given is None else given.over_face(kind.pair.working_pressure_angle, torque)
     return FaceContact(
         grid=grid,
@@ -68,9 +69,10 @@ def build_face_contact(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis)
         section=section(analysis, grid.face_width, turned),
         lead=leads(scene, kind.pair, grid),
         opening=over * grid.position / grid.face_width,
-        shear_length=face_coupling(mesh).shear_length(scene.gears.module),
+        shear_length=coupling.shear_length(scene.gears.module),
         pitch=kind.pair.base_pitch,
         helix=turned,
+        solid=coupling.lines(kind.pair, grid, turned),
     )
 
 

@@ -1,0 +1,303 @@
+"""A tooth in three dimensions: the section's elements, extruded along the face with both ends free.
+
+On the section displacements are sums of shapes, ``u(x, y, z) = Σ φ_i(x, y) a_i(z)``; along the face each a_i
+is piecewise quadratic. The shapes are what the section does under loads that vary as ``e^{sz}`` along an
+endless face, for some s: waves, and what dies away from an end. With N the section's shape functions,
+
+    ``K = K00 ⊗ ∫ZZ + K01 ⊗ ∫ZZ' + K01ᵀ ⊗ ∫Z'Z + K11 ⊗ ∫Z'Z'``
+
+of derivatives ``(∂x, ∂y, −t ∂y) N Z + (0, 0, 1) N Z'``: a helical tooth is extruded obliquely, by t sideways
+for each length along the face, and pressed along its own normal (n, −t n_y).
+
+The tooth stands in its sector, held at the bore and at both cuts. What the rest of the wheel adds is known
+for waves along the face (:func:`wheel_beyond`), and mirrored at its ends.
+
+References
+----------
+Thomas, Int. J. Numer. Methods Eng. 14 (1979) 81–102, for the wheel; Kantorovich & Krylov, Approximate Methods
+of Higher Analysis, 1958, ch. 4, for shapes of the section with functions along the face.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse.linalg import splu
+
+from wearlab.arrays import Array, Index
+from wearlab.gears.gear import Gear
+from wearlab.gears.specification import Material
+from wearlab.mesh.finite_element.compliance import KEPT_IN_PROCESS, of_unit_size, through_cuts
+from wearlab.mesh.finite_element.elements import (
+    Options,
+    Sector,
+    flank_loads,
+    half_plane_compliance,
+    lame,
+    sector,
+)
+from wearlab.mesh.finite_element.outline import LoadedFlank, chart
+
+SOLID = Options(refinement=1, patch=0.2, samples=21)
+"""Elements and loads of a solid tooth: twice the patch of a plane one, so that samples overlap."""
+WAVES = (0.0, 0.15, 0.4, 0.8, 1.5, 3.0)
+"""Waves along the face whose shapes a tooth has, 1/m [1]."""
+DYING = (0.5, 1.2, 2.5)
+"""What dies away from one end or the other, likewise."""
+KEPT = 1e-5
+"""Least share of a shape that is kept, of the largest."""
+OF_WHEEL = (0.0, 0.1, 0.2, 0.4, 0.7, 1.2, 2.0, 3.5)
+"""Waves at which the rest of the wheel is known, none beyond [1]."""
+LONGEST = 0.3
+"""Longest element along the face, in modules."""
+
+
+class Extruded(NamedTuple):
+    """Matrices of a section for products of derivatives across and along the face, (n_dofs, n_dofs)."""
+
+    across: csr_matrix
+    mixed: csr_matrix
+    along: csr_matrix
+
+    def wave(self, s: complex) -> csr_matrix:
+        """Return the stiffness for displacements that vary as ``e^{sz}`` along an endless face."""
+        return self.across + s * (self.mixed - self.mixed.T) - s * s * self.along
+
+
+def extruded(flat: Sector, material: Material, oblique: float) -> tuple[Index, Extruded]:
+    """Return the unknowns (3, n_nodes) of a section's nodes and its matrices for an oblique extrusion.
+
+    Parameters
+    ----------
+    flat : the plane sector
+    material : elastic constants
+    oblique : t, sideways for each length along the face [1]
+    """
+    from skfem import Basis, ElementQuad2
+
+    basis = Basis(flat.mesh, ElementQuad2())
+    value = np.stack([np.broadcast_to(np.asarray(shape[0]), basis.dx.shape) for shape in basis.basis], axis=1)
+    slope = np.stack([shape[0].grad for shape in basis.basis]).transpose(2, 0, 1, 3)
+    across = np.concatenate([slope, -oblique * slope[:, :, 1:]], axis=2)
+    along = np.zeros_like(across)
+    along[:, :, 2] = value
+    first, shear = lame(material, "strain")
+    dofs = 3 * (flat.dofs[0] // 2) + np.arange(3)[:, None]
+    unknown = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(len(value), -1)
+    row, column = np.broadcast_arrays(unknown[:, :, None], unknown[:, None, :])
+
+    def product(left: Array, right: Array) -> csr_matrix:
+        shapes, points = left.shape[1], left.shape[3]
+        left, right = (each.reshape(len(each), 3 * shapes, points) for each in (left, right))
+        each = ((left * basis.dx[:, None, :]) @ right.transpose(0, 2, 1)).reshape(-1, shapes, 3, shapes, 3)
+        own = first * each + shear * each.swapaxes(2, 4)
+        own += shear * np.einsum("eicjc,ab->eiajb", each, np.eye(3))
+        return coo_matrix((own.ravel(), (row.ravel(), column.ravel())), (dofs.size, dofs.size)).tocsr()
+
+    return dofs, Extruded(product(across, across), product(across, along), product(along, along))
+
+
+class _Placed(NamedTuple):
+    """A section under loads: ``q``: their places on the flank, (m,); ``loads``: (n_dofs, m)."""
+
+    flat: Sector
+    dofs: Index
+    matrices: Extruded
+    q: Array
+    loads: Array
+
+
+def _placed(gear: Gear, oblique: float, options: Options) -> _Placed:
+    flank, half_width = LoadedFlank(gear), options.patch * gear.module
+    shape = chart(flank)
+    last = float(shape.measured.at(shape.measured.length[-1] - half_width))
+    q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
+    flat = sector(shape, gear.material, "strain", options.refinement)
+    plane = flank_loads(flat, q, half_width)
+    dofs, matrices = extruded(flat, gear.material, oblique)
+    loads = np.zeros((dofs.size, len(q)))
+    loads[dofs[:2]] = plane[flat.dofs]
+    loads[dofs[2]] = -oblique * loads[dofs[1]]
+    return _Placed(flat, dofs, matrices, q, loads)
+
+
+def _shapes(at: _Placed, module: float) -> Array:
+    """Return shapes of the section, orthonormal in the plane and along the face, (n_free, n_shapes)."""
+    free = _free(at)
+    loads, found = at.loads[free], []
+    for s in (*(1j * k / module for k in WAVES), *(k / module for own in DYING for k in (own, -own))):
+        solved = splu(at.matrices.wave(s)[free][:, free].tocsc().astype(complex)).solve(loads.astype(complex))
+        found += [solved.real, solved.imag]
+    every = np.hstack(found)
+    plane = ~np.isin(free, at.dofs[2])
+    parts = []
+    for own in (plane, ~plane):
+        mine = np.where(own[:, None], every, 0.0)
+        size = np.linalg.norm(mine, axis=0)
+        mine = mine[:, size > 1e-9 * size.max()]
+        left, value, _ = np.linalg.svd(mine / np.linalg.norm(mine, axis=0), full_matrices=False)
+        parts.append(left[:, value > KEPT * value[0]])
+    return np.hstack(parts)
+
+
+def _free(at: _Placed) -> Index:
+    across, along = at.flat.logical
+    held = np.isclose(along, 0.0) | np.isclose(np.abs(across), 2.0)
+    return np.sort(at.dofs[:, ~held].ravel())
+
+
+class SolidCompliance(NamedTuple):
+    """How a tooth with free ends yields to even loads on slices of its face, its local indentation included.
+
+    That is :func:`indentation` of each slice under its own load.
+
+    Parameters
+    ----------
+    q : (m,) places on the flank, 1 where the involute begins, 2 at the tip
+    table : (m, n, m, n) deflection along the loads, averaged over a slice, of a load on a place of a slice
+        [m/N]
+    """
+
+    q: Array
+    table: Array
+
+
+def indentation(gear: Gear, q: Array, options: Options = SOLID) -> Array:
+    """Return the local indentation at places (m,) of the flank under a load of unit width, (m,) [1/Pa]."""
+    depth = LoadedFlank(gear).depth(q)
+    return half_plane_compliance(gear.material, "strain", options.patch * gear.module, depth)
+
+
+def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options = SOLID) -> SolidCompliance:
+    """Return how the tooth yields in its sector, held at the bore and both cuts.
+
+    Parameters
+    ----------
+    gear : in its transverse section
+    edges : (n + 1,) of the slices along the face [m]
+    oblique : t
+    options : of elements and loads
+    """
+    at = _placed(gear, oblique, options)
+    shapes, free = _shapes(at, gear.module), _free(at)
+    across, mixed, along = (shapes.T @ (each[free][:, free] @ shapes) for each in at.matrices)
+    into = shapes.T @ at.loads[free]
+    count, each = len(shapes.T), len(into.T)
+    n = len(edges) - 1
+    length = np.full(max(4, math.ceil((edges[-1] - edges[0]) / (LONGEST * gear.module))), 0.0)
+    length += (edges[-1] - edges[0]) / len(length)
+    resting = _resting(edges, len(length))
+    diagonal = np.zeros((len(length) + 1, 2 * count, 2 * count))
+    upper = np.zeros((len(length), 2 * count, 2 * count))
+    force = np.zeros((len(length) + 1, 2 * count, each, n))
+    # what an element shares with the one before is in the block before; its middle and last end are its own
+    diagonal[0, :count, :count] = np.eye(count)
+    for e, h in enumerate(length):
+        M, C, S = _quadratic(h)
+        whole = np.kron(M, across) + np.kron(C, mixed) + np.kron(C.T, mixed.T) + np.kron(S, along)
+        diagonal[e, count:, count:] += whole[:count, :count]
+        upper[e, count:] = whole[:count, count:]
+        diagonal[e + 1] += whole[count:, count:]
+        force[e, count:] += into[..., None] * resting[e, 0]
+        force[e + 1, :count] += into[..., None] * resting[e, 1]
+        force[e + 1, count:] += into[..., None] * resting[e, 2]
+    moved = _solve_blocks(diagonal, upper, force.reshape(*force.shape[:2], -1))
+    table = np.tensordot(force.reshape(-1, each * n), moved.reshape(-1, each * n), (0, 0))
+    return SolidCompliance(at.q, 0.5 * (table + table.T).reshape(each, n, each, n))
+
+
+def _resting(edges: Array, count: int) -> Array:
+    """Return what equal elements along the face carry of a unit load on each slice, (count, 3, n)."""
+    ends = np.linspace(edges[0], edges[-1], count + 1)
+    low = np.maximum(edges[:-1], ends[:-1, None])
+    overlap = np.maximum(0.0, np.minimum(edges[1:], ends[1:, None]) - low)
+    point, weight = np.polynomial.legendre.leggauss(2)
+    carried = np.zeros((count, 3, len(edges) - 1))
+    for x, w in zip(point, weight, strict=True):
+        xi = (low + 0.5 * (1.0 + x) * overlap - ends[:-1, None]) / np.diff(ends)[:, None]
+        shape = np.stack([(1 - xi) * (1 - 2 * xi), 4 * xi * (1 - xi), xi * (2 * xi - 1)], axis=1)
+        carried += 0.5 * w * shape * (overlap / np.diff(edges))[:, None, :]
+    return carried
+
+
+def _quadratic(h: float) -> tuple[Array, Array, Array]:
+    """Return ∫ZZ, ∫ZZ' and ∫Z'Z' of a quadratic element of length h: first end, middle, last end."""
+    mass = h / 30.0 * np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]])
+    mixed = np.array([[-3.0, 4.0, -1.0], [-4.0, 0.0, 4.0], [1.0, -4.0, 3.0]]) / 6.0
+    stiff = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / (3.0 * h)
+    return mass, mixed, stiff
+
+
+def _solve_blocks(diagonal: Array, upper: Array, force: Array) -> Array:
+    """Solve a symmetric positive definite system of blocks on three diagonals."""
+    factors: list[tuple[Array, bool]] = []
+    moved = force.copy()
+    for e in range(len(diagonal)):
+        block = diagonal[e]
+        if e:
+            block = block - upper[e - 1].T @ cho_solve(factors[-1], upper[e - 1])
+            moved[e] -= upper[e - 1].T @ cho_solve(factors[-1], moved[e - 1])
+        factors.append(cho_factor(block))
+    moved[-1] = cho_solve(factors[-1], moved[-1])
+    for e in range(len(upper) - 1, -1, -1):
+        moved[e] = cho_solve(factors[e], moved[e] - upper[e] @ moved[e + 1])
+    return moved
+
+
+def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -> Array:
+    """Return what the wheel beyond a tooth's sector adds under waves ``cos κz``, (n_waves, m, m) [1/Pa].
+
+    Parameters
+    ----------
+    gear : in its transverse section
+    waves : κ [1/m]
+    options : of elements and loads
+    """
+    at = _placed(gear, 0.0, options)
+    sign = np.ones(at.dofs.size)
+    sign[at.dofs[2]] = -1.0
+    across, mixed, along = at.matrices
+    each = []
+    for k in waves:
+        stiffness = across + k * k * along + k * (diags(sign) @ (mixed - mixed.T))
+        strip = replace(at.flat, dofs=at.dofs, stiffness=stiffness.tocsr())
+        each.append(through_cuts(strip, at.loads, 0)[1][0])
+    return np.stack(each)
+
+
+def solid_compliance(gear: Gear, edges: Array, oblique: float, options: Options = SOLID) -> SolidCompliance:
+    """Return how a tooth on its wheel yields, remembered when the same shape was solved before.
+
+    Parameters
+    ----------
+    gear : in its transverse section
+    edges : (n + 1,) of the slices along the face [m]
+    oblique : t, sideways for each length along the face [1]
+    options : of elements and loads
+    """
+    shape, module = of_unit_size(gear), gear.module
+    scaled = tuple(float(f"{edge / module:.11e}") for edge in edges - edges[0])
+    q, table = _remembered(shape, scaled, float(f"{oblique:.11e}"), options)
+    return SolidCompliance(q, table / (module * gear.material.youngs_modulus))
+
+
+@lru_cache(KEPT_IN_PROCESS)
+def _remembered(shape: Gear, edges: tuple[float, ...], oblique: float, options: Options) -> SolidCompliance:
+    from scipy.interpolate import PchipInterpolator
+
+    ends = np.array(edges)
+    q, table = tooth_in_sector(shape, ends, oblique, options)
+    width, n = np.diff(ends), len(ends) - 1
+    beyond = PchipInterpolator(np.array(OF_WHEEL), wheel_beyond(shape, OF_WHEEL, options))
+    for number in range(1 + int(OF_WHEEL[-1] * ends[-1] / math.pi)):
+        k = number * math.pi / ends[-1]
+        wave = np.diff(np.sin(k * ends)) / (k * width) if k else np.ones(n)
+        part = (2.0 if k else 1.0) / ends[-1] * beyond(k)
+        table += part[:, None, :, None] * (wave[:, None] * wave)[:, None, :]
+    table.setflags(write=False)
+    return SolidCompliance(q, table)
