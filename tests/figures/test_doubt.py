@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up import Axis, Campaign, Case, put, run
 
-from wearlab.figures import KINDS
+from wearlab.figures import KINDS, doubt
 from wearlab.figures.doubt import ESTIMATES, doubts, error_of
 from wearlab.figures.drawing import plotted
 from wearlab.figures.kind import read
@@ -124,3 +124,7 @@ def test_every_estimate_is_declared():
     named = {name.removeprefix("error_estimate_") for name in VARIABLES if name.startswith("error_estimate_")}
     assert named & set(VARIABLES) <= set(ESTIMATES)
     assert doubts(made(90.0)) == ()
+
+
+def test_large_shares_are_written_out():
+    assert [doubt._percent(x) for x in (2.6, 0.9987, 0.093, 1e-6)] == ["260", "100", "9.3", "0.0001"]

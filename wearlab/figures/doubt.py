@@ -77,8 +77,13 @@ def doubts(data: "xr.Dataset") -> tuple[str, ...]:
     lost = [line for line in words.get("validity", "").split("\n") if line.startswith(LOST)]
     if not lost and "separation_fraction" in data:
         share = float(np.nanmax(data["separation_fraction"].values, initial=0.0))
-        lost = [f"{LOST} for {100 * share:.2g} % of the time"] if share > 0.0 else []
+        lost = [f"{LOST} for {_percent(share)} % of the time"] if share > 0.0 else []
     return (*found, *(line.partition(":")[0] for line in lost[:1]))
+
+
+def _percent(share: float) -> str:
+    """Return a share in percent by two digits, whole ones from a hundred on."""
+    return f"{100.0 * share:.0f}" if share >= 0.995 else f"{100.0 * share:.2g}"
 
 
 def least_seen(values: Iterable[Array]) -> float:
@@ -102,7 +107,7 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
     if largest > 0.0:
         drawn = any(_is_seen(series, side) for side in "xy")
         how = "Bars and bands: estimated numerical error" if drawn else "Estimated numerical error"
-        said.append(f"{how}, up to {100 * largest:.2g} %{'' if drawn else ': too small to be seen'}.")
+        said.append(f"{how}, up to {_percent(largest)} %{'' if drawn else ': too small to be seen'}.")
     doubtful: dict[tuple[str, ...], list[tuple[str, str]]] = {}
     for run in runs:
         if run.doubts:

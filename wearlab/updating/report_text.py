@@ -378,7 +378,7 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
         worn, pace = float(predictions["worn"][k]), float(predictions["pace"][k])
         end = PASSED if float(predictions["end_passed"][k]) > OVER else texts[k, 2]
         measured = f"{100.0 * worn:.0f} %" if hours[k] > 0.0 else "not measured"
-        between = f"{texts[k, 0]} and {texts[k, 4]}"
+        between = texts[k, 0] if texts[k, 0] == texts[k, 4] else f"{texts[k, 0]} and {texts[k, 4]}"
         rows.append((name, f"{hours[k]:,.0f}", measured, end, between, f"{pace:.2f}"))
         if "best_change" in predictions:
             at = float(predictions["best_change"][k] * predictions["seconds_per_cycle"][k]) / HOUR
