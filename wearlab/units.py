@@ -97,6 +97,7 @@ USUAL: dict[str, tuple[float, str]] = {
 
 
 Value = TypeVar("Value")
+MICROMETRE = re.compile(r"\bum\b")
 MINUTE, HOUR = 60.0, 3600.0  # s
 
 
@@ -221,6 +222,15 @@ def quantity(text: object, kind: str) -> float:
             f"({wanted.low:g} to {wanted.high:g} {wanted.unit}); is the unit right?"
         )
     return value
+
+
+def shown_unit(text: str) -> str:
+    """Return a unit, or a text with units in it, as people read it.
+
+    >>> shown_unit("25 um at 134 N*m")
+    '25 µm at 134 N·m'
+    """
+    return MICROMETRE.sub("µm", text).replace("*", "·")
 
 
 def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:

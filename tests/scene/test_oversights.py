@@ -10,7 +10,7 @@ CONSTANT = {"model": "constant", "value": "1e-16 m^2/N"}
 WITH_FILM = {**CONSTANT, "film": True}
 
 
-def pair(material="steel", coefficient=WITH_FILM, rough=True, oil=OIL):
+def pair(material="steel", coefficient=WITH_FILM, rough=True, oil=OIL, damping_law=None):
     own = {"roughness_ra": "0.3 um"} if rough else {}
     table = {
         "gears": {
@@ -21,7 +21,7 @@ def pair(material="steel", coefficient=WITH_FILM, rough=True, oil=OIL):
             "gear": {"teeth": 30, "material": material, **own},
         },
         "operation": {"torque": "10 N*m", "speed": "1100 rpm"},
-        "mesh": {"stiffness": "potential-energy"},
+        "mesh": {"stiffness": "potential-energy"} | ({"damping_law": damping_law} if damping_law else {}),
         "wear": {"load": "static"},
     }
     if coefficient is not None:
@@ -37,6 +37,11 @@ def test_an_oil_that_no_coefficient_asks_changes_no_life():
     assert oversights(pair()) == []
     assert oversights(pair(coefficient={"model": "janakiraman"})) == []
     assert oversights(pair(coefficient={"pinion": CONSTANT, "gear": WITH_FILM})) == []
+
+
+def test_an_oil_that_damps_the_mesh_changes_the_life():
+    told = oversights(pair(coefficient=CONSTANT, damping_law={"model": "squeeze-film"}))
+    assert not any("oil" in line for line in told)
 
 
 def test_a_scene_without_oil_or_wear_is_not_told_of_it():

@@ -120,7 +120,7 @@ def forces(store: Any) -> Iterator[str]:
 def sliding_force(run: xr.Dataset, depth: float) -> float:
     """Return the integral of normal force times sliding over the sun's path at a depth of its wear [W m]."""
     sun = run.sel(flank="sun")
-    rate = (sun.tooth_force * np.abs(sun.sliding_velocity)).fillna(0.0)
+    rate = sun.tooth_force * np.abs(sun.sliding_velocity)
     touched = np.isfinite(sun.path_position.values)
     work = np.trapezoid(rate.values[:, touched], sun.path_position.values[touched], axis=-1)
     return at_depth(run, depth, work)

@@ -10,6 +10,7 @@ from wearlab.figures.errors import FigureError
 from wearlab.figures.kind import KINDS
 from wearlab.store import database, outcome, remarks
 from wearlab.store.errors import StoreError
+from wearlab.units import shown_unit
 
 if TYPE_CHECKING:
     from wearlab.figures.question import Question
@@ -99,7 +100,7 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
                 str(run),
                 (
                     str(label),
-                    *(str(place.get(axis, "")).replace("*", "·").replace(" um", " µm") for axis in axes),
+                    *(shown_unit(str(place.get(axis, ""))) for axis in axes),
                     "missing" if entry is None else store.state_of(entry),
                     ""
                     if entry is None

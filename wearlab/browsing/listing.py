@@ -10,7 +10,7 @@ from wearlab.report.run import value_text
 from wearlab.schema import VARIABLES
 from wearlab.store.grid import words_of_key
 from wearlab.store.search import CatalogueSearch, Page
-from wearlab.units import KINDS
+from wearlab.units import KINDS, shown_unit
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -152,7 +152,7 @@ def _heading(head: str) -> str:
     """Return a heading as people read it: the last words of a key, and its unit."""
     name, bracket, unit = head.partition(" [")
     words = words_of_key(name) if "." in name and "(" not in name else name.replace("_", " ")
-    return f"{words}{bracket}{unit.replace('*', '·').replace('um', 'µm')}"
+    return f"{words}{bracket}{shown_unit(unit)}"
 
 
 def _added(arguments: Mapping[str, str], search: CatalogueSearch) -> str:

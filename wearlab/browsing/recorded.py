@@ -15,7 +15,7 @@ from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.store.errors import StoreError
 from wearlab.store.grid import words_of_key
 from wearlab.store.lineage import name_of
-from wearlab.units import convert, split
+from wearlab.units import convert, shown_unit, split
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -53,7 +53,7 @@ class Told:
 
 
 def campaigns(store: "Store", limit: int = -1, skip: int = 0) -> tuple[list[Told], int]:
-    """Return campaigns of a store, the one recorded last first, and how many there are.
+    """Return campaigns of a store, and how many there are: first those of files, the one recorded last first.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def campaigns(store: "Store", limit: int = -1, skip: int = 0) -> tuple[list[Told
     limit, skip : so many, after the first ones
     """
     rows = store.catalogue.read(
-        "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY recorded DESC"
+        "SELECT key, title, reference, path, recorded FROM campaigns ORDER BY path IS NULL, recorded DESC"
     )
     latest: dict[tuple[str, str], tuple[Any, ...]] = {}
     for row in rows:
@@ -260,4 +260,4 @@ def in_words(key: str, value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     unit, shown = _units(key)
-    return f"{_short(value, unit, shown):.6g} {shown}".strip().replace("*", "·")
+    return shown_unit(f"{_short(value, unit, shown):.6g} {shown}".strip())

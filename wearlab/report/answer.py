@@ -10,6 +10,7 @@ import numpy as np
 from wearlab.scene import Scene
 from wearlab.store.errors import StoreError
 from wearlab.store.outcome import hours_text, place, unasked_end
+from wearlab.units import shown_unit
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
@@ -73,7 +74,7 @@ def case_name(campaign: "Campaign", case: "Case") -> str:
     """Return how a page calls a case: its label, and its place on every axis."""
     keys = {axis.name: axis.key for axis in campaign.axes}
     along = [f"{_axis_name(name, keys[name])} {text}" for name, text in place(campaign, case).items()]
-    return ", ".join([*([case.label] if case.label != "base" or not along else []), *along]).replace("*", "·")
+    return shown_unit(", ".join([*([case.label] if case.label != "base" or not along else []), *along]))
 
 
 def _axis_name(name: str, key: str) -> str:

@@ -67,9 +67,7 @@ LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and
 START_SECONDS = 120
 TOGETHER_SECONDS = 1.0  # that the first worker waits for the others: they share what is to be compiled
 EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
-SILENT_SECONDS = (
-    600  # after which a process of this machine that says nothing is given up: one that ended is seen at once
-)
+SILENT_SECONDS = 600  # of a living process before it is given up; one that ended is seen at once
 ONE_THREAD = {
     name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 }

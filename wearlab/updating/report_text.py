@@ -11,7 +11,7 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
 from wearlab.store.outcome import hours_text
-from wearlab.units import HOUR, convert
+from wearlab.units import HOUR, convert, shown_unit
 from wearlab.updating.draws import ALARM
 from wearlab.updating.lives import NEVER
 
@@ -64,12 +64,11 @@ def answers(tree: xr.DataTree) -> list[str]:
         predictions = tree["predictions"].to_dataset()
         each = []
         for name, _, _, when, ends, *_ in _rows(predictions):
-            if when == "passed":
+            if when == PASSED:
                 each.append(f"{name}: the limit has been passed.")
                 continue
             on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
-            reached = "has been passed" if when == PASSED else f"is reached {on} {when}"
-            each.append(f"{name}: the limit {reached}, with 90 % between {ends}.")
+            each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
         return [*each, *_first(predictions)]
     lines = []
     for label in _labels(tree):
@@ -77,7 +76,7 @@ def answers(tree: xr.DataTree) -> list[str]:
         limit = predictions["limit"]
         declared = VARIABLES[str(limit.attrs["quantity"])]
         value = convert(float(limit), declared.units, declared.display_units)
-        wear = f"{value:.4g} {declared.display_units.replace('um', 'µm')} of wear"
+        wear = f"{value:.4g} {shown_unit(declared.display_units)} of wear"
         where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
         times = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
         low, middle, high = ((hours_text(t) or "0 h") if np.isfinite(t) else "never" for t in times[::2])
@@ -247,7 +246,7 @@ def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) ->
         wide, narrow = np.log([before, after]) if before[0] > 0.0 < after[0] else (before, after)
         yield {
             "name": name.replace("_", " "),
-            "unit": "" if shown == "1" else shown.replace("um", "µm"),
+            "unit": "" if shown == "1" else shown_unit(shown),
             "after": after,
             "before": before,
             "narrowed": np.ptp(wide) / max(np.ptp(narrow), 1e-300),
@@ -418,6 +417,6 @@ def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:
             scale = convert(1.0, unit, shown) if shown != unit else 1.0
             yield (
                 name,
-                "" if shown == "1" else shown.replace("um", "µm"),
+                "" if shown == "1" else shown_unit(shown),
                 scale * np.quantile(sample[name].values, [0.05, 0.5, 0.95]),
             )

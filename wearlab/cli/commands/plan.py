@@ -1,6 +1,5 @@
 """Before a run: ``check``, ``plan``, ``compile`` and ``modes``."""
 
-import math
 from collections import Counter
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wearlab.cli import output, registry
 from wearlab.cli.campaigns import first_of_each_label, impossible, refuse_the_impossible, sound_campaign
 from wearlab.store import Store, outcome
-from wearlab.units import HOUR, MINUTE
+from wearlab.units import HOUR, MINUTE, convert
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from wearlab.runner.plan import Amount, Plan
 
 
-RPM = math.pi / 30.0
 MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
 
@@ -100,9 +98,10 @@ def _tell_duty(label: str, case: "Case") -> None:
     read = "" if table is None else f", {table.file}: {table.understood}"
     output.say(f"\nload spectrum of {label}{read}")
     rows = [
-        [f"{value:.6g}" for value in (b.torque, b.speed / RPM, 100.0 * b.share, 1e-3 * b.torque * b.speed)]
+        [f"{b.torque:.6g}", f"{convert(b.speed, 'rad/s', 'rpm'):.6g}", f"{100.0 * b.share:.6g}",
+         f"{1e-3 * b.torque * b.speed:.6g}"]
         for b in blocks
-    ]
+    ]  # fmt: skip
     mean = sum(block.share * block.torque * block.speed for block in blocks)
     rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
     output.show_table(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)

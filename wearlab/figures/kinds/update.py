@@ -432,9 +432,11 @@ UNIT = plot.Scale("unit, the first to reach the limit on top", "1")
 @update_kind("fleet", "Which unit comes first", ("predictions:unit",))
 def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """When each unit of a fleet reaches the limit: median, 50 and 90 %."""
+    from wearlab.updating.report_text import MAYBE
+
     data = update["predictions"]
     ends, across = _ends(update)
-    passed = np.where(data["end_passed"].values > 0.05, data["worn"].values, 0.0)
+    passed = np.where(data["end_passed"].values > MAYBE, data["worn"].values, 0.0)
     order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
     start = ends[:, 0].min()

@@ -79,11 +79,12 @@ def solve_phases(
         _share(reach, width, cross, shared)
         _start(reach, load, gap, force[i], touching)
         mean = force[i] / width.sum()
-        for iteration in range(MOST_ITERATIONS):
+        settled = False
+        for iteration in range(MOST_ITERATIONS + 1):  # the last time about what the contact yields, held
             for line in range(n_lines):
                 _straighten(
                     reach[line], width, filled, hertz, softening, least, gap, load[line], touching[line],
-                    spring[line], free[line], 1.0,
+                    spring[line], free[line], 0.0 if settled else 1.0,
                 )  # fmt: skip
                 if solid is None:
                     slope[line], preload[line] = _respond(
@@ -94,27 +95,14 @@ def solve_phases(
                     slope[line], preload[line] = _respond_solid(
                         solid[i, line], factor, layer, unit[line], offset[line], spring[line], free[line]
                     )
+            if settled:
+                break
             deflection[i], _ = _balance(slope, preload, shared, force[i], system, at)
             change, moved = _update(
                 reach, gap, at, unit, offset, spring, free, width, filled, force[i], load, touching
             )
             most = max(most, iteration + 1)
-            if not moved and change <= SETTLED * mean:
-                break
-        for line in range(n_lines):
-            _straighten(
-                reach[line], width, filled, hertz, softening, least, gap, load[line], touching[line],
-                spring[line], free[line], 0.0,
-            )  # fmt: skip
-            if solid is None:
-                slope[line], preload[line] = _respond(
-                    reach[line], width, spacing, filled, body, shear, layer, unit[line], offset[line],
-                    spring[line], free[line],
-                )  # fmt: skip
-            else:
-                slope[line], preload[line] = _respond_solid(
-                    solid[i, line], factor, layer, unit[line], offset[line], spring[line], free[line]
-                )
+            settled = (not moved and change <= SETTLED * mean) or iteration + 1 == MOST_ITERATIONS
         _, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
     return most
 
