@@ -1,7 +1,6 @@
 """README and docs: every file and command in them runs as it is printed; reference pages say everything."""
 
 import importlib.util
-import json
 import os
 import re
 import subprocess
@@ -11,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from wearlab.campaign import load
-from wearlab.campaign.claims import Checked
+from wearlab.campaign.claims import check_record, stale
+from wearlab.scene.identity import MODEL_VERSION
 
 TOP = Path(__file__).parents[1]
 DOCS = TOP / "docs"
@@ -108,33 +107,55 @@ def test_reference_pages_are_those_of_this_code(tmp_path):
     assert [name for name in made if made[name] != kept[name]] == []
 
 
-def test_pages_of_papers_are_those_of_their_claims():
-    """``python docs/papers_pages.py STORE`` measures; every claim is there and holds."""
+@pytest.fixture(scope="module")
+def papers():
+    """The module that makes the papers' pages, and what is kept of every campaign that they name."""
     made = reference_pages("papers_pages")
-    measured = json.loads(made.MEASURED.read_text())
-    for name, text in made.pages(measured).items():
+    return made, made.all_kept()
+
+
+def test_every_claim_of_every_campaign_holds(papers):
+    """On runs of today's scenes and model version: ``python docs/papers_pages.py STORE`` measures."""
+    _, kept = papers
+    claiming = {
+        file.stem for file in (TOP / "campaigns").rglob("*.toml") if "\n[[claim]]" in file.read_text()
+    }
+    assert claiming <= set(kept)
+    for name, (campaign, record, version, _) in kept.items():
+        checked, lacking = check_record(campaign, record, stale(campaign, record))
+        assert [(name, one.claim.name, one.reason) for one in checked if not one.holds] == []
+        assert (name, lacking, version) == (name, [], MODEL_VERSION)
+
+
+def test_pages_of_papers_are_those_of_their_claims(papers):
+    made, kept = papers
+    for name, text in made.pages(kept).items():
         assert (made.PAPERS / name).read_text() == text, name
-    for file in made.files():
-        for name in made.names(tomllib.loads(file.read_text())):
-            claims = {claim.name: claim for claim in load(TOP / "campaigns" / f"{name}.toml").claims}
-            kept = {one["name"]: one for one in measured[name]["claims"]}
-            assert list(claims) == list(kept), name
-            for word, claim in claims.items():
-                assert Checked(claim, kept[word]["measured"]).holds, (name, word)
+    shown = set(re.findall(r"\]\(images/([^)]+)\)", "".join(made.pages(kept).values())))
+    assert shown == {file.name for file in (made.PAPERS / "images").iterdir()}
+    assert {file.stem for file in made.MEASURED.iterdir()} == set(kept)
 
 
-def test_papers_have_a_row_for_each_figure_and_table():
+def test_papers_have_a_row_for_each_figure_table_and_conclusion(papers):
     """Silence is no answer: why something cannot be reproduced is one."""
-    made = reference_pages("papers_pages")
-    measured = json.loads(made.MEASURED.read_text())
-    counts = {"l16": (13, 1), "w23": (12, 1), "y23": (20, 1), "b23": (12, 2)}
+    made, kept = papers
+    counts = {"l16": (13, 1, 6), "w23": (12, 1, 3), "y23": (20, 1, 4), "b23": (12, 2, 4)}
     for file in made.files():
         paper = tomllib.loads(file.read_text())
-        shown = {row[0] for row in made.rows(paper, measured)}
-        figures, tables = counts[file.stem]
-        wanted = {f"Fig. {n}" for n in range(1, figures + 1)} | {f"Table {n}" for n in range(1, tables + 1)}
-        assert wanted <= shown
-        assert all(any(row[2:]) for row in made.rows(paper, measured))
+        shown = {row[0] for row in made.rows(paper, kept)}
+        for word, count in zip(("Fig.", "Table", "Conclusion"), counts[file.stem], strict=True):
+            assert {f"{word} {number}" for number in range(1, count + 1)} <= shown
+        assert all(any(row[2:]) for row in made.rows(paper, kept))
+
+
+def test_quick_campaigns_are_those_whose_runs_take_seconds(papers):
+    """A change is checked by new runs of these, and by what was measured of all others."""
+    made, kept = papers
+    quick = {Path(file).stem for file in made.quick(kept)}
+    assert sum(kept[name].seconds for name in quick) < 90.0  # of one core
+    assert all(0.0 < kept[name].seconds < 20.0 for name in quick)
+    assert sum(len(kept[name].campaign.claims) for name in quick) > 100
+    assert "papers_pages.py --quick" in (TOP / ".ci" / "run").read_text()
 
 
 def test_every_link_leads_to_a_file():

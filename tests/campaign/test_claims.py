@@ -1,5 +1,7 @@
 """Claims of a campaign, and numbers in its notes: read off stored runs, failing by name."""
 
+import json
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -167,6 +169,86 @@ def test_three_numbers_changed_in_a_stored_run_make_three_claims_fail(file, stor
     told = capsys.readouterr()
     assert "0 of 3 claims hold" in told.out
     assert all(f"fails  {name}: " in told.err for name in ("worn", "deepest_at", "growth"))
+
+
+@pytest.fixture
+def kept(file, store, tmp_path, capsys):
+    """What the runs say, as the command writes it: three claims hold, the note has every number."""
+    file.write_text(file.read_text().replace("{max(wear_depth / 0):.1f um}", ""))
+    assert status_of(["check", str(file), "--claims", "--json", "--store", str(store.path)]) == 0
+    record = tmp_path / "measured.json"
+    record.write_text(capsys.readouterr().out)
+    return record
+
+
+def held(file, record, capsys):
+    """Return status and words of holding claims against a record, without any store."""
+    capsys.readouterr()
+    status = status_of(["check", str(file), "--claims", "--measured", str(record)])
+    told = capsys.readouterr()
+    return status, told.out + told.err
+
+
+def test_claims_hold_against_what_was_measured(file, kept, capsys):
+    status, told = held(file, kept, capsys)
+    assert status == 0 and "3 of 3 claims hold" in told
+    assert status_of(["check", str(file), "--claims", "--measured", str(kept), "--json"]) == 0
+    again, record = json.loads(capsys.readouterr().out), json.loads(kept.read_text())
+    assert again == record and len(record["runs"]) == 3
+
+
+def test_three_numbers_changed_in_what_was_measured_make_three_claims_fail(file, kept, capsys):
+    record = json.loads(kept.read_text())
+    for one, number in zip(record["claims"], (5.4, 800.0, 301.5), strict=True):
+        one["measured"] = number
+    kept.write_text(json.dumps(record))
+    status, told = held(file, kept, capsys)
+    assert status == 1 and "0 of 3 claims hold" in told
+    assert all(f"fails  {name}: " in told for name in ("worn", "deepest_at", "growth"))
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ('"3720 rpm"]', '"3730 rpm"]', "1 of 3 runs were not measured, or with another scene or model "
+         "version, the first base, speed=3730 rpm; measure anew"),
+        (', "3720 rpm"]', "]", "1 runs that were measured are no longer of the campaign; measure anew"),
+        ("max(max_wear_depth, flank)", "min(max_wear_depth, flank)",
+         "fails  worn: not measured, or by another formula"),
+        ("{worn:.2f} µm", "{worn:.3f} µm", "figure 1 (max-wear): note: {((max(max_wear_depth, flank))"),
+    ],
+    ids=["another scene", "a run less", "another formula", "another number of a note"],
+)  # fmt: skip
+def test_what_was_measured_of_something_else_does_not_count(file, kept, capsys, old, new, message):
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, new))
+    status, told = held(file, kept, capsys)
+    assert status == 1 and message in told and "measure anew" in told
+
+
+def test_another_model_version_makes_all_claims_fail(file, kept, capsys, monkeypatch):
+    monkeypatch.setattr("wearlab.scene.identity.MODEL_VERSION", 6)
+    status, told = held(file, kept, capsys)
+    assert status == 1 and "0 of 3 claims hold" in told and "3 of 3 runs were not measured" in told
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("{", "Invalid JSON"),
+        ('{"runs": [], "numbers": {}}', "claims: Field required"),
+        ('{"runs": [], "numbers": {}, "claims": [{"name": "a", "formula": "", "unit": "", "measured": "x"}]}',
+         "claims: 0: measured: Input should be a valid number"),
+        (None, "No such file"),
+    ],
+)  # fmt: skip
+def test_what_is_no_record_is_refused(file, tmp_path, capsys, text, message):
+    record = tmp_path / "measured.json"
+    if text is not None:
+        record.write_text(text)
+    status, told = held(file, record, capsys)
+    assert status == 2 and message in told and str(record) in told
+    assert status_of(["check", str(file), "--measured", str(record)]) == 2  # without --claims
 
 
 @pytest.mark.parametrize(

@@ -113,3 +113,7 @@ def test_the_base_is_told_from_the_cases_that_change_little(tmp_path, campaign):
         Case("static", "2" * 32),
     )
     assert store.open(replace(campaign, cases=cases))["case"].attrs["base"] == "loaded error"
+    put(store, "3" * 32, run(1000.0), json.dumps({"wear": given[0] | {"contact_patch": "none"}}))
+    put(store, "4" * 32, run(1000.0), json.dumps({"wear": given[0] | {"contact_patch": "elastic"}}))
+    cases = (Case("base", "3" * 32, {"relief": 0}), Case("spread", "4" * 32, {"relief": 0}))
+    assert store.open(replace(campaign, cases=cases))["case"].attrs["base"] == "no contact patch"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
 from wearlab.campaign.inheritance import CampaignError, is_list_of, modelled
@@ -214,27 +214,164 @@ class Checked:
         return self.measured is not None and low - slack <= self.measured <= high + slack
 
 
-def check_claims(claims: Sequence[ClaimSpec], grid: "xr.Dataset") -> Iterator[Checked]:
-    """Yield every claim of a campaign with what the runs say."""
-    from wearlab.query.amounts import AmountError, amount
-
+def _spelled(claims: Sequence[ClaimSpec]) -> Iterator[tuple[ClaimSpec, str]]:
+    """Yield every claim with its formula, in which no other claim is named."""
     formulas: Mapping[str, str] = {claim.name: claim.formula for claim in claims}
     for claim in claims:
         others = {name: text for name, text in formulas.items() if name != claim.name}
+        yield claim, spelled_out(claim.formula, others)
+
+
+class MeasuredClaim(BaseModel):
+    """What runs say of a claim; what else a file tells of it is not read.
+
+    Parameters
+    ----------
+    name, formula, unit : of the claim, no other claim named in the formula
+    measured : in that unit, None when the runs do not have it
+    reason : why they do not
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    formula: str
+    unit: str
+    measured: float | None
+    reason: str = ""
+
+
+class ClaimRecord(BaseModel):
+    """What runs say of a campaign's claims and notes, as ``wearlab check --claims --json`` writes it.
+
+    Parameters
+    ----------
+    runs : ids of the runs that were there: they know scene and model version
+    claims : with their numbers
+    numbers : what stands for each placeholder of a note
+    unfilled : why some have a dash
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    runs: tuple[str, ...]
+    claims: tuple[MeasuredClaim, ...]
+    numbers: dict[str, str]
+    unfilled: tuple[str, ...] = ()
+
+    @classmethod
+    def read(cls, text: str | bytes, name: str) -> "ClaimRecord":
+        """Return the record that a file holds.
+
+        Raises
+        ------
+        ValueError : it holds something else
+        """
         try:
-            yield Checked(claim, amount(spelled_out(claim.formula, others), grid, claim.unit))
+            return cls.model_validate_json(text)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = "".join(f"{part}: " for part in first["loc"])
+            raise ValueError(
+                f"{name}: {where}{first['msg']}; give what `wearlab check FILE --claims --json` wrote"
+            ) from None
+
+
+def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
+    """Return what the runs of a campaign say of its claims and notes."""
+    from wearlab.query.amounts import AmountError, amount
+
+    claims = []
+    for claim, formula in _spelled(campaign.claims):
+        number, reason = None, ""
+        try:
+            number = amount(formula, grid, claim.unit)
         except AmountError as error:
-            yield Checked(claim, None, str(error))
-
-
-def unfilled(campaign: Any, grid: "xr.Dataset") -> list[str]:
-    """Return why numbers in the notes of a campaign's figures cannot be read off its runs."""
-    problems: list[str] = []
-    for number, spec in enumerate(campaign.figures, 1):
+            reason = str(error)
+        claims.append(
+            MeasuredClaim(name=claim.name, formula=formula, unit=claim.unit, measured=number, reason=reason)
+        )
+    numbers: dict[str, str] = {}
+    unfilled: list[str] = []
+    for where, note in _notes(campaign):
         own: list[str] = []
-        filled(spelled_note(spec.note or "", campaign.claims), grid, own)
-        problems += [f"figure {number} ({spec.kind}): note: {line}" for line in own]
-    return problems
+        numbers |= {found[0]: filled(found[0], grid, own) for found in _placeholders(note)}
+        unfilled += [f"{where}: {line}" for line in own]
+    there = grid["run_id"].values[grid["status"].values == "done"]
+    runs = tuple(dict.fromkeys(there.ravel().tolist()))
+    return ClaimRecord(runs=runs, claims=tuple(claims), numbers=numbers, unfilled=tuple(unfilled))
+
+
+def check_record(campaign: Any, record: ClaimRecord, stale: str = "") -> tuple[list[Checked], list[str]]:
+    """Return every claim with what runs said of it, and which numbers of notes they do not tell.
+
+    Parameters
+    ----------
+    campaign : its claims and figures
+    record : what the runs said
+    stale : why that is no more to be taken, "" when it is
+    """
+    told = {one.name: one for one in record.claims}
+    checked = []
+    for claim, formula in _spelled(campaign.claims):
+        one = told.get(claim.name)
+        if stale or one is None or (one.formula, one.unit) != (formula, claim.unit):
+            checked.append(Checked(claim, None, stale or "not measured, or by another formula; measure anew"))
+        else:
+            checked.append(Checked(claim, one.measured, one.reason))
+    return checked, [
+        *record.unfilled,
+        *(
+            f"{where}: {found[0]}: not measured; measure anew"
+            for where, note in _notes(campaign)
+            for found in _placeholders(note)
+            if found[0] not in record.numbers
+        ),
+    ]
+
+
+def stale(campaign: Any, record: ClaimRecord) -> str:
+    """Return why a record is not of a campaign's runs as they are today, "" when it is."""
+    ids = {case.id for case in campaign.cases}
+    moved = [case for case in campaign.cases if case.id not in record.runs]
+    lost = len(set(record.runs) - ids)
+    if moved:
+        at = {
+            axis.name: f"{axis.values[moved[0].position[axis.name]]} {axis.units or ''}".replace(".0 ", " ")
+            for axis in campaign.axes
+            if axis.name in moved[0].position
+        }
+        first = ", ".join([moved[0].label, *(f"{name}={value}".rstrip() for name, value in at.items())])
+        return (
+            f"{len({case.id for case in moved})} of {len(ids)} runs were not measured, or with another scene "
+            f"or model version, the first {first}; measure anew"
+        )
+    return f"{lost} runs that were measured are no longer of the campaign; measure anew" if lost else ""
+
+
+def refilled(note: str, numbers: Mapping[str, str]) -> str:
+    """Return a note with numbers that were measured in place of its placeholders, or dashes."""
+    return PLACEHOLDER.sub(
+        lambda found: numbers.get(found[0], ABSENT) if FORMAT.fullmatch(found[2] or "") else found[0], note
+    )
+
+
+def _notes(campaign: Any) -> Iterator[tuple[str, str]]:
+    """Yield where each note of a campaign's figures stands, and the note, its placeholders spelled out."""
+    for number, spec in enumerate(campaign.figures, 1):
+        yield f"figure {number} ({spec.kind}): note", spelled_note(spec.note or "", campaign.claims)
+
+
+def _placeholders(note: str) -> Iterator[re.Match[str]]:
+    return (found for found in PLACEHOLDER.finditer(note) if FORMAT.fullmatch(found[2] or ""))
+
+
+def _called(campaign: Any, case: Any) -> str:
+    """Return the label of a case and its place on the axes."""
+    axes = [axis for axis in campaign.axes if axis.name in case.position]
+    return ", ".join(
+        [case.label, *(f"{a.name}={a.values[case.position[a.name]]} {a.units or ''}".rstrip() for a in axes)]
+    )
 
 
 def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
@@ -249,7 +386,7 @@ def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     told = [(f"claim {claim.name}", claim.formula) for claim in claims]
     for number, spec in enumerate(campaign.figures, 1):
         note = spelled_note(getattr(spec, "note", None) or "", claims)
-        told += [(f"figure {number}: note", f[1]) for f in PLACEHOLDER.finditer(note) if f[2] is not None]
+        told += [(f"figure {number}: note", found[1]) for found in _placeholders(note)]
     own = {claim.name for claim in claims}
     return [
         f"{where}: {named.name!r} is no variable{nearest.meant(named.name, known)}"

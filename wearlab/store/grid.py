@@ -159,7 +159,8 @@ def _base_words(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
             told |= words
     if told:
         kinds = (key.removesuffix(".model").rpartition(".")[2] for key in told)
-        return ", ".join(map(" ".join, zip(told.values(), kinds, strict=True))).replace("_", " ")
+        values = ("no" if word == "none" else word for word in told.values())
+        return ", ".join(map(" ".join, zip(values, kinds, strict=True))).replace("_", " ")
     unswept = (
         campaign.axes and first and not any(case.position for case in campaign.cases if case.label != BASE)
     )

@@ -3,6 +3,7 @@
 from collections import Counter
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import output, registry
@@ -25,6 +26,7 @@ MOST_VALUES = 20
 def check(
     file: registry.File,
     claims: bool = False,
+    measured: Path | None = None,
     folder: registry.StoreFolder = registry.STORE,
     json: registry.Json = False,
 ) -> output.Status:
@@ -33,9 +35,12 @@ def check(
     Parameters
     ----------
     claims : Hold what FILE says of its runs against those in the store.
+    measured : JSON: With --claims: against what it wrote with --json, of equal runs, not the store.
     """
     if claims:
-        return _check_claims(sound_campaign(file), Store(folder), json)
+        return _check_claims(sound_campaign(file), measured or Store(folder), json)
+    if measured:
+        raise output.Stop("--measured holds claims: write --claims, too")
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = sound_campaign(file)
@@ -107,24 +112,36 @@ def _tell_duty(label: str, case: "Case") -> None:
     output.show_table(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
 
 
-def _check_claims(campaign: "Campaign", store: "Store", json: bool) -> output.Status:
-    """Tell of every claim what the stored runs say, and which numbers of notes they do not have."""
-    from wearlab.campaign.claims import check_claims, unfilled
+def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> output.Status:
+    """Tell of every claim what runs say, and which numbers of notes they do not have."""
+    from wearlab.campaign import claims
 
-    grid = store.open(campaign)
-    checked, lacking = list(check_claims(campaign.claims, grid)), unfilled(campaign, grid)
+    if isinstance(held_by, Store):
+        record, stale = claims.measured(campaign, held_by.open(campaign)), ""
+    else:
+        with output.refusing(OSError, ValueError):
+            record = claims.ClaimRecord.read(held_by.read_bytes(), str(held_by))
+        stale = claims.stale(campaign, record)
+    checked, lacking = claims.check_record(campaign, record, stale)
     if json:
+        told = {one.name: one.model_dump() for one in record.claims}
         rows = [
-            {**one.claim.model_dump(exclude_none=True), "measured": one.measured, "holds": one.holds}
+            {
+                **told.get(one.claim.name, {}),
+                **one.claim.model_dump(exclude_none=True),
+                **{"measured": one.measured, "reason": one.reason, "holds": one.holds},
+            }
             for one in checked
         ]
-        output.show_json({"title": campaign.title, "claims": rows, "unfilled": lacking})
+        output.show_json(
+            {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
+        )
     else:
         for one in checked:
             claim = one.claim
             said = one.reason if one.measured is None else f"{one.measured:.4g} {claim.unit}".rstrip()
-            told = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
-            (output.say if one.holds else output.complain)(f"{'holds' if one.holds else 'fails'}  {told}")
+            words = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
+            (output.say if one.holds else output.complain)(f"{'holds' if one.holds else 'fails'}  {words}")
         for line in lacking:
             output.complain(f"fails  {line}")
         output.say(f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {campaign.title}")
