@@ -145,6 +145,20 @@ def test_a_result_that_fails_costs_no_life(plugin):
     assert "mean_wear" in str(run.attrs) + str(run.validity.values)
 
 
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        ('run["wear_depth"]', "its dimensions are (update, flank, profile), declared are (update, flank)"),
+        ('run["wear_depth"].mean(("flank", "profile"))', "its dimensions are (update), declared"),
+        ('run["wear_depth"].mean("profile").isel(update=[0])', "not those of the run"),
+        ('run["wear_depth"].mean("profile").astype(str)', "its values are no numbers"),
+    ],
+)
+def test_a_result_is_held_to_its_declaration(plugin, found, said):
+    run = simulate(load({**SMALL, "plugins": [plugin(found=found)]}).cases[0].scene)
+    assert "mean_wear" not in run and said in run.validity.item()
+
+
 def test_a_kind_of_figure_is_drawn_and_asks_for_its_code(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = EXAMPLE.read_text().replace("../base", str(EXAMPLE.parents[1] / "base"))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wearlab.life.checkpoint import checkpoints
+from wearlab.life.euler import Euler
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots
 
@@ -51,7 +52,11 @@ class Wavers(Rate):
         return np.maximum(0.0, self.still(h) + self.noise * np.cos(np.arange(h.size) * self.last))
 
 
-def lived(image=None, die_after=None, of=Rate):
+class OwnEuler(Euler):
+    """A method of no module of wearlab, as a plug-in's is."""
+
+
+def lived(image=None, die_after=None, of=Rate, method=None):
     images, told = [], []
 
     def tell(state, image_of):
@@ -67,6 +72,7 @@ def lived(image=None, die_after=None, of=Rate):
                 rate,
                 np.zeros(9),
                 limits=Limits(depth=1e-5),
+                method=method,
                 snapshots=Snapshots(cycles=(1e3, 5e3)),
                 progress=lambda node: shown.append((node.cycle, rate.last)),
             )
@@ -105,6 +111,17 @@ def test_a_killed_life_whose_steps_are_held_goes_on_bit_for_bit(after):
     assert whole.count_steps > 20 and all(step.by is None for step in whole.steps)
     _, kept, *_ = lived(die_after=after, of=Wavers)
     same(lived(kept[-1], of=Wavers)[0], whole)
+
+
+@pytest.mark.parametrize("after", [1, 7])
+def test_a_killed_life_with_a_step_of_ones_own_goes_on_bit_for_bit(after):
+    whole, *_ = lived(method=OwnEuler(5e-7))
+    _, kept, *_ = lived(die_after=after, method=OwnEuler(5e-7))
+    again, more, *_ = lived(kept[-1], method=OwnEuler(5e-7))
+    same(again, whole)
+    assert len(more) == whole.count_steps - after
+    other, *_ = lived(kept[-1], method=OwnEuler(1e-6))
+    assert other.count_steps < whole.count_steps
 
 
 def test_what_ended_is_not_marched_again():

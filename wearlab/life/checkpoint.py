@@ -347,4 +347,10 @@ def checkpoint(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Checkpoint |
     recorder = _RECORDER.get()
     if recorder is None:
         return None
-    return Checkpoint(recorder, hashlib.sha256(encoded(begins)).hexdigest(), shared)
+    hashed = hashlib.sha256()
+    for each in begins:
+        try:
+            hashed.update(encoded(each))
+        except CheckpointError:  # a step of a plug-in
+            hashed.update(repr(each).encode())
+    return Checkpoint(recorder, hashed.hexdigest(), shared)

@@ -151,9 +151,20 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iter
     return run
 
 
+BESIDE = ("duty", "stage", "error_angle", "face")
+"""Dimensions that a result may have besides those declared: conditions, errors, the width of flanks."""
+
+
 def _variable(result: Result, run: xr.Dataset) -> xr.Variable:
     """Return a result as declared; what conditions or errors move has their dimension after the first."""
     dims, values = result.variable.dims, result.of(run)
     beside = [dim for dim in values.dims if dim not in dims]
+    if not set(dims) <= set(values.dims) or not set(beside) <= set(BESIDE):
+        found, declared = (", ".join(map(str, names)) for names in (values.dims, dims))
+        raise ValueError(f"its dimensions are ({found}), declared are ({declared})")
+    if any(values.sizes[dim] != run.sizes.get(dim, values.sizes[dim]) for dim in values.dims):
+        raise ValueError(f"its sizes are {dict(values.sizes)}, not those of the run")
+    if values.dtype.kind not in "biuf":
+        raise ValueError(f"its values are no numbers, but {values.dtype}")
     order = (*dims[:1], *beside, *dims[1:])
     return xr.Variable(order, np.asarray(values.transpose(*order).values), attributes(result.name))

@@ -1,0 +1,62 @@
+"""A step over cycles of one's own: Heun's method, of second order.
+
+A method has a `start`, which returns a stepper at the first state. The stepper's ``advance`` takes one step:
+``h₁ = h₀ + ΔN r(h₀)``, then ``h = h₀ + ΔN (r(h₀) + r(h₁))/2``. How long a life may be, snapshots, depth limits
+and checkpoints are not its business.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from wearlab.life.step import Node, Step, growth
+from wearlab.life.steps import StepMethod
+from wearlab.options import POSITIVE, Depth, option
+
+
+class HeunStep(StepMethod):
+    """Heun's method, a step as long as the wear takes to grow by a threshold."""
+
+    method: Literal["heun"] = option("heun", "second order, two rates a step", source="a user")
+    threshold: Annotated[Depth, POSITIVE] = option("1 um", "wear of a step")
+
+    def build(self):
+        """Return the method."""
+        return Heun(self.threshold)
+
+
+@dataclass(frozen=True)
+class Heun:
+    """The method: what every life begins with."""
+
+    threshold: float
+
+    def start(self, node, rate, tolerance, scale):
+        """Return the stepper of one life."""
+        return HeunStepper(rate, self.threshold)
+
+
+class HeunStepper:
+    """Takes step after step, none rejected."""
+
+    rejected, saw_tooth, hurried, wave_growth = 0, False, False, 0.0
+
+    def __init__(self, rate, threshold):
+        self.rate, self.threshold = rate, threshold
+        self.trying, self.longest = 0.0, np.inf
+
+    def advance(self, node, largest):
+        """Return the step from ``node``, at most ``largest`` cycles long, and no jump."""
+        fastest = float(node.rate.max())
+        wanted = self.threshold / fastest if fastest > 0.0 else np.inf
+        self.trying = size = min(wanted, largest, self.longest)
+        first = self.rate(node.depth + size * node.rate)
+        depth = node.depth + 0.5 * size * (node.rate + first)
+        end = Node(node.cycle + size, depth, self.rate(depth))
+        error = size * (end.rate - first) / 6.0
+        return Step(node, end, (node.rate, end.rate), error, growth(node, end)), None
+
+    def shorten(self, size):
+        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
+        self.longest = size
