@@ -1,8 +1,8 @@
 """A step over cycles of one's own: Heun's method, of second order.
 
 A method has a `start`, which returns a stepper at the first state. The stepper's ``advance`` takes one step:
-``h₁ = h₀ + ΔN r(h₀)``, then ``h = h₀ + ΔN (r(h₀) + r(h₁))/2``. How long a life may be, snapshots, depth limits
-and checkpoints are not its business.
+``h₁ = h₀ + ΔN r(h₀)``, then ``h = h₀ + ΔN (r(h₀) + r(h₁))/2``. How long a life may be, snapshots, depth
+limits and checkpoints are not its business.
 """
 
 from dataclasses import dataclass

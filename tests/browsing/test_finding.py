@@ -5,8 +5,9 @@ import re
 import pytest
 from fake_campaign import filled, sweep
 
+import wearlab as wl
 from wearlab.browsing import contents, listing, recorded
-from wearlab.browsing.one_run import in_hours, longest
+from wearlab.browsing.lives import WornPlace, in_hours, longest, told, why, worn_place
 
 
 def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):
@@ -14,7 +15,7 @@ def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):
     assert told.problem == "340 of what? Write torque with its unit: 340 N*m"
     assert (told.where, told.refused) == ("life > 1", ("torque", ">=", "340"))
     page = small.page("runs", word="torque", sign=">=", value="340")
-    assert 'placeholder="340 N*m" value="340"' in page and '<option value="&gt;=" selected>' in page
+    assert 'placeholder="such as 340 N*m" value="340"' in page and '<option value="&gt;=" selected>' in page
     for written in ("340 N*m", "340 Nm", "340 N·m"):
         told = listing.listed(small.store, {"word": "torque", "sign": ">=", "value": written})
         assert (told.problem, told.where) == ("", f"torque >= {written}")
@@ -55,21 +56,21 @@ def test_the_longest_life_is_told_with_what_differs():
     keys, told = scenes(torque=(300.0, 340.0, 400.0))
     assert longest((9e8, 6e8, 3e8), "abc", told, keys) == [
         "The longest life is 9e+08 cycles, of a: 3 times the shortest, of c.",
-        "It has the lowest operation.torque, 300 N·m: in these runs life never falls as it gets lower.",
+        "It has the lowest torque, 300 N·m: in these runs life never falls as it gets lower.",
     ]
     beside = longest((9e8, 3e8, 6e8), "abc", told, keys)[1]
-    assert beside == "It has the lowest operation.torque, 300 N·m."
+    assert beside == "It has the lowest torque, 300 N·m."
     middle = longest((3e8, 9e8, 6e8), "abc", told, keys)[1]
-    assert middle == "It has operation.torque 340 N·m, neither the lowest nor the highest."
+    assert middle == "It has torque 340 N·m, neither the lowest nor the highest."
 
 
 def test_several_differences_name_no_cause():
     keys, told = scenes(torque=(300.0, 300.0, 400.0, 400.0), model=("x", "y", "y", "x"))
     said = longest((9e8, 6e8, 3e8, None), "abcd", told, keys)
     assert said[1:] == [
-        "It has the lowest operation.torque, 300 N·m, shared with others: "
+        "It has the lowest torque, 300 N·m, shared with others: "
         "in these runs life never falls as it gets lower.",
-        "It has operation.model x.",
+        "It has operation model x.",
         "2 keys differ: compare runs that differ in one alone to see what each does.",
         "1 of these runs have no life.",
     ]
@@ -92,5 +93,56 @@ def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
 
 def test_a_life_that_is_longest_in_hours_alone_is_told():
     told = in_hours((3.6e8, 3.7e8, None), (5500 * 3600.0, 3310 * 3600.0, 9e9), "abc")
-    assert told == "Counted in hours it is another one: 5,500 h, of a."
+    assert told == "Counted in hours another one lives longest, a: 5,500 h."
     assert in_hours((3.6e8, 3.7e8), (10 * 3600.0, 20 * 3600.0), "ab") == in_hours((1.0,), (None,), "a") == ""
+
+
+def test_a_place_is_worn_out_by_what_differs_there():
+    own = WornPlace("pinion", -6.8e-3, 0.9e-13, {"tooth_force": 900.0, "specific_sliding": 0.5})
+    other = WornPlace("gear", 0.0, 1e-13, {"tooth_force": 1000.0, "specific_sliding": 0.5})
+    assert why(own, other) == [
+        "It is worn out on the pinion 6.8 mm before the pitch point, "
+        "the next on the gear at the pitch point.",
+        "There it wears 10 % less a cycle than the next: "
+        "force on the tooth −10 %, specific sliding the same.",
+    ]
+    assert why(own, other._replace(rate=0.0)) == []
+
+
+def test_the_page_says_why_one_lives_longer(opened, tmp_path):
+    """Two torques, everything else alike: the force alone differs, and the product is the rate."""
+    table = {
+        "title": "Two torques",
+        "gears": {
+            "kind": "external-pair",
+            "module": "3 mm",
+            "face_width": "20 mm",
+            "pinion": {"teeth": 25},
+            "gear": {"teeth": 30},
+        },
+        "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
+        "mesh": {"stiffness": "potential-energy"},
+        "wear": {
+            "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},
+            "load": "static",
+            "contact_patch": "none",
+            "until": {"depth": "2 um"},
+        },
+        "sweep": [{"operation.torque": ["100 N*m", "110 N*m"]}],
+    }
+    store = wl.Store(tmp_path / "store")
+    campaign = wl.load(table)
+    wl.run(campaign, store, workers=1, progress=False)
+    first, second = (store.find(case.scene.id) for case in campaign.cases)
+    places = [worn_place(store, entry) for entry in (first, second)]
+    for place, entry in zip(places, (first, second), strict=True):
+        assert place.rate * entry.summary["life"] == pytest.approx(2e-6, rel=1e-9)
+    force = places[0].factors["tooth_force"] / places[1].factors["tooth_force"]
+    assert force == pytest.approx(places[0].rate / places[1].rate, rel=5e-3)
+    said = told(store, [first, second], ["100 N·m", "110 N·m"], ["operation.torque"])
+    assert said[1].startswith("The next, 110 N·m, lives ")
+    assert said[3].startswith("There it wears") and "force on the tooth −" in said[3]
+    page = opened(store).page("compare", run=[first.id, second.id])
+    assert "Which lives longest, and why" in page and said[2] in page
+    page = opened(store).page("run", id=first.id, back="where=torque+%3E%3D+1+N*m&sort=-life&token=x")
+    assert "Back to the runs" in page and "Compare it with its campaign" in page

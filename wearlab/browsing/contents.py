@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, question, recorded
 from wearlab.browsing.listing import ROWS, whole
@@ -20,6 +21,12 @@ CARDS = 24  # campaigns of a page
 FIGURES = 2  # of a campaign that are drawn at once
 MOST_BESIDE = 24  # runs told side by side
 MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of, and that are sorted by any column
+BESIDE = (
+    "SELECT DISTINCT m.run FROM members AS m JOIN runs AS r ON r.id = m.run WHERE r.state = 'done' AND "
+    "m.campaign = (SELECT o.campaign FROM members AS o JOIN campaigns AS c ON c.key = o.campaign "
+    "WHERE o.run = ? ORDER BY c.recorded DESC LIMIT 1)"
+)
+"""The finished runs of the campaign recorded last that has a run."""
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
@@ -189,11 +196,18 @@ def runs(store: "Store", first: Mapping[str, str], place: Any) -> dict[str, Any]
         "sort_url": lambda name: place.url("runs", **{**asked, "sort": name}),
         "page_url": lambda number: place.url("runs", **asked, page=number),
         "without": without,
+        "back": urlencode(asked),
+        "compare_url": place.url("compare", run=[row[0] for row in told.rows[:MOST_BESIDE]]),
     }
 
 
-def run(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
+def run(store: "Store", prefix: str, place: Any, back: str = "") -> dict[str, Any]:
     """Return what a page of one run tells.
+
+    Parameters
+    ----------
+    store, prefix, place : the run, and where addresses lead
+    back : condition, columns and order of the table that it was chosen in, as an address writes them
 
     Raises
     ------
@@ -210,8 +224,14 @@ def run(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
             prints.append((KINDS[kind].title or kind, files))
         first = (question.of_one_run(grid) or [first])[0]
     where = store.address or str(store.path.absolute())
+    chosen = {name: text for name, text in parse_qsl(back) if name in ("where", "columns", "sort")}
+    beside = store.catalogue.read(BESIDE, [entry.id])
     return {
         "told": told,
+        "back_url": place.url("runs", **chosen) if chosen else "",
+        "beside_url": place.url("compare", run=[row[0] for row in beside])
+        if place.live and 1 < len(beside) <= MOST_BESIDE
+        else "",
         "prints": prints,
         "cite_url": place.url("citation", id=entry.id) if done and place.live else "",
         "data_url": place.url("data", id=entry.id) if done and place.live else "",
@@ -256,7 +276,7 @@ def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any)
         "numbers": [(name, f"{name}: {words}"[:90]) for name, words in question.numbers(grid)],
         "abscissae": [*axes, *question.beside_axes(grid)],
         "roles": [*axes, *(str(d) for d in ("flank", "mesh", "update", "member") if d in grid.dims)],
-        "title": f"Compare {source.title}" if asked.runs else source.title,
+        "title": f"Compare {source.title}" if len(asked.runs) > 1 else source.title,
     }
     try:
         question_, grid = question.question_of(store, asked)

@@ -39,6 +39,8 @@ TEXTS = {
 }
 MOST_WORDS = 400
 BARE = re.compile(r"[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?", re.IGNORECASE)
+IN_CYCLES = ("life", "remaining_useful_life", "load_cycles")
+NO_LIFE = ("life", "service_life")
 LARGE = 1e5  # from which a number of cycles would be written with an exponent
 
 
@@ -101,20 +103,24 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     search = CatalogueSearch(store.catalogue)
     known = search.vocabulary
     words = _words(known.keys.values(), known.ends)
-    where, added = arguments.get("where", "").strip(), _added(arguments, search)
+    where = arguments.get("where", "").strip()
     given = tuple(filter(None, (name.strip() for name in arguments.get("columns", "").split(","))))
     columns = given or tuple(name for name in USUAL if name in known.keys)
     if (more := arguments.get("add", "").strip()) and more not in columns:
         columns = (*columns, more)
     sort, number = arguments.get("sort", ""), whole(arguments.get("page", ""))
+    word, value = (arguments.get(name, "").strip() for name in ("word", "value"))
+    chosen = (word, arguments.get("sign", "="), value)
+    if bool(word) != bool(value):
+        problem = "choose both what and its value, such as torque and 340 N*m"
+        return Listed(where, columns, sort, number, words=words, problem=problem, refused=chosen)
     try:
-        if added:
+        if added := _added(arguments, search):
             read_condition(added, known)
             where = f"{where} and {added}" if where else added
     except QueryError as error:
-        given = (arguments["word"].strip(), arguments.get("sign", "="), arguments["value"].strip())
-        problem = _with_unit(error, given, known)
-        return Listed(where, columns, sort, number, words=words, problem=problem, refused=given)
+        problem = _with_unit(error, chosen, known)
+        return Listed(where, columns, sort, number, words=words, problem=problem, refused=chosen)
     asked = Listed(where, columns, sort, number, words=words)
     try:
         page = search.page(where, columns, sort or None, ROWS, (number - 1) * ROWS)
@@ -134,25 +140,28 @@ def rows_of(store: "Store", page: Page) -> tuple[Any, Any]:
     names = [column.name for column in page.table.columns]
     states = {head.id: store.state_of(head) for head in store.heads(row[0] for row in rows).values()}
     at = names.index("status")
-    told = tuple(
-        (row[0], tuple(states.get(row[0], "") if i == at else _cell(v) for i, v in enumerate(row) if i))
-        for row in rows
-    )
-    return tuple((name, _heading(head)) for name, head in zip(names, heads, strict=True))[1:], told
+    told = []
+    for row in rows:
+        state = states.get(row[0], "")
+        cells = [state if i == at else _cell(v, names[i], state) for i, v in enumerate(row) if i]
+        told.append((row[0], tuple(cells)))
+    return tuple((name, _heading(head)) for name, head in zip(names, heads, strict=True))[1:], tuple(told)
 
 
-def _cell(value: Any) -> str:
-    """Return a value as a table shows it: a large one in full, to five digits."""
+def _cell(value: Any, name: str = "", state: str = "") -> str:
+    """Return a value as a table shows it: to five digits, a large one in full."""
+    if value is None and name in NO_LIFE and state == "done":
+        return "no limit reached"
     if isinstance(value, float) and LARGE <= abs(value) < 1e15:
         return f"{float(f'{value:.5g}'):,.0f}"
-    return value_text(value)
+    return value_text(float(f"{value:.5g}") if isinstance(value, float) else value)
 
 
 def _heading(head: str) -> str:
     """Return a heading as people read it: the last words of a key, and its unit."""
     name, bracket, unit = head.partition(" [")
     words = words_of_key(name) if "." in name and "(" not in name else name.replace("_", " ")
-    return f"{words}{bracket}{shown_unit(unit)}"
+    return f"{words}{bracket}{shown_unit(unit)}" + (" [cycles]" if name in IN_CYCLES else "")
 
 
 def _added(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
@@ -160,6 +169,8 @@ def _added(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
     word, value = arguments.get("word", "").strip(), arguments.get("value", "").strip()
     if not (word and value):
         return ""
+    if word not in search.vocabulary.keys:  # as headings write it
+        word = word.lower().replace(" ", "_")
     sign = arguments.get("sign", "=")
     sign = sign if sign in dict(SIGNS) else "="
     key = search.vocabulary.keys.get(search.vocabulary.aliases.get(word, word))

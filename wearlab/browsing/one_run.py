@@ -1,9 +1,10 @@
 """What a page tells of one run: its worth in words, then numbers, scene, origin and citation."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from wearlab.browsing import lives
 from wearlab.browsing.recorded import differing_keys, in_words, labels_of
 from wearlab.figures.doubt import FIRM, LOST, TRUSTED
 from wearlab.query.keys import flat
@@ -168,80 +169,12 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
         )
         for entry, label in zip(entries.values(), labels, strict=True)
     ]
-    lives = [entry.summary.get("life") for entry in entries.values()]
-    told_ = longest(lives, labels, scenes, keys)
-    hours = [entry.summary.get("service_life") for entry in entries.values()]
-    if told_ and (other := in_hours(lives, hours, labels)):
-        told_.insert(1, other)
-    return {"runs": names, "asked": asked, "came": came, "lives": told_}
-
-
-def in_hours(lives: Sequence[float | None], hours: Sequence[float | None], labels: Sequence[str]) -> str:
-    """Return which run lives longest in time where that is another one than in cycles, "" otherwise.
-
-    Parameters
-    ----------
-    lives, hours : of the runs [cycles], [s]; None where a run has none
-    labels : of the runs
-    """
-    known = [(time, at) for at, time in enumerate(hours) if time is not None and lives[at] is not None]
-    most = max((life for life in lives if life is not None), default=0.0)
-    time, at = max(known, default=(0.0, 0))
-    if not known or lives[at] == most:
-        return ""
-    return f"Counted in hours it is another one: {outcome.hours_text(time)}, of {labels[at]}."
-
-
-def longest(
-    lives: Sequence[float | None],
-    labels: Sequence[str],
-    scenes: Sequence[Mapping[str, Any]],
-    keys: Sequence[str],
-) -> list[str]:
-    """Return in sentences which run lives longest, and what of its scene goes with that.
-
-    Parameters
-    ----------
-    lives : of the runs [cycles]; None where a run has none
-    labels, scenes : of the runs
-    keys : by which the scenes differ
-
-    Returns
-    -------
-    No sentence for fewer than two lives. Among runs that differ in several keys no cause is told.
-    """
-    order = sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
-    if len(order) < 2:
-        return []
-    (short, last), (long, first) = order[0], order[-1]
-    if long == short:
-        return [f"All {len(order)} lives are {long:.4g} cycles."]
-    told = [
-        f"The longest life is {long:.4g} cycles, of {labels[first]}: {long / short:.3g} times the shortest, "
-        f"of {labels[last]}."
-    ]
-    places = [at for _, at in order]
-    told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))
-    if len(keys) > 1:
-        told.append(f"{len(keys)} keys differ: compare runs that differ in one alone to see what each does.")
-    if len(order) < len(lives):
-        told.append(f"{len(lives) - len(order)} of these runs have no life.")
-    return told
-
-
-def _beside(key: str, values: Sequence[Any]) -> str:
-    """Return how a key of the scenes goes with life, of its values from the shortest life to the longest."""
-    own, others = values[-1], values[:-1]
-    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
-        shared = "" if own not in others else ", as another run has it too"
-        return f"It has {key} {in_words(key, own)}{shared}."
-    end = "lowest" if own == min(values) else "highest" if own == max(values) else ""
-    if not end or min(values) == max(values):
-        return f"It has {key} {in_words(key, own)}, neither the lowest nor the highest." if not end else ""
-    shared = ", shared with others" if own in others else ""
-    rising = values == sorted(values, reverse=end == "lowest")
-    always = f": in these runs life never falls as it gets {end[:-3]}er" if rising else ""
-    return f"It has the {end} {key}, {in_words(key, own)}{shared}{always}."
+    return {
+        "runs": names,
+        "asked": asked,
+        "came": came,
+        "lives": lives.told(store, list(entries.values()), labels, keys),
+    }
 
 
 def _result(name: str, entry: "Entry", layouts: Any) -> str:

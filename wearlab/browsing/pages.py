@@ -200,7 +200,9 @@ class RunPage(WindowPage):
 
     def get(self) -> None:
         """Show it."""
-        told = contents.run(self.store, self.get_query_argument("id"), self.place)
+        told = contents.run(
+            self.store, self.get_query_argument("id"), self.place, self.get_query_argument("back", "")
+        )
         app = Markup("")
         if told["told"]["state"] == "done":
             own = {"token": self.place.token, "id": told["told"]["id"]}

@@ -1,5 +1,6 @@
 """Pages of updates: what `wearlab update` answered, and its figures."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from wearlab.browsing import figures, words
@@ -19,15 +20,16 @@ FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
 """Figures of an update, before the others."""
 
 
-def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str]]]:
-    """Return the updates of a store, the latest first, each with its answer."""
+def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str], list[str]]]:
+    """Return the updates of a store, the latest first, each with its answer and what speaks against it."""
     told = []
     for update in reversed(kept.kept_updates(store).values()):
         try:
             tree = kept.read_update(store, update.id)
-            told.append((update, ["Its file has gone."] if tree is None else answers(tree)))
+            said = ["Its file has gone."] if tree is None else answers(tree)
+            told.append((update, said, [] if tree is None else _alerts(text_of(tree))))
         except (StoreError, KeyError, ValueError) as error:
-            told.append((update, [f"It cannot be read: {error}"]))
+            told.append((update, [f"It cannot be read: {error}"], []))
     return told
 
 
@@ -51,13 +53,19 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
             drawn.append(figures.of_plot(shown, files))
     return {
         "title": known.title or "Update",
-        "answers": sorted(answers(tree), key=lambda line: not line.startswith("open ")),
-        "lines": text_of(tree)[1:],
+        "answers": answers(tree),
+        "alerts": _alerts(lines := text_of(tree)[1:]),
+        "lines": lines,
         "fleet": fleet_table(tree),
         "figures": drawn,
         "runs": known.runs,
         "id": known.id,
     }
+
+
+def _alerts(lines: Sequence[str]) -> list[str]:
+    """Return what an answer says against its own numbers."""
+    return [line.strip()[1:].strip() for line in lines if line.strip().startswith("! ")]
 
 
 def _plot(store: "Store", subject: str, kind: str) -> Any:

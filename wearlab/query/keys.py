@@ -77,6 +77,8 @@ class Vocabulary:
         """
         wanted = name.text.removeprefix("scene.")
         if wanted not in self.keys:
+            known: Any = (self.aliases, self.ends, self.keys)
+            wanted = next((w for w in (wanted, wanted.lower()) if any(w in each for each in known)), wanted)
             wanted = self.aliases.get(wanted, wanted)
         if wanted in self.keys:
             return self.keys[wanted]
@@ -87,13 +89,13 @@ class Vocabulary:
             raise QueryError(
                 f"{name.text!r} may mean {_listed(sorted(candidates), 'or')}: write more of it", text, name.at
             )
-        known = self.elsewhere(wanted)
-        if isinstance(known, Key):
-            return known
-        if known:
+        elsewhere = self.elsewhere(wanted)
+        if isinstance(elsewhere, Key):
+            return elsewhere
+        if elsewhere:
             inside = self._inside(wanted) or self._inside(wanted.rpartition(".")[0])
             remedy = f"; there are {_listed(inside, 'and')}" if inside else ""
-            raise QueryError(f"{name.text!r} {known}{remedy}", text, name.at)
+            raise QueryError(f"{name.text!r} {elsewhere}{remedy}", text, name.at)
         near = get_close_matches(wanted, {**self.keys, **self.ends, **self.aliases}, 3)
         remedy = f"did you mean {_listed(near, 'or')}?" if near else "nothing here is called so"
         raise QueryError(f"unknown name {name.text!r}; {remedy}", text, name.at)

@@ -69,7 +69,7 @@ def answers(tree: xr.DataTree) -> list[str]:
                 continue
             on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
             each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
-        return [*each, *_first(predictions)]
+        return [*_first(predictions), *each]
     lines = []
     for label in _labels(tree):
         predictions = group(tree, "predictions", label)
@@ -400,7 +400,7 @@ def _first(predictions: xr.Dataset) -> list[str]:
         why += ["what was measured is unlike the other units"] if p < ALARM else []
         why += [] if float(predictions["now"][k]) > 0.0 else ["it was never measured"]
         why = why or ["it comes first of all that are like it"]
-        lasts = f"19 chances in 20 that it lasts until {texts[k, 0]}"
+        lasts = f"it lasts until {texts[k, 0]} with a probability of 95 %"
         when = "the limit may have been passed" if passed > MAYBE else lasts
         lines.append(f"open {name} {'first' if not lines else 'next'}: {when}; {', and '.join(why)}")
     return lines

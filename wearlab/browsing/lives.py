@@ -1,0 +1,228 @@
+"""Which of some runs lives longest, and why: what its scene has, and how it wears where it is worn out."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from wearlab.browsing.recorded import in_words
+from wearlab.query.keys import flat
+from wearlab.store import outcome
+from wearlab.store.errors import StoreError
+from wearlab.store.grid import words_of_key
+
+if TYPE_CHECKING:
+    from wearlab.store import Store
+    from wearlab.store.catalogue import Entry
+
+ALONG = {"update", "flank", "profile"}
+FACTORS = {
+    "tooth_force": "force on the tooth",
+    "specific_sliding": "specific sliding",
+    "effective_wear_coefficient": "wear coefficient",
+}
+"""What a depth is the product of, at a place of a flank."""
+SAME = 5e-4  # relative difference of two values that are told as the same
+
+
+class WornPlace(NamedTuple):
+    """Where a run is worn out: the place of a flank that is deepest at the end, and its means over the life.
+
+    Parameters
+    ----------
+    flank : its name
+    position : along the path of contact, 0 at the pitch point [m]
+    rate : wear depth per cycle [m]
+    factors : of `FACTORS`, as far as the run has them, in SI
+    """
+
+    flank: str
+    position: float
+    rate: float
+    factors: dict[str, float]
+
+
+def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys: Sequence[str]) -> list[str]:
+    """Return in sentences which run lives longest and why; none for fewer than two lives.
+
+    Parameters
+    ----------
+    store, entries : where the runs are, and the runs as the catalogue has them
+    labels : what tells them apart
+    keys : by which their scenes differ
+    """
+    lives, hours = ([entry.summary.get(name) for entry in entries] for name in ("life", "service_life"))
+    scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries]
+    sentences = longest(lives, labels, scenes, keys)
+    ranked = sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
+    if len(ranked) > 1 and ranked[-1][0] > ranked[-2][0]:
+        (shorter, second), (longer, first) = ranked[-2:]
+        errors = [entries[at].summary.get("error_estimate_life") for at in (first, second)]
+        sentences[1:1] = margin(longer, shorter, labels[second], errors)
+        places = [worn_place(store, entries[at]) for at in (first, second)]
+        if places[0] is not None and places[1] is not None:
+            sentences[2:2] = why(places[0], places[1])
+    if sentences and (other := in_hours(lives, hours, labels)):
+        sentences.append(other)
+    return sentences
+
+
+def margin(life: float, following: float, label: str, errors: Sequence[float | None]) -> list[str]:
+    """Return how far the longest life is ahead of the next, and whether numerical errors leave that open.
+
+    Examples
+    --------
+    >>> margin(3.70e8, 3.63e8, "speed 1100 rpm", [1e6, 3e5])
+    ['The next, speed 1100 rpm, lives 1.9 % less.']
+    >>> margin(3.70e8, 3.63e8, "speed 1100 rpm", [1e7, 3e5])
+    ['The next, speed 1100 rpm, lives 1.9 % less, which is within their numerical errors.']
+    """
+    open_ = sum(error or 0.0 for error in errors) >= life - following
+    doubt = ", which is within their numerical errors" if open_ else ""
+    return [f"The next, {label}, lives {100.0 * (life - following) / life:.2g} % less{doubt}."]
+
+
+def worn_place(store: "Store", entry: "Entry") -> WornPlace | None:
+    """Return where a run is worn out, None where that cannot be told: it has a width, several conditions."""
+    try:
+        run = store.run(entry.id)
+        depth = run["wear_depth"]
+        if set(depth.dims) != ALONG or run.sizes["update"] < 2:
+            return None
+        flank = json.loads(entry.scene or "{}")["wear"]["until"].get("flank")
+    except (StoreError, OSError, KeyError, TypeError, ValueError):
+        return None
+    end = depth.isel(update=-1).fillna(0.0)
+    flank = str(flank or end.max("profile").idxmax("flank").item())
+    if flank not in end["flank"]:
+        return None
+    at = {"flank": flank, "profile": end["profile"][int(end.sel(flank=flank).argmax("profile"))]}
+    factors = {
+        name: abs(_over_life(run[name].sel(at), run["cycle"]))
+        for name in FACTORS
+        if name in run and set(run[name].dims) == ALONG
+    }
+    rate = float(depth.sel(at)[-1] - depth.sel(at)[0]) / float(run["cycle"][-1])
+    return WornPlace(flank, float(run["path_position"].sel(at)), rate, factors)
+
+
+def _over_life(values: xr.DataArray, cycle: xr.DataArray) -> float:
+    """Return the mean over cycles."""
+    return float(np.trapezoid(values.values, cycle.values) / (cycle.values[-1] - cycle.values[0]))
+
+
+def why(own: WornPlace, other: WornPlace) -> list[str]:
+    """Return in a sentence each where two runs are worn out, and what of the depth there differs.
+
+    Parameters
+    ----------
+    own, other : of the longest life, and of the next
+
+    Examples
+    --------
+    >>> first = WornPlace("pinion", -6.8e-3, 0.98e-13, {"tooth_force": 1600.0, "specific_sliding": 0.72})
+    >>> for line in why(first, WornPlace("pinion", -4.7e-3, 1e-13, {"tooth_force": 2500.0,
+    ...                                                             "specific_sliding": 0.45})):
+    ...     print(line)
+    It is worn out on the pinion 6.8 mm before the pitch point, the next on the pinion 4.7 mm before it.
+    There it wears 2 % less a cycle than the next: force on the tooth −36 %, specific sliding +60 %.
+    """
+    ratio = own.rate / other.rate if other.rate else np.nan
+    if not np.isfinite(ratio):
+        return []
+    shares = [
+        f"{words} {_change(own.factors[name] / other.factors[name])}"
+        for name, words in FACTORS.items()
+        if own.factors.get(name) and other.factors.get(name)
+    ]
+    slower = f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle than the next"
+    return [
+        f"It is worn out on the {own.flank} {_place(own, 'the pitch point')}, "
+        f"the next on the {other.flank} {_place(other, 'it')}.",
+        f"There it wears {slower}{': ' if shares else ''}{', '.join(shares)}.",
+    ]
+
+
+def _place(place: WornPlace, pitch: str) -> str:
+    if abs(place.position) < 5e-5:
+        return f"at {'the pitch point' if pitch == 'it' else pitch}"
+    return f"{1e3 * abs(place.position):.2g} mm {'before' if place.position < 0.0 else 'after'} {pitch}"
+
+
+def _change(ratio: float) -> str:
+    if abs(ratio - 1.0) < SAME:
+        return "the same"
+    return f"{'+' if ratio > 1.0 else '−'}{100.0 * abs(ratio - 1.0):.2g} %"
+
+
+def in_hours(lives: Sequence[float | None], hours: Sequence[float | None], labels: Sequence[str]) -> str:
+    """Return which run lives longest in time where that is another one than in cycles, "" otherwise.
+
+    Parameters
+    ----------
+    lives, hours : of the runs [cycles], [s]; None where a run has none
+    labels : of the runs
+    """
+    known = [(time, at) for at, time in enumerate(hours) if time is not None and lives[at] is not None]
+    most = max((life for life in lives if life is not None), default=0.0)
+    time, at = max(known, default=(0.0, 0))
+    if not known or lives[at] == most:
+        return ""
+    return f"Counted in hours another one lives longest, {labels[at]}: {outcome.hours_text(time)}."
+
+
+def longest(
+    lives: Sequence[float | None],
+    labels: Sequence[str],
+    scenes: Sequence[Mapping[str, Any]],
+    keys: Sequence[str],
+) -> list[str]:
+    """Return in sentences which run lives longest, and what of its scene goes with that.
+
+    Parameters
+    ----------
+    lives : of the runs [cycles]; None where a run has none
+    labels, scenes : of the runs
+    keys : by which the scenes differ
+
+    Returns
+    -------
+    No sentence for fewer than two lives. Among runs that differ in several keys no cause is told.
+    """
+    order = sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
+    if len(order) < 2:
+        return []
+    (short, last), (long, first) = order[0], order[-1]
+    if long == short:
+        return [f"All {len(order)} lives are {long:.4g} cycles."]
+    told = [
+        f"The longest life is {long:.4g} cycles, of {labels[first]}: {long / short:.3g} times the shortest, "
+        f"of {labels[last]}."
+    ]
+    places = [at for _, at in order]
+    told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))
+    if len(keys) > 1:
+        told.append(f"{len(keys)} keys differ: compare runs that differ in one alone to see what each does.")
+    if len(order) < len(lives):
+        told.append(f"{len(lives) - len(order)} of these runs have no life.")
+    return told
+
+
+def _beside(key: str, values: Sequence[Any]) -> str:
+    """Return how a key of the scenes goes with life, of its values from the shortest life to the longest."""
+    own, others = values[-1], values[:-1]
+    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        shared = "" if own not in others else ", as another run has it too"
+        return f"It has {words_of_key(key)} {in_words(key, own)}{shared}."
+    end = "lowest" if own == min(values) else "highest" if own == max(values) else ""
+    name = words_of_key(key)
+    if not end:
+        return f"It has {name} {in_words(key, own)}, neither the lowest nor the highest."
+    if min(values) == max(values):
+        return ""
+    shared = ", shared with others" if own in others else ""
+    rising = values == sorted(values, reverse=end == "lowest")
+    always = f": in these runs life never falls as it gets {end[:-3]}er" if rising else ""
+    return f"It has the {end} {name}, {in_words(key, own)}{shared}{always}."
