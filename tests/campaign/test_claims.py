@@ -13,8 +13,7 @@ from wearlab.cli.app import status_of
 from wearlab.figures.drawing import plotted
 from wearlab.figures.question import question
 from wearlab.query import QueryError
-from wearlab.query.amounts import AmountError, amount
-from wearlab.query.formula import parse_formula
+from wearlab.query.formula import AmountError, amount, parse_formula
 from wearlab.store import Store
 from wearlab.store.netcdf import to_image
 

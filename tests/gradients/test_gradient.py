@@ -8,10 +8,9 @@ import pytest
 import wearlab as wl
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.gradients.extremes import extreme_forces
 from wearlab.gradients.lived import LivedSteps, frozen
 from wearlab.gradients.numbers import number
-from wearlab.gradients.values import VALUES
+from wearlab.gradients.values import VALUES, extreme_forces
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate

@@ -9,7 +9,7 @@ import xarray as xr
 
 from wearlab.report.page import ReportError, as_file, check_suffix
 from wearlab.report.workbook import workbook
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 PAGE = "<!doctype html><html><head><title>Wear</title></head><body><p>20 µm</p></body></html>"
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from wearlab.store.align import hermite, start_wear
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 CYCLES = np.array([0.0, 1e6, 4e6])
 

@@ -7,10 +7,9 @@ from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, question, recorded
 from wearlab.browsing.listing import ROWS, whole
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import KINDS
+from wearlab.figures.kind import KINDS, FigureError
 from wearlab.store import database, outcome, remarks
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.units import shown_unit
 
 if TYPE_CHECKING:

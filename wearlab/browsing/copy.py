@@ -13,7 +13,7 @@ from wearlab.browsing import contents, figures, pages, question, recorded
 from wearlab.browsing.gate import SCRIPTS
 from wearlab.nearest import choices
 from wearlab.store import files
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     from wearlab.store import Store

@@ -15,11 +15,10 @@ from markupsafe import Markup
 from wearlab.browsing import interactive, question, words
 from wearlab.figures import drawing
 from wearlab.figures.doubt import read_for
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import KINDS
+from wearlab.figures.kind import KINDS, FigureError
 from wearlab.figures.runs import COORDINATES
 from wearlab.figures.wording import cycles
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,7 +12,7 @@ from wearlab.report import run as told
 from wearlab.report.page import model_errors, remarks
 from wearlab.store import outcome, publish
 from wearlab.store import remarks as said
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.store.lineage import name_of
 
 if TYPE_CHECKING:

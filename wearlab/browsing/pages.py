@@ -15,10 +15,10 @@ from markupsafe import Markup
 from tornado.web import HTTPError, RequestHandler
 
 from wearlab.browsing import contents, figures, gate, progress, taking, updates
-from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import FigureError
 from wearlab.query import QueryError
 from wearlab.store import Store
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.version import __version__
 
 HERE = Path(__file__).parent

@@ -8,8 +8,7 @@ from urllib.parse import urlencode
 from wearlab.browsing import recorded
 from wearlab.campaign.campaign import RecordedCampaign
 from wearlab.figures import drawing, kinds
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import KINDS, Kind
+from wearlab.figures.kind import KINDS, FigureError, Kind
 from wearlab.figures.question import KEYS, Question
 from wearlab.schema import VARIABLES
 

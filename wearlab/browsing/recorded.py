@@ -12,7 +12,7 @@ from wearlab.figures.doubt import FIRM, TRUSTED
 from wearlab.figures.kinds import KINDS
 from wearlab.query.keys import flat, scene_key
 from wearlab.schema import DIMENSIONS, VARIABLES
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.store.grid import words_of_key
 from wearlab.store.lineage import name_of
 from wearlab.units import convert, shown_unit, split

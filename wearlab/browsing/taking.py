@@ -7,7 +7,7 @@ from wearlab.browsing import figures, one_run, question, recorded, updates
 from wearlab.browsing.contents import asked_of
 from wearlab.browsing.listing import whole
 from wearlab.store import remark_files, remarks
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.store.reading import checked_bytes
 
 if TYPE_CHECKING:

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any
 from wearlab.browsing import figures, words
 from wearlab.browsing.contents import files_of
 from wearlab.figures.drawing import of_update, specified
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import KINDS, read
+from wearlab.figures.kind import KINDS, FigureError, read
 from wearlab.figures.render import rendered
 from wearlab.store import updates as kept
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.updating.report_text import answers, fleet_table, text_of
 
 if TYPE_CHECKING:

@@ -2,8 +2,7 @@
 
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.campaign import Campaign, FigureSpec, Metadata
-from wearlab.campaign.case import BASE, Case, Expectation, Wanted
-from wearlab.campaign.exclusion import Excluded
+from wearlab.campaign.case import BASE, Case, Excluded, Expectation, Wanted
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.json_schema import added_json, editors_schema, schema_json
 from wearlab.campaign.reading import load, read_plugins

@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge
 from pydantic import BaseModel, ConfigDict
 
-from wearlab.campaign import exclusion, inheritance, update_options
+from wearlab.campaign import inheritance, update_options
 from wearlab.campaign.axes import Axis, Coordinate
-from wearlab.campaign.case import Case
+from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
 from wearlab.options import Number, option
 from wearlab.plugins import Plugin
@@ -144,7 +144,7 @@ class Campaign:
     axes: tuple[Axis, ...] = ()
     figures: tuple[FigureSpec, ...] = field(default=(), repr=False)
     path: Path | None = None
-    excluded: tuple[exclusion.Excluded, ...] = field(default=(), repr=False)
+    excluded: tuple[Excluded, ...] = field(default=(), repr=False)
     plugins: tuple[Plugin, ...] = field(default=(), repr=False)
     update: update_options.UpdateSpec | None = field(default=None, repr=False)
     report: ReportSpec = field(default=ReportSpec(), repr=False)

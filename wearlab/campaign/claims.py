@@ -175,7 +175,7 @@ def filled(note: str, grid: "xr.Dataset", problems: list[str] | None = None) -> 
     grid : the campaign as the store has it
     problems : takes why a number is not there; its place then holds a dash
     """
-    from wearlab.query.amounts import AmountError, amount
+    from wearlab.query.formula import AmountError, amount
 
     def number(found: re.Match[str]) -> str:
         form = FORMAT.fullmatch(found[2] or "")
@@ -279,7 +279,7 @@ class ClaimRecord(BaseModel):
 
 def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
     """Return what the runs of a campaign say of its claims and notes."""
-    from wearlab.query.amounts import AmountError, amount
+    from wearlab.query.formula import AmountError, amount
 
     claims = []
     for claim, formula in _spelled(campaign.claims):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from wearlab import nearest, units
-from wearlab.campaign import campaign, case, exclusion, inheritance, update_options
+from wearlab.campaign import campaign, case, inheritance, update_options
 from wearlab.campaign.axes import RESERVED, Axis, Coordinate, overlap, read_axes, swept_keys
 from wearlab.campaign.cases import EXPECT, expand, read_differences
 from wearlab.campaign.claims import note_problems, read_claims
@@ -155,7 +155,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     texts = [tried(_text, table, key) for key in ("title", "reference")]
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
     sections = _with_results(sections, plugins)
-    conditions = tried(exclusion.read_conditions, table.get("exclude", []))
+    conditions = tried(case.read_conditions, table.get("exclude", []))
     cases = tried(expand, sections, axes or (), differences or (), load)
     update = tried(read_update, table[update_options.SECTION]) if update_options.SECTION in table else None
     report = tried(campaign.read_report, table.get(campaign.SECTION, {}))
@@ -163,7 +163,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
         tried(refuse_strange_unknowns, update, [case.scene for case in cases], [c.label for c in cases])
     if problems:
         raise inheritance.CampaignError(problems)
-    cases, excluded = exclusion.without_excluded(cases, conditions)
+    cases, excluded = case.without_excluded(cases, conditions)
     title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
     unmeant = dict.fromkeys(line for case in cases for line in oversights(case.scene))
     warnings = (*undone(inherited.layers), *unmeant)

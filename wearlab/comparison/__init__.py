@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from wearlab.comparison.errors import CompareError
+from wearlab.comparison.quantities import CompareError
 
 if TYPE_CHECKING:
     from wearlab.comparison.campaigns import compare as compare

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.comparison import quantities
-from wearlab.comparison.errors import CompareError
+from wearlab.comparison.quantities import CompareError
 from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
 from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
 from wearlab.store.outcome import place, value_text

@@ -13,6 +13,10 @@ from wearlab.schema import VARIABLES
 ORDERS = 10
 
 
+class CompareError(ValueError):
+    """Runs or campaigns that have nothing in common to compare; the message says what each has."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """One thing compared.

@@ -8,8 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from wearlab.arrays import Array
-from wearlab.comparison.errors import CompareError
-from wearlab.comparison.quantities import QUANTITIES, SCALARS, Quantity, attributes, described
+from wearlab.comparison.quantities import QUANTITIES, SCALARS, CompareError, Quantity, attributes, described
 from wearlab.query.keys import differences
 from wearlab.schema import attributes as declared
 from wearlab.units import convert

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.comparison.errors import CompareError
+from wearlab.comparison.quantities import CompareError
 
 DESIGN = "sobol-indices"
 RESAMPLES = 1000

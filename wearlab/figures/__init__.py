@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import FigureError
 
 if TYPE_CHECKING:
     from wearlab.figures.drawing import draw as draw

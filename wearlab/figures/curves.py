@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask
+from wearlab.figures.kind import Ask, FigureError
 from wearlab.figures.plot import BESIDE, Scale, Series
 from wearlab.figures.wording import Label, joined
 

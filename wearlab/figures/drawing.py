@@ -15,8 +15,7 @@ from pydantic import ValidationError
 from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, Kind, no_kind, read
+from wearlab.figures.kind import Ask, FigureError, Kind, no_kind, read
 from wearlab.figures.kinds import line, update
 from wearlab.figures.plot import BESIDE, Plot, Series, narrow
 from wearlab.figures.published import published
@@ -24,7 +23,7 @@ from wearlab.figures.question import Question, asked_by, embedded, question, tex
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require
 from wearlab.nearest import choices
 from wearlab.sources import SHORT_ID, is_other_code
-from wearlab.store import errors
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,7 +68,7 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
             asked = question(campaign, spec, number)
             image, _ = answer(asked, grid, store, ending)
             drawn.append(write(out / f"{asked.name}.{ending}", image))
-        except (FigureError, errors.StoreError) as error:
+        except (FigureError, StoreError) as error:
             problems.append(str(error))
         except Exception as error:  # a fault of ours in one figure stops no other
             problems.append(fault(f"figure {number} ({spec.kind})", error))

@@ -8,11 +8,24 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from wearlab.figures.errors import FigureError
 from wearlab.figures.plot import Series
 from wearlab.nearest import choices, meant
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
 from wearlab.schema import VARIABLES
+
+
+class FigureError(ValueError):
+    """A figure that cannot be drawn: which, what was asked, what would be valid.
+
+    Parameters
+    ----------
+    message : one line per figure
+    drawn : the figures that were drawn all the same
+    """
+
+    def __init__(self, message: str, drawn: tuple[Path, ...] = ()) -> None:
+        super().__init__(message)
+        self.drawn = drawn
 
 
 class Points(NamedTuple):

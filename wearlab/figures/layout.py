@@ -8,8 +8,7 @@ import numpy as np
 
 from wearlab.figures import runs
 from wearlab.figures.curves import from_first, require_positive, states_in_common
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, Kind
+from wearlab.figures.kind import Ask, FigureError, Kind
 from wearlab.figures.plot import (
     BESIDE,
     INK,

@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, Points
+from wearlab.figures.kind import Ask, FigureError, Points
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.files import read_regular

@@ -12,8 +12,7 @@ from xml.etree import ElementTree
 from wearlab.campaign import claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.figures import kinds, published
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, Points, no_kind, read
+from wearlab.figures.kind import Ask, FigureError, Points, no_kind, read
 from wearlab.nearest import choices
 from wearlab.schema import DIMENSIONS, VARIABLES
 

@@ -24,7 +24,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from wearlab.arrays import Array
 from wearlab.figures.doubt import least_seen
-from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import FigureError
 from wearlab.figures.plot import BESIDE, INK, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, latex, power_of_ten
 

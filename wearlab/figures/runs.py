@@ -10,7 +10,7 @@ import numpy as np
 
 from wearlab.figures import kind
 from wearlab.figures.doubt import doubts, read_for
-from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import FigureError
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity

@@ -8,7 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import doubt, kind
-from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import FigureError
 from wearlab.figures.plot import Scale
 from wearlab.figures.runs import Run, plain
 from wearlab.figures.wording import Label, converted, place

@@ -7,9 +7,8 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.gradients.errors import GradientError
 from wearlab.gradients.lived import Ends, LivedSteps
-from wearlab.gradients.numbers import number
+from wearlab.gradients.numbers import GradientError, number
 from wearlab.gradients.values import Value, read, wanted
 from wearlab.scene import Scene
 

@@ -10,12 +10,11 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
-from wearlab.gradients.errors import GradientError
-from wearlab.gradients.numbers import STEP, STEP_OF_LARGE
-from wearlab.gradients.recorded import RecordedRate
+from wearlab.gradients.numbers import STEP, STEP_OF_LARGE, GradientError
 from wearlab.life.coupling import Coupling
+from wearlab.life.history import SetRate
 from wearlab.life.limits import Flanks, StopWear
-from wearlab.life.state import WearState
+from wearlab.life.state import Wear, WearState
 from wearlab.life.step import Node, Step, again, depth_at
 from wearlab.mesh.profile import Extension
 from wearlab.scene import Scene
@@ -28,6 +27,37 @@ CLOSED = 1e-13
 """Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
 LOOSEST = 0.5
 """Tolerance of a rougher twin, at most [1]."""
+
+
+class RecordedRate(SetRate):
+    """The wear rate of all flanks, and every state in which it was evaluated.
+
+    Parameters
+    ----------
+    coupling : contact, dynamics and wear of the gear set
+    wear : of every kind of mesh at cycle 0, whose state is evaluated in full [m]
+    """
+
+    def __init__(self, coupling: Coupling, wear: Wear) -> None:
+        super().__init__(coupling)
+        first = coupling.evaluate(wear)
+        self.states: list[tuple[Array, WearState]] = [(coupling.flat(wear), first)]
+        self.responses = first.responses
+
+    def evaluate(self, depth: Array) -> WearState:
+        """Return the state at depths (n_entries,), from the last orbits."""
+        state, same = self.nearest(depth)
+        if not (same and len(self.states) == 1):
+            state = super().evaluate(depth)
+            self.states.append((np.array(depth), state))
+        return state
+
+    def nearest(self, depth: Array) -> tuple[WearState, bool]:
+        """Return the state kept nearest to depths (n_entries,), and whether only rounding lies between."""
+        apart = [float(np.abs(known - depth).max(initial=0.0)) for known, _ in self.states]
+        nearest = int(np.argmin(apart))
+        rounding = ROUNDING * float(np.abs(depth).max(initial=0.0))
+        return self.states[nearest][1], apart[nearest] <= rounding
 
 
 class HeldNumerics(NamedTuple):
@@ -242,3 +272,7 @@ def _closed(state: WearState) -> bool:
 
 def _periods(state: WearState) -> list[int]:
     return [response.period for response in state.responses]
+
+
+ROUNDING = 1e-15
+"""Of depths, over the deepest: a hundred-millionth of what derivatives move them by."""

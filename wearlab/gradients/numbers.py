@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple
 
-from wearlab.gradients.errors import GradientError
 from wearlab.options import Part, Unit
 from wearlab.scene import Scene, SceneError
 from wearlab.units import KINDS
@@ -15,6 +14,10 @@ off by 1e-7, and 4e-5 by 1e-6 (5e-6 and 1e-5 do no better).
 """
 SIZES = {"": 1.0, "length": 1e-3, "depth": 1e-6, "angle": 0.1}
 """Least size of a number, by its kind: of one that is 0 or next to it."""
+
+
+class GradientError(ValueError):
+    """A derivative that is not there, or not asked for rightly; the message says why and what to do."""
 
 
 class Number(NamedTuple):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from wearlab.scene import Scene
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.store.outcome import hours_text, place, unasked_end
 from wearlab.units import shown_unit
 

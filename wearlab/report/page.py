@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wearlab.campaign import claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import drawing
-from wearlab.figures.errors import FigureError
+from wearlab.figures.kind import FigureError
 from wearlab.figures.question import question
 from wearlab.report.answer import answer, conditions
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
-from wearlab.store import errors, outcome
+from wearlab.store import outcome
+from wearlab.store.files import StoreError
 from wearlab.store.lineage import lineage
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ def drawn(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
             image, small = drawing.both_widths(asked, grid, store)
             broad = int.from_bytes(image[16:20], "big") > BROAD
             yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
-        except (FigureError, errors.StoreError) as error:
+        except (FigureError, StoreError) as error:
             yield Drawn(title, "", note, str(error))
         except Exception as error:  # a fault of ours in one figure stops no page
             yield Drawn(title, "", note, drawing.fault(f"figure {number} ({spec.kind})", error))
@@ -333,7 +334,7 @@ def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, 
         told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
         try:
             attributes = store.run(ids[0]).attrs
-        except errors.StoreError:
+        except StoreError:
             attributes = {}
         yield told | {
             words: str(attributes[name]) for name, words in PROVENANCE.items() if name in attributes

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.units import convert
 
 MOST_ROWS = 1_048_575  # of a sheet, below its head

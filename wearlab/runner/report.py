@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from wearlab.store import errors, outcome
+from wearlab.store import outcome
+from wearlab.store.files import StoreError
 from wearlab.units import convert
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def _measured(store: "Store", entry: "catalogue.Entry", name: str, wanted: "Want
 
     try:
         dataset = store.run(entry.id)
-    except errors.StoreError:
+    except StoreError:
         return None
     if name not in dataset.variables or dataset[name].dtype.kind not in "fiub":
         return None

@@ -20,8 +20,8 @@ from wearlab.runner.plan import (
 from wearlab.runner.progress import CASES, Progress, watched
 from wearlab.runner.worker import SIMULATE, CheckpointRelay, Task, execute, in_words, reporting_to, warm_up
 from wearlab.sources import source_hash
-from wearlab.store import errors
 from wearlab.store.catalogue import Head
+from wearlab.store.files import StoreError
 from wearlab.store.outcome import Outcome, place
 from wearlab.store.presence import ReachedCycle
 
@@ -112,7 +112,7 @@ def run(
             _tidy(store, presence.token, work)
             raise report.Interrupted(_interruption(tasks, store)) from None
         except BaseException:
-            with suppress(errors.StoreError):  # what went wrong first is what is told
+            with suppress(StoreError):  # what went wrong first is what is told
                 _tidy(store, presence.token, work)
             raise
         _tidy(store, presence.token, work)

@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     from wearlab.store.store import Store as Store

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from wearlab.arrays import Array, Flags
 from wearlab.scene.wear import StartWear
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     from wearlab.scene.wear import Start

@@ -7,14 +7,15 @@ from typing import Any
 
 from wearlab.query.evaluate import HISTORY
 from wearlab.query.keys import key_of
-from wearlab.store import catalogue, database, description, errors, files, kept_runs
+from wearlab.store import catalogue, database, description, files, kept_runs
+from wearlab.store.files import Problem, StoreError, stray
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome, calibration_of
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
-def verify(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
+def verify(store: kept_runs.KeptRuns) -> Iterator[Problem]:
     """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
     A file has its recorded size and hash, and what the catalogue says of a run follows from its file. Files
@@ -29,7 +30,7 @@ def verify(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
     for run_id in [run_id for run_id in entries if not store.files.is_name(run_id)]:
         del entries[run_id]
         said = f"names {run_id[:40]!r}, which is no identity of a run"
-        yield errors.Problem(store.catalogue.path, "foreign", said)
+        yield Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
     layouts = dict(store.catalogue.read("SELECT key, layout FROM layouts"))
     for path, entry in done.items():
@@ -55,7 +56,7 @@ def verify(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
 
 def _uncalibrated(
     done: Mapping[Path, catalogue.Entry], entries: Mapping[str, catalogue.Entry]
-) -> Iterator[errors.Problem]:
+) -> Iterator[Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(calibration_of(entry))
@@ -64,31 +65,31 @@ def _uncalibrated(
             continue
         if not math.isclose(used, lived, rel_tol=SAME):
             said = f"was calibrated by run {by.id}, whose life has become another: run it again"
-            yield errors.Problem(path, "altered", said)
+            yield Problem(path, "altered", said)
 
 
-def check_file(path: Path, entry: catalogue.Entry) -> errors.Problem | None:
+def check_file(path: Path, entry: catalogue.Entry) -> Problem | None:
     """Return what is wrong with a run's file, by the catalogue's size and hash."""
     try:
         files.refuse_links(path)
         size = path.stat().st_size
         if size != entry.size:
             kind = "truncated" if size < (entry.size or 0) else "altered"
-            return errors.Problem(path, kind, f"{size} bytes instead of {entry.size}")
+            return Problem(path, kind, f"{size} bytes instead of {entry.size}")
         if files.hash_of(path) != entry.sha256:
-            return errors.Problem(path, "altered", "its bytes are not those that were written")
+            return Problem(path, "altered", "its bytes are not those that were written")
     except FileNotFoundError:
-        return errors.Problem(path, "missing", "the catalogue says done, but there is no file")
-    except errors.StoreError as error:
-        return errors.Problem(path, "foreign", _reason(error, path))
+        return Problem(path, "missing", "the catalogue says done, but there is no file")
+    except StoreError as error:
+        return Problem(path, "foreign", _reason(error, path))
     except OSError as error:
-        return errors.Problem(path, "unreadable", str(error.strerror or error))
+        return Problem(path, "unreadable", str(error.strerror or error))
     return None
 
 
 def check_entry(
     store: kept_runs.KeptRuns, path: Path, entry: catalogue.Entry, layouts: Mapping[str, str]
-) -> errors.Problem | None:
+) -> Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -99,9 +100,9 @@ def check_entry(
     """
     try:
         outcome = description.outcome_of(path)
-    except errors.StoreError as error:
+    except StoreError as error:
         kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
-        return errors.Problem(path, kind, _reason(error, path))
+        return Problem(path, kind, _reason(error, path))
     own = {name: getattr(outcome, name) for name in OF_FILE}
     wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
     if layouts.get(entry.layout or "") != outcome.layout:
@@ -116,10 +117,10 @@ def check_entry(
         return None
     some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
     said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
-    return errors.Problem(path, "altered", said)
+    return Problem(path, "altered", said)
 
 
-def _other_units(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
+def _other_units(store: kept_runs.KeptRuns) -> Iterator[Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
     for name, source, kind, *told in store.catalogue.read(
         "SELECT name, source, kind, unit, quantity FROM keys"
@@ -127,7 +128,7 @@ def _other_units(store: kept_runs.KeptRuns) -> Iterator[errors.Problem]:
         key = database.understood("a key in the catalogue", key_of, name.removesuffix(HISTORY), source, kind)
         if key.unit and told != [key.unit, key.quantity]:
             said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
-            yield errors.Problem(store.catalogue.path, "altered", said)
+            yield Problem(store.catalogue.path, "altered", said)
 
 
 def _same(known: Any, value: Any) -> bool:
@@ -138,24 +139,22 @@ def _shown(value: Any) -> str:
     return "a history" if isinstance(value, bytes) else str(value)[:40]
 
 
-def _unknown(path: Path, files: files.RunFiles) -> errors.Problem:
-    if problem := errors.stray(path, held=files.holds(path)):
+def _unknown(path: Path, files: files.RunFiles) -> Problem:
+    if problem := stray(path, held=files.holds(path)):
         return problem
     try:
         description.outcome_of(path)
-    except errors.StoreError as error:
+    except StoreError as error:
         kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
-        return errors.Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
-    return errors.Problem(
-        path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in"
-    )
+        return Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
+    return Problem(path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in")
 
 
-def _reason(error: errors.StoreError, path: Path) -> str:
+def _reason(error: StoreError, path: Path) -> str:
     return str(error).removeprefix(f"{path}: ")
 
 
-def reindex(store: kept_runs.KeptRuns) -> list[errors.Problem]:
+def reindex(store: kept_runs.KeptRuns) -> list[Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
     A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
@@ -165,7 +164,7 @@ def reindex(store: kept_runs.KeptRuns) -> list[errors.Problem]:
     if store.catalogue.exists() and not store.catalogue.is_sound():
         store.catalogue.set_aside()
     store.create()
-    problems: list[errors.Problem] = []
+    problems: list[Problem] = []
     before, adopted = store.catalogue.begin_anew(), set[str]()
     for path in store.files:
         if store.files.holds(path):
@@ -180,9 +179,9 @@ def reindex(store: kept_runs.KeptRuns) -> list[errors.Problem]:
     return problems + updates.reindex_updates(store) + remark_files.reindex(store)
 
 
-def _adopted(path: Path, problems: list[errors.Problem]) -> Outcome | None:
+def _adopted(path: Path, problems: list[Problem]) -> Outcome | None:
     try:
         return description.outcome_of(path)
-    except errors.StoreError as error:
-        problems.append(errors.Problem(path, "unreadable", str(error)))
+    except StoreError as error:
+        problems.append(Problem(path, "unreadable", str(error)))
         return None

@@ -12,9 +12,10 @@ from functools import partial
 from typing import Any, Literal, NamedTuple
 
 from wearlab.store import database as rows
-from wearlab.store import description, errors
+from wearlab.store import description
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
 from wearlab.store.database import CHUNK, VERSION, Read, make_tables, understood
+from wearlab.store.files import StoreError
 from wearlab.store.outcome import Outcome, State
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
@@ -89,7 +90,7 @@ class Catalogue(Campaigns):
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise errors.StoreError(
+            raise StoreError(
                 f"{self.path.parent}: no store can be made here ({error.strerror or error})"
             ) from error
         with self._transaction(create=True) as connection:

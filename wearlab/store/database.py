@@ -17,7 +17,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 VERSION = 6
 TABLES = """

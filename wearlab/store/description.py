@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query import evaluate, keys
 from wearlab.store import files, outcome
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     import xarray as xr

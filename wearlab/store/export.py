@@ -15,7 +15,8 @@ import dask
 import numpy as np
 import xarray as xr
 
-from wearlab.store import errors, files, outcome, remarks
+from wearlab.store import files, outcome, remarks
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
@@ -157,7 +158,7 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
     try:
         import zarr  # noqa: F401
     except ImportError:
-        raise errors.StoreError(
+        raise StoreError(
             "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc"
         ) from None
     for name in [n for n, v in grid.variables.items() if v.dtype.kind == "O"]:

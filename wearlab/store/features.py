@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from wearlab.arrays import Array
 from wearlab.query.keys import declared_key, flat, scene_key
-from wearlab.store import errors, kept_runs, reading
+from wearlab.store import kept_runs, reading
+from wearlab.store.files import StoreError
 from wearlab.store.table import Column, Table
 
 if TYPE_CHECKING:
@@ -202,9 +203,7 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
     ids = store.query(where, columns=())["id"]
     done = {key: entry for key, entry in store.entries(ids).items() if entry.state == "done"}
     if not done:
-        raise errors.StoreError(
-            f"features: no run {'that is done meets the condition' if where else 'is done'}"
-        )
+        raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
     inputs = _differing(done)
     runs = store.catalogue.placed(done)
     layouts = store.catalogue.layouts(run.layout for run in runs if run.layout)
@@ -270,9 +269,9 @@ def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], 
         if declared_key(name) is None:
             near = get_close_matches(name, sorted(known), 1)
             meant = f"did you mean {near[0]!r}?" if near else "'wearlab variables' lists them"
-            raise errors.StoreError(f"features: {name!r}: there is no such variable; {meant}")
+            raise StoreError(f"features: {name!r}: there is no such variable; {meant}")
         if not any(feature.startswith(name) for feature in present):
-            raise errors.StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
+            raise StoreError(f"features: {name!r}: no run here has it as numbers at its wear states")
 
 
 def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Column, Any]]:

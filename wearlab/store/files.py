@@ -1,4 +1,7 @@
-"""Files of a store: whole or not at all, in its folder only, no larger than their bytes allow."""
+"""Files of a store: whole or not at all, in its folder only, no larger than their bytes allow.
+
+And what a store says when it cannot do what it is asked, and what is wrong in it.
+"""
 
 import hashlib
 import os
@@ -11,12 +14,36 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from wearlab.store.errors import StoreError
-
 HARMLESS = 64_000_000  # bytes that any file may claim
 DENSEST = 2_000  # bytes of values in one byte of a file: no more than a thousand can be deflated into it
 LARGEST = 4_000_000_000  # bytes that a file may claim beyond twenty times its own
 NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
+
+
+class StoreError(Exception):
+    """The store cannot be read, written or understood; the message names the path and the remedy."""
+
+
+class Problem(NamedTuple):
+    """Something in a store that is not as it should be.
+
+    Parameters
+    ----------
+    path : the file
+    kind : missing | truncated | altered | foreign | unfinished | unknown | unreadable
+    message : one sentence
+    """
+
+    path: Path
+    kind: str
+    message: str
+
+
+def stray(path: Path, *, held: bool) -> Problem | None:
+    """Return what is wrong with a file in a folder of the store: half-written, or not one it ``held``."""
+    if path.suffix == ".part":
+        return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
+    return None if held else Problem(path, "foreign", "not a file of this store")
 
 
 def refuse_links(path: str | Path) -> None:

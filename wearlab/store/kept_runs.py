@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearlab.store import catalogue, files, outcome, remote
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.store.presence import Checkpoints, Presence, alive
 
 if TYPE_CHECKING:

@@ -16,7 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
-from wearlab.store import errors, files
+from wearlab.store import files
+from wearlab.store.files import StoreError
 
 LONGEST_HOST = 100
 LONGEST_HEAD = 200  # bytes
@@ -43,7 +44,7 @@ class Presence:
             self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
             self._connection.execute("BEGIN EXCLUSIVE")
         except (OSError, sqlite3.Error) as error:
-            raise errors.StoreError(f"{folder}: cannot be written ({error})") from error
+            raise StoreError(f"{folder}: cannot be written ({error})") from error
 
     def __enter__(self) -> "Presence":
         return self

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from xarray.backends import NetCDF4DataStore
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
-from wearlab.store import errors, remote
-from wearlab.store.files import HARMLESS, refuse_links, refuse_oversized
+from wearlab.store import remote
+from wearlab.store.files import HARMLESS, StoreError, refuse_links, refuse_oversized
 
 MOST = 5_000  # variables and groups of one file
 MOST_ATTRIBUTES = 500  # of one variable or group
@@ -53,9 +53,9 @@ def refuse_untrusted(path: Path, image: bytes) -> None:
         with h5py.File(io.BytesIO(image), "r") as file:
             _Walk(path, len(image), file.id).enter(h5g.open(file.id, b"/"), "", 0)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        if isinstance(error, errors.StoreError):
+        if isinstance(error, StoreError):
             raise
-        raise errors.StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
 
 
 class _Walk:
@@ -74,7 +74,7 @@ class _Walk:
         self.reference = 8 + file.get_create_plist().get_sizes()[0]  # bytes: a length, an address, a number
 
     def refuse(self, where: str, reason: str) -> None:
-        raise errors.StoreError(f"{self.path}: {where[:80] or '/'} {reason}; not read")
+        raise StoreError(f"{self.path}: {where[:80] or '/'} {reason}; not read")
 
     def enter(self, group: Any, where: str, depth: int) -> None:
         """Look at a group and all that it holds."""
@@ -209,7 +209,7 @@ def checked_bytes(path: str | Path, sha256: str | None) -> bytes:
     if sha256 is not None:
         if hashlib.sha256(document).hexdigest() != sha256:
             _sound.pop(str(path), None)
-            raise errors.StoreError(
+            raise StoreError(
                 f"{path}: is not what was written: its bytes do not have the recorded hash {sha256[:12]}…; "
                 "'wearlab verify' names all such files, 'wearlab run' computes anew what is removed"
             )
@@ -225,7 +225,7 @@ def _read(path: str | Path) -> tuple[os.stat_result, bytes]:
             return os.fstat(file.fileno()), file.read()
     except OSError as error:
         reason = error.strerror or error
-        raise errors.StoreError(f"{path}: cannot be read ({reason}); try 'wearlab verify'") from error
+        raise StoreError(f"{path}: cannot be read ({reason}); try 'wearlab verify'") from error
 
 
 def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
@@ -279,7 +279,7 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
             dataset.encoding["source"] = str(path)
             return dataset
     except Exception as error:  # whatever xarray makes of a stranger's attributes
-        raise error if isinstance(error, errors.StoreError) else _unreadable(path, error) from error
+        raise error if isinstance(error, StoreError) else _unreadable(path, error) from error
     finally:
         with _one_door, NETCDFC_LOCK, HDF5_LOCK:
             file.close()
@@ -325,9 +325,9 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
             for name in names:
                 variables[name] = _values(file, path, name)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        if isinstance(error, errors.StoreError):
+        if isinstance(error, StoreError):
             raise
-        raise errors.StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
+        raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
     return variables
 
 
@@ -340,13 +340,13 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     hard = key in file.id and file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
     dataset = h5py.h5o.open(file.id, key) if hard else None
     if not isinstance(dataset, h5py.h5d.DatasetID) or _leads_elsewhere(dataset):
-        raise errors.StoreError(f"{path}: {name} is no variable of this file")
+        raise StoreError(f"{path}: {name} is no variable of this file")
     dtype = dataset.dtype
     refuse_oversized(path, math.prod(dataset.shape) * dtype.itemsize)
     if h5py.check_string_dtype(dtype) is not None:
         return np.asarray(h5py.Dataset(dataset).asstr()[()], object)
     if dtype.kind not in "biuf" or dtype.subdtype is not None:
-        raise errors.StoreError(f"{path}: {name} holds neither numbers nor texts")
+        raise StoreError(f"{path}: {name} holds neither numbers nor texts")
     values = np.empty(dataset.shape, dtype)
     if values.size:
         dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
@@ -359,5 +359,5 @@ def _leads_elsewhere(variable: h5py.h5d.DatasetID) -> bool:
     return made.get_external_count() > 0 or made.get_layout() == h5py.h5d.VIRTUAL
 
 
-def _unreadable(path: Path, error: Exception) -> errors.StoreError:
-    return errors.StoreError(f"{path}: cannot be read ({str(error)[:300]}); try 'wearlab verify'")
+def _unreadable(path: Path, error: Exception) -> StoreError:
+    return StoreError(f"{path}: cannot be read ({str(error)[:300]}); try 'wearlab verify'")

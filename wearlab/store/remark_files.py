@@ -14,8 +14,7 @@ from wearlab.files import read_regular
 from wearlab.nearest import choices
 from wearlab.store import remarks
 from wearlab.store.campaigns import now
-from wearlab.store.errors import Problem, StoreError, stray
-from wearlab.store.files import refuse_links, written
+from wearlab.store.files import Problem, StoreError, refuse_links, stray, written
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.remarks import THERE, Remark, What, read_line
 

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 from wearlab.files import cache_folder
 from wearlab.store.database import Database
-from wearlab.store.errors import StoreError
-from wearlab.store.files import part_of, write_whole
+from wearlab.store.files import StoreError, part_of, write_whole
 
 ADDRESS = re.compile(r"([a-z][a-z0-9+.-]+):/+([^/].*)")
 ATTEMPTS, PAUSE = 20, 0.25  # looks at a catalogue that is being written, and seconds between two

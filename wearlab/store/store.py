@@ -5,7 +5,8 @@ from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from wearlab.store import audit, errors, kept_runs
+from wearlab.store import audit, kept_runs
+from wearlab.store.files import Problem, StoreError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +61,7 @@ class Store(kept_runs.KeptRuns):
             scenes = {i: entry.scene or "" for i, entry in self.entries(named_runs(campaign)).items()}
             grid = open_grid(campaign, runs, layouts, self.files.folder.absolute(), scenes)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise errors.StoreError(
+            raise StoreError(
                 f"{self.catalogue.path}: what it says of these runs cannot be understood "
                 f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
             ) from error
@@ -124,13 +125,13 @@ class Store(kept_runs.KeptRuns):
 
         return remarks.remarks_on(self.catalogue, [remark_files.meant(self, run_id, campaign)[0]])
 
-    def verify(self) -> list[errors.Problem]:
+    def verify(self) -> list[Problem]:
         """Return everything wrong with the run files, nothing when all is well."""
         if self.address is not None:
-            raise errors.StoreError(f"{self.address}: files are compared with their hashes where they lie")
+            raise StoreError(f"{self.address}: files are compared with their hashes where they lie")
         return list(audit.verify(self))
 
-    def reindex(self) -> list[errors.Problem]:
+    def reindex(self) -> list[Problem]:
         """Make the catalogue anew from the run files; return the files that could not be read."""
         return audit.reindex(self)
 
@@ -148,7 +149,7 @@ def open_store(path: str | PathLike[str]) -> Store:
     """
     store = Store(path)
     if not store.catalogue.exists() and not store.files.folder.is_dir():
-        raise errors.StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
+        raise StoreError(f"{store.path}: there is no store here; wearlab.run makes one")
     return store
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store.campaigns import now
-from wearlab.store.errors import Problem, StoreError, stray
-from wearlab.store.files import Image, RunFiles, hash_of, refuse_links, written
+from wearlab.store.files import Image, Problem, RunFiles, StoreError, hash_of, refuse_links, stray, written
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.netcdf import SEAL
 

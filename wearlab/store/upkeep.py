@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
-from wearlab.store import audit, database, description, errors, files, lineage, outcome, remark_files, updates
+from wearlab.store import audit, database, description, files, lineage, outcome, remark_files, updates
+from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue
@@ -58,7 +59,7 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
     """
     theirs = other.entries()
     if store.path.resolve() == other.path.resolve():
-        raise errors.StoreError(f"{other.path}: a store cannot be merged into itself")
+        raise StoreError(f"{other.path}: a store cannot be merged into itself")
     store.create()
     made = Merged()
     with store.presence() as presence:
@@ -91,13 +92,13 @@ def _take(store: "Store", other: "Store", entry: "catalogue.Entry", owner: str, 
     try:
         path = other.file_of(entry.id)
         if problem := audit.check_file(path, entry):
-            raise errors.StoreError(problem.message)
+            raise StoreError(problem.message)
         whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
         if ours is not None and whole and audit.check_file(store.file_of(entry.id), ours) is None:
             _compare(store, other, entry.id, made)
             return
         outcome = description.outcome_of(path)
-    except errors.StoreError as error:
+    except StoreError as error:
         made.damaged[entry.id] = str(error)
         return
     # a file that appears is never one that nobody knows, wherever this is interrupted
@@ -115,7 +116,7 @@ def _updates(store: "Store", other: "Store", made: Merged) -> int:
         try:
             updates.adopt_update(store, other, update)
             count += 1
-        except (errors.StoreError, OSError) as error:
+        except (StoreError, OSError) as error:
             made.damaged[update.id[:40]] = str(error)
     return count
 
@@ -201,7 +202,7 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
     entries = store.entries()
     kept = set(kept)
     if entries and not kept and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-        raise errors.StoreError(
+        raise StoreError(
             f"{store.path}: its catalogue knows no campaign, as after a reindex without the old one, so that "
             "every run would go: 'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
         )

@@ -18,7 +18,7 @@ from scipy.interpolate import PchipInterpolator, PPoly
 
 from wearlab.arrays import Array, Flags
 from wearlab.campaign.update_options import THICKNESS, Limit
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.updating.measurements import Observed, UpdateError
 
 if TYPE_CHECKING:

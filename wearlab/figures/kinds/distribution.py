@@ -14,8 +14,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.figures import plot, runs, wording
 from wearlab.figures.curves import Ended, banded, ended_of
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kind import Ask, FigureError, kind
 from wearlab.figures.kinds.cycles import hours_a_cycle
 from wearlab.figures.slices import companion, lone, shown, slices
 

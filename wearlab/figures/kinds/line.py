@@ -7,8 +7,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import plot, runs, wording
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kind import Ask, FigureError, kind
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
 from wearlab.figures.slices import slices, thinned
 from wearlab.nearest import choices

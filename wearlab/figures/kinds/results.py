@@ -13,8 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import runs, wording
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kind import Ask, FigureError, kind
 from wearlab.figures.plot import Look, Mark, Scale, Series, horizontal, merged
 from wearlab.figures.slices import Slice, companion, lone, shown, slices
 from wearlab.nearest import choices

@@ -10,8 +10,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.figures import plot, wording
-from wearlab.figures.errors import FigureError
-from wearlab.figures.kind import Ask, Curves, Kind, kind
+from wearlab.figures.kind import Ask, Curves, FigureError, Kind, kind
 from wearlab.nearest import choices
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert
