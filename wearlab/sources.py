@@ -1,4 +1,4 @@
-"""Which code this is: hashes of wearlab's sources and of its table of variables, without importing any.
+"""Which code this is: hashes of wearlab's sources and tables, without importing any.
 
 A run bears the hash of the code that it used. What comes after a run (the store, figures, commands) is no
 part of it, nor is `dynamics` of a run without ``[dynamics]``: a run is of other code only when code that it
@@ -25,12 +25,12 @@ SHORT_ID = 10
 
 @cache
 def source_hash() -> str:
-    """Return the hash of all of wearlab's Python sources, 16 hexadecimal digits."""
+    """Return the hash of all of wearlab's Python sources and tables, 16 hexadecimal digits."""
     return hash_of(_sources())
 
 
 def _sources() -> list[Path]:
-    return sorted([*PACKAGE.rglob("*.py"), *PACKAGE.glob("schema/*.toml")])
+    return sorted([*PACKAGE.rglob("*.py"), *PACKAGE.glob("*.toml"), *PACKAGE.glob("schema/*.toml")])
 
 
 def code_and_place() -> tuple[str, str]:

@@ -8,92 +8,21 @@ pint is imported when the first unit is read.
 
 import math
 import re
+import tomllib
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from wearlab.shop.materials import SCALES, HardnessError, pressure_of
 
 USUAL: dict[str, tuple[float, str]] = {
-    "1/min": (0.016666666666666666, "1 / second"),
-    "Hz": (1.0, "1 / second"),
-    "kHz": (1000.0, "1 / second"),
-    "min^-1": (0.016666666666666666, "1 / second"),
-    "g": (1.0, "gram"),
-    "kg": (1000.0, "gram"),
-    "t": (1000000.0, "gram"),
-    "g*mm^2": (1e-06, "gram * meter ** 2"),
-    "kg*m^2": (1000.0, "gram * meter ** 2"),
-    "kg*mm^2": (0.001, "gram * meter ** 2"),
-    "N*m*s/rad": (1000.0, "gram * meter ** 2 / radian / second"),
-    "N*mm*s/rad": (1.0, "gram * meter ** 2 / radian / second"),
-    "N*m/deg": (57295.77951308232, "gram * meter ** 2 / radian / second ** 2"),
-    "N*m/rad": (1000.0, "gram * meter ** 2 / radian / second ** 2"),
-    "kN*m/rad": (1000000.0, "gram * meter ** 2 / radian / second ** 2"),
-    "N m": (1000.0, "gram * meter ** 2 / second ** 2"),
-    "N*m": (1000.0, "gram * meter ** 2 / second ** 2"),
-    "N*mm": (1.0, "gram * meter ** 2 / second ** 2"),
-    "Nm": (1000.0, "gram * meter ** 2 / second ** 2"),
-    "kN*m": (1000000.0, "gram * meter ** 2 / second ** 2"),
-    "kNm": (1000000.0, "gram * meter ** 2 / second ** 2"),
-    "MW": (1000000000.0, "gram * meter ** 2 / second ** 3"),
-    "N*m/s": (1000.0, "gram * meter ** 2 / second ** 3"),
-    "W": (1000.0, "gram * meter ** 2 / second ** 3"),
-    "kW": (1000000.0, "gram * meter ** 2 / second ** 3"),
-    "MN": (1000000000.0, "gram * meter / second ** 2"),
-    "N": (1000.0, "gram * meter / second ** 2"),
-    "kN": (1000000.0, "gram * meter / second ** 2"),
-    "g/cm^3": (999999.9999999999, "gram / meter ** 3"),
-    "kg/m^3": (1000.0, "gram / meter ** 3"),
-    "Pa*s": (1000.0, "gram / meter / second"),
-    "cP": (1.0, "gram / meter / second"),
-    "mPa*s": (1.0, "gram / meter / second"),
-    "GPa": (1000000000000.0, "gram / meter / second ** 2"),
-    "MPa": (1000000000.0, "gram / meter / second ** 2"),
-    "N/mm^2": (1000000000.0, "gram / meter / second ** 2"),
-    "Pa": (1000.0, "gram / meter / second ** 2"),
-    "N*s/m": (1000.0, "gram / second"),
-    "N*s/mm": (1000000.0, "gram / second"),
-    "kN*s/m": (1000000.0, "gram / second"),
-    "MN/m": (1000000000.0, "gram / second ** 2"),
-    "N m-1": (1000.0, "gram / second ** 2"),
-    "N/m": (1000.0, "gram / second ** 2"),
-    "N/mm": (1000000.0, "gram / second ** 2"),
-    "N/um": (1000000000.0, "gram / second ** 2"),
-    "kN/mm": (1000000000.0, "gram / second ** 2"),
-    "cm": (0.01, "meter"),
-    "inch": (0.0254, "meter"),
-    "m": (1.0, "meter"),
-    "mm": (0.001, "meter"),
-    "nm": (1e-09, "meter"),
-    "um": (1e-06, "meter"),
-    "1/GPa": (1.0000000000000002e-12, "meter * second ** 2 / gram"),
-    "1/Pa": (0.001, "meter * second ** 2 / gram"),
-    "m2 N-1": (0.001, "meter * second ** 2 / gram"),
-    "m^2/N": (0.001, "meter * second ** 2 / gram"),
-    "mm^2/N": (1e-09, "meter * second ** 2 / gram"),
-    "mm^3/Nm": (1.0000000000000002e-12, "meter * second ** 2 / gram"),
-    "m s-1": (1.0, "meter / second"),
-    "m/s": (1.0, "meter / second"),
-    "mm/s": (0.001, "meter / second"),
-    "um/s": (1e-06, "meter / second"),
-    "s/m": (1.0, "second / meter"),
-    "arcmin": (0.00029088820866572163, "radian"),
-    "deg": (0.017453292519943295, "radian"),
-    "mrad": (0.001, "radian"),
-    "rad": (1.0, "radian"),
-    "deg/s": (0.017453292519943295, "radian / second"),
-    "r/min": (0.10471975511965977, "radian / second"),
-    "rad s-1": (1.0, "radian / second"),
-    "rad/s": (1.0, "radian / second"),
-    "rev/min": (0.10471975511965977, "radian / second"),
-    "rpm": (0.10471975511965977, "radian / second"),
-    "h": (3600.0, "second"),
-    "min": (60.0, "second"),
-    "ms": (0.001, "second"),
-    "s": (1.0, "second"),
+    name: (factor, root)
+    for root, units in tomllib.loads((Path(__file__).parent / "units.toml").read_text("utf-8")).items()
+    for name, factor in units.items()
 }
+"""What pint says of usual units, so that it need not be imported: factor, and the root unit it goes with."""
 
 
 Value = TypeVar("Value")

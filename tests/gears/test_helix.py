@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from field_of_action import FieldOfAction
 from reference_pairs import ISO, NREL, both, pair_of
 
-from wearlab.gears.helix import FieldOfAction, helix, overlap_ratio, transverse
+from wearlab.gears.helix import helix, overlap_ratio, transverse
 from wearlab.gears.specification import GearError, GearSpec, Relief
 
 

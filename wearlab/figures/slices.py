@@ -12,44 +12,13 @@ from wearlab.figures.kind import FigureError
 from wearlab.figures.plot import Scale
 from wearlab.figures.runs import Run, plain
 from wearlab.figures.wording import Label, converted, place
+from wearlab.schema import ON_AXES
 from wearlab.units import UnitError
 
 if TYPE_CHECKING:
     import xarray as xr
 
 STATES_SHOWN = 6
-WORDS = {
-    "pair_force": "force on one tooth pair",
-    "contact_pressure": "contact pressure",
-    "diameter": "diameter",
-    "roll_angle": "roll angle",
-    "cycle": "wear cycles",
-    "phase": "mesh phase",
-    "distance_to_pitch_circle": "distance from the pitch circle",
-    "effective_wear_coefficient": "wear coefficient",
-    "equivalent_load": "equivalent torque",
-    "static_transmission_error": "static transmission error",
-    "max_wear_depth": "largest wear depth",
-    "mesh_deflection": "mesh deflection",
-    "mesh_deflection_rate": "rate of mesh deflection",
-    "dynamic_transmission_error": "dynamic transmission error",
-    "mesh_stiffness": "mesh stiffness",
-    "dynamic_factor": "dynamic factor",
-    "separation_fraction": "time without drive-flank contact",
-    "lambda_ratio": "λ ratio",
-    "tooth_force": "normal force on the tooth",
-    "critical_speed": "critical speed",
-    "natural_frequency": "natural frequency",
-    "mesh_cycles": "mesh cycles",
-    "operating_hours": "operating time",
-    "mean_line_load": "line load",
-    "face_load_factor": "face load factor",
-    "face_position": "position across the face",
-    "response_dynamic_factor": "dynamic factor",
-    "response_separation_fraction": "time without drive-flank contact",
-    "response_poincare_deflection": "mesh deflection",
-    "response_poincare_rate": "rate of mesh deflection",
-}
 
 
 class Slice(NamedTuple):
@@ -80,7 +49,7 @@ def units_of(variable: "xr.DataArray", name: str, ask: kind.Ask, axis: str = "y"
 
 def words_of(variable: "xr.DataArray", name: str) -> str:
     """Return a variable's name for an axis: short words where the long name is long."""
-    return WORDS.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
+    return ON_AXES.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
 
 def lone(values: Array, scale: Scale, name: str, ask: kind.Ask) -> tuple[Array, Scale]:

@@ -11,8 +11,6 @@ PER_MM_UM = 1e9
 """N/(mm µm) in N/m²."""
 VALID_LOAD = 1e5
 """Specific load F_t K_A/b from which the single stiffness is that [N/m]."""
-RUN_IN = 0.15
-"""Share of the initial equivalent misalignment that runs in, of case-hardened gears [1]."""
 
 
 class Tooth(NamedTuple):
@@ -144,25 +142,6 @@ def face_load_factor(misalignment: float, mean_load: float, stiffness: float) ->
     """
     u = misalignment * stiffness / (2.0 * mean_load)
     return 1.0 + u if u <= 1.0 else 2.0 * math.sqrt(u)
-
-
-def shaft_deflection(mean_load: float, face_width: float, diameter: float, *, arrangement: float) -> float:
-    """Return f_sh, the opening by bending and torsion of a solid pinion shaft [m].
-
-    ``f_sh = (F_m/b) 0.023 (|1 + K' l s/d1² (d1/d_sh)⁴ − 0.3| + 0.3) (b/d1)²``
-
-    Parameters
-    ----------
-    mean_load : F_m/b [N/m]
-    face_width, diameter : b and d1 [m]
-    arrangement : K' l s/d1² (d1/d_sh)⁴, by the place of the pinion between its bearings [1]
-
-    References
-    ----------
-    ISO 6336-1:2019, 7.5: of 1 N/mm the factor is 0.023 µm.
-    """
-    shape = abs(1.0 + arrangement - 0.3) + 0.3
-    return mean_load * 1e-3 * 0.023e-6 * shape * (face_width / diameter) ** 2
 
 
 def root_load_factor(flank: float, face_width: float, tooth_depth: float) -> float:

@@ -38,6 +38,8 @@ VARIABLES: dict[str, Variable] = {
     **{name: variable for group in GROUPS for name, variable in group.variables.items()},
     **{name: result.variable for name, result in RESULTS.items()},
 }
+ON_AXES: dict[str, str] = TABLE["on_axes"]
+"""What axes of figures say of variables whose long name is long."""
 OVER_FACE = frozenset(TABLE["over_face"])
 """Variables with one more dimension, ``face`` before ``profile``, where flanks have a width."""
 CONTENTS = {

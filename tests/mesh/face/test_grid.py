@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from field_of_action import FieldOfAction
 
 from wearlab.gears.external import external_pair
-from wearlab.gears.helix import FieldOfAction, helix, overlap_ratio, transverse, transverse_basics
+from wearlab.gears.helix import helix, overlap_ratio, transverse, transverse_basics
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.face.grid import helical_face, lattice, nodes_per_pitch, spur_face
 from wearlab.mesh.profile import Extension, profile_grid
