@@ -15,12 +15,16 @@ CYCLES = np.array([0.0, 36_525.0, np.inf, 1e12])
 
 
 def test_a_tenth_of_a_year_of_hours_is_a_tenth_of_a_year():
-    days = Days(date(2026, 1, 1), None, 3652.5)  # a cycle is 36 s: 36,525 of them are 365.25 hours
+    days = Days(
+        date=date(2026, 1, 1), hours=None, hours_per_year=3652.5
+    )  # a cycle is 36 s: 36,525 of them are 365.25 hours
     assert days_of(days, CYCLES, 5.0, 36.0) == ["2026-01-01", "2026-02-06", "never", "never"]
 
 
 def test_hours_that_have_passed_since_that_day_count():
-    days = Days(date(2024, 2, 28), 0.0, 8765.82)  # 24 hours a day; now: 48 hours after it
+    days = Days(
+        date=date(2024, 2, 28), hours=0.0, hours_per_year=8765.82
+    )  # 24 hours a day; now: 48 hours after it
     assert days_of(days, CYCLES[:1], 4800.0, 36.0) == ["2024-03-01"]
 
 
@@ -41,7 +45,7 @@ def test_a_wrong_calendar_gets_one_line(calendar, said):
 
 
 def test_no_cycles_from_the_last_inspection_are_its_own_day():
-    days = Days(date(2023, 4, 3), 0.0, 6200.0)
+    days = Days(date=date(2023, 4, 3), hours=0.0, hours_per_year=6200.0)
     for day, told in (
         (945, "2025-11-03"),
         (347, "2024-03-15"),

@@ -15,7 +15,7 @@ from wearlab.updating.layout import dataset
 from wearlab.updating.outcome import outcome
 
 CYCLES, SD, HOUR = np.array([2e5, 4e5]), 2e-3, 1e-3  # hours of a cycle
-COSTS = Decision(1000.0, 8000.0, 60.0)
+COSTS = Decision(planned=1000.0, failure=8000.0, inspection=60.0)
 
 
 def posterior(value):
@@ -108,7 +108,7 @@ def test_wrong_costs_get_one_line(costs, said):
 
 def test_over_a_horizon_a_change_costs_what_simulated_changes_cost(made):
     """Every new one lives as long as is known of the first, drawn anew; best ages by the recursion itself."""
-    costs = replace(COSTS, inspection=None, horizon=2500.0)
+    costs = COSTS.model_copy(update={"inspection": None, "horizon_hours": 2500.0})
     _, factor, mass = made
     life = HOUR * LIMIT.value / RATE / factor[::-1]
     law = np.cumsum(mass[::-1])

@@ -101,7 +101,7 @@ def test_a_clean_fleet_is_rarely_flagged(kept):
 def test_hours_of_a_year_come_from_the_columns(tmp_path):
     first = studies(fleet(tmp_path))[0]
     days = calendar_of(first.seen[0].data, "A", None)
-    assert str(days.day) == "2026-01-01" and days.hours == 840.0
+    assert str(days.date) == "2026-01-01" and days.hours == 840.0
     assert days.hours_per_year == pytest.approx(560.0 * 365.2425 / 365.0)
     assert calendar_of(first.seen[0].data, "A", first.spec.days).hours_per_year == days.hours_per_year
 

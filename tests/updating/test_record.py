@@ -87,7 +87,7 @@ def test_dates_tell_the_hours_in_operation(tmp_path):
     at = np.array(["2026-01-06", "2026-01-16", "2026-01-26"], "datetime64[D]")
     assert record.hours_at(at, None) / 3600.0 == pytest.approx([120.0, 240.0, 360.0])
     days = record.days(None)
-    assert str(days.day) == "2026-01-31" and days.hours == 480.0
+    assert str(days.date) == "2026-01-31" and days.hours == 480.0
     assert days.hours_per_year == pytest.approx(480.0 * 365.2425 / 30.0)
     assert np.isnan(record.hours_at(np.array(["2026-03-01"], "datetime64[D]"), None)).all()
 
@@ -135,7 +135,7 @@ def test_what_a_record_cannot_go_with_is_refused(tmp_path):
 
 
 def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_count(tmp_path):
-    calendar = Days(date(2026, 1, 1), 0.0, 6200.0)
+    calendar = Days(date=date(2026, 1, 1), hours=0.0, hours_per_year=6200.0)
     two_years = "date,torque,speed\n2024-01-01,100,1000\n2025-01-01,200,1000\n{}2026-01-01,,\n"
     made = block(tmp_path, two_years.format(""), date="date")
     record = read_record(made, None, calendar)

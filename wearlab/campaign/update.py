@@ -3,27 +3,25 @@
 No part of any run's identity: the same stored runs serve every measurement.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from wearlab import nearest, units
 from wearlab.campaign.axes import swept_keys
 from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
-from wearlab.campaign.inheritance import CampaignError, modelled
+from wearlab.campaign.inheritance import CampaignError, Model, modelled
 from wearlab.campaign.update_options import (
     PREVIOUS,
     SECTION,
     THICKNESS,
     WHEN,
     WHERE,
-    CalendarBlock,
     CheckBlock,
     Columns,
     Data,
     DataBlock,
     Days,
     Decision,
-    DecisionBlock,
     ErrorBlock,
     ErrorModel,
     Fleet,
@@ -34,7 +32,6 @@ from wearlab.campaign.update_options import (
     RecordBlock,
     RecordColumns,
     Replaced,
-    ReplacedBlock,
     TrueModel,
     UnitBlock,
     UpdateBlock,
@@ -67,7 +64,7 @@ def read_update(given: Any) -> UpdateSpec:
     spec = _tried(problems, modelled, UpdateBlock, head, SECTION)
     unknown = _tried(problems, _unknown, given.get("unknown"))
     limit = _tried(problems, _limit, given.get("limit"))
-    days = _tried(problems, _days, given.get("calendar"))
+    days = _tried(problems, _part, Days, given.get("calendar"), "calendar")
     data = [_tried(problems, _data, block, number) for number, block in enumerate(blocks, 1)]
     if spec is not None:
         if spec.discrepancy != "none" and not any(
@@ -78,12 +75,12 @@ def read_update(given: Any) -> UpdateSpec:
                 "strays: a value with its unit, or a distribution"
             )
     check = _tried(problems, _check, given.get("check"), data)
-    decision = _tried(problems, _decision, given.get("decision"))
+    decision = _tried(problems, _part, Decision, given.get("decision"), "decision")
     record = _tried(problems, _record, given.get("record"), data)
     replaced = _tried(problems, _replaced, given.get("replaced", []), given, unknown or {})
     fleet = None
     if "population" in given or "unit" in given or any(each and each.columns.unit for each in data):
-        fleet = _tried(problems, read_fleet, given.get("population"), given.get("unit", []), _days)
+        fleet = _tried(problems, read_fleet, given.get("population"), given.get("unit", []))
         problems += _not_of_a_fleet(given, unknown or {}, data)
     if problems:
         raise CampaignError(problems)
@@ -158,6 +155,11 @@ def _tried(problems: list[str], read: Any, *arguments: Any) -> Any:
         return None
 
 
+def _part(model: type[Model], given: Any, name: str) -> Model | None:
+    """Return a table of the section as a model, None where it is absent."""
+    return None if given is None else modelled(model, given, f"{SECTION}.{name}")
+
+
 def _unknown(given: Any) -> dict[str, Distribution]:
     where = f"{SECTION}.unknown"
     if not isinstance(given, dict) or not given:
@@ -193,21 +195,12 @@ def _check(given: Any, data: Sequence[Data | None]) -> TrueModel | None:
     return TrueModel(tuple(errors), block.power)
 
 
-def _decision(given: Any) -> Decision | None:
-    if given is None:
-        return None
-    where = f"{SECTION}.decision"
-    block = modelled(DecisionBlock, given, where)
-    return Decision(block.planned, block.failure, block.inspection, block.horizon_hours)
-
-
 def _replaced(given: Any, section: dict[str, Any], unknown: dict[str, Distribution]) -> tuple[Replaced, ...]:
     where, found = f"{SECTION}.replaced", []
     if not isinstance(given, list):
         raise CampaignError([f"{where}: {shown(given)} is no list of tables: write [[{where}]]"])
     for number, one in enumerate(given):
-        block = modelled(ReplacedBlock, one, f"{where}[{number}]")
-        found.append(Replaced(block.members, block.cycle, block.hours, block.date))
+        found.append(modelled(Replaced, one, f"{where}[{number}]"))
     others = [key for key in ("record", "unit", "population", "check") if section.get(key)]
     others += [key for key in ("change",) if section.get(key, "none") != "none"]
     remedy = "leave one of them out"
@@ -237,13 +230,6 @@ def _record(given: Any, data: Sequence[Data | None]) -> RecordBlock | None:
             said = "with update.record, say when by hours or date: cycles depend on the speeds"
             raise CampaignError([f"{one.place}.columns: {said}"])
     return block
-
-
-def _days(given: Any, where: str = f"{SECTION}.calendar") -> Days | None:
-    if given is None:
-        return None
-    block = modelled(CalendarBlock, given, where)
-    return Days(block.date, block.hours, block.hours_per_year)
 
 
 def _data(given: Any, number: int) -> Data:
@@ -348,13 +334,12 @@ DEFAULTS = {
 }
 
 
-def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days | None]) -> Fleet:
+def read_fleet(population: Any, units: Any) -> Fleet:
     """Return what ``[update.population]`` and ``[[update.unit]]`` say.
 
     Parameters
     ----------
     population, units : as written
-    days_of : reads a calendar at a place of the file
 
     Raises
     ------
@@ -367,7 +352,7 @@ def read_fleet(population: Any, units: Any, days_of: Callable[[Any, str], Days |
     for number, given in enumerate(units):
         where = f"{UNIT}[{number}]"
         calendar = given.get("calendar") if isinstance(given, dict) else None
-        days = days_of(calendar, f"{where}.calendar")
+        days = _part(Days, calendar, f"unit[{number}].calendar")
         unit = modelled(UnitBlock, given, where)
         if unit.name in [other.name for other in named]:
             raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])

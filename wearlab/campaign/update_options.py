@@ -1,7 +1,6 @@
 """``[update]`` as files write it and as it comes to in SI: what was measured and what ends the life."""
 
 from dataclasses import dataclass, field
-from datetime import date
 from datetime import date as date_
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -123,7 +122,7 @@ class LimitBlock(BaseModel):
         return self
 
 
-class CalendarBlock(BaseModel):
+class Days(BaseModel):
     """Which day it was after how many operating hours, and how the hours go on."""
 
     model_config = Strict
@@ -185,7 +184,7 @@ class UnitBlock(BaseModel):
     scene: dict[str, Any] | None = option(
         None, "dotted key = value: what is different of this unit", derived="as the others"
     )
-    calendar: CalendarBlock | None = option(
+    calendar: Days | None = option(
         None, "date, hours and hours_per_year of this unit", derived="columns, or update.calendar"
     )
 
@@ -229,7 +228,7 @@ class RecordBlock(BaseModel):
         return f"{SECTION}.record"
 
 
-class ReplacedBlock(BaseModel):
+class Replaced(BaseModel):
     """Gears that were replaced by new ones; their mates went on as worn as they were."""
 
     model_config = Strict
@@ -244,13 +243,13 @@ class ReplacedBlock(BaseModel):
     date: date_ | None = option(None, "the day, by update.calendar with its hours", derived="cycle or hours")
 
     @model_validator(mode="after")
-    def _one_time(self) -> "ReplacedBlock":
+    def _one_time(self) -> "Replaced":
         if sum(each is not None for each in (self.cycle, self.hours, self.date)) != 1:
             raise ValueError("give one of cycle, hours, date")
         return self
 
 
-class DecisionBlock(BaseModel):
+class Decision(BaseModel):
     """What changes and inspections cost, in any currency."""
 
     model_config = Strict
@@ -292,9 +291,7 @@ class UpdateBlock(BaseModel):
         4000, "draws from the posterior, and runs for unknowns besides wear's factor"
     )
     seed: Annotated[int, Ge(0), Lt(2**63)] = option(0, "seed of all draws")
-    calendar: CalendarBlock | None = option(
-        None, "so that the life ends on a day", derived="cycles and hours only"
-    )
+    calendar: Days | None = option(None, "so that the life ends on a day", derived="cycles and hours only")
     check: CheckBlock | None = option(
         None, "what is true of the twins of --check", derived="what the study believes"
     )
@@ -307,11 +304,11 @@ class UpdateBlock(BaseModel):
         "whether k itself may have changed: once between two inspections, or after running-in; the evidence "
         "decides",
     )
-    replaced: tuple[ReplacedBlock, ...] = option(
+    replaced: tuple[Replaced, ...] = option(
         (),
         "gears that were replaced by new ones: their wear counts from then on, that of their mates goes on",
     )
-    decision: DecisionBlock | None = option(
+    decision: Decision | None = option(
         None, "what changes cost: when to change, and whether to look first", derived="no advice"
     )
     population: PopulationBlock | None = option(
@@ -392,25 +389,6 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Days:
-    """A day, the operating hours on it (None: those of the last inspection), and hours a year from it on."""
-
-    day: date
-    hours: float | None
-    hours_per_year: float
-
-
-@dataclass(frozen=True)
-class Replaced:
-    """Gears that were replaced by new ones, and when: by cycles, hours or a day."""
-
-    members: tuple[str, ...]
-    cycle: float | None = None
-    hours: float | None = None
-    date: date_ | None = None
-
-
-@dataclass(frozen=True)
 class TrueModel:
     """What is true of synthetic twins: errors of each block (None: its own), and a power of the cycles."""
 
@@ -443,16 +421,6 @@ class Fleet:
     power: float | Distribution
     reference: float | None
     units: tuple[FleetUnit, ...]
-
-
-@dataclass(frozen=True)
-class Decision:
-    """Costs of a planned change, of a failure, of an inspection (None: none is considered); a horizon [h]."""
-
-    planned: float
-    failure: float
-    inspection: float | None
-    horizon: float | None = None
 
 
 @dataclass(frozen=True)

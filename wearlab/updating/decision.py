@@ -182,8 +182,8 @@ def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES
         "rate_to_failure": rates[1, -1],
         "best_change_if": cycles[best],
     }
-    if costs.horizon is not None:
-        steps: Array = costs.horizon / hour * np.linspace(0.0, 1.0, STEPS + 1)
+    if costs.horizon_hours is not None:
+        steps: Array = costs.horizon_hours / hour * np.linspace(0.0, 1.0, STEPS + 1)
         ahead, new = now + steps, known.life_below(run.start + steps)
         below = known.life_below(ahead)
         at, found["horizon_cost"] = over_horizon(below, new - new[0], costs)

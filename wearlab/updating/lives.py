@@ -282,9 +282,9 @@ def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) 
     hour = seconds_per_cycle / HOUR
     since = now * hour if days.hours is None else days.hours
     ahead = ((now + remaining) * hour - since) / days.hours_per_year * DAYS_A_YEAR
-    most = float((LAST_DAY - np.datetime64(days.day)).astype(int))
+    most = float((LAST_DAY - np.datetime64(days.date)).astype(int))
     return [
-        str(np.datetime64(days.day) + np.timedelta64(int(np.floor(day + ROUNDING)), "D"))
+        str(np.datetime64(days.date) + np.timedelta64(int(np.floor(day + ROUNDING)), "D"))
         if day < most
         else NEVER
         for day in ahead

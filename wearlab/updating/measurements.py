@@ -257,9 +257,11 @@ def _seconds(columns: MeasuredColumns, days: Days | None, hours_at: Any) -> Arra
             f"{place}.columns.date: dates need update.calendar = {{ date, hours, hours_per_year }}: "
             "a day, the operating hours on it, and how they go on"
         )
-    passed = (dates - np.datetime64(days.day, "s")) / DAY
+    passed = (dates - np.datetime64(days.date, "s")) / DAY
     hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
-    said = f"is before the first operating hour: {days.hours:g} h on {days.day}, {days.hours_per_year:g} h a "
+    said = (
+        f"is before the first operating hour: {days.hours:g} h on {days.date}, {days.hours_per_year:g} h a "
+    )
     columns.refuse(hours < 0.0, "time", f"{said}year, by update.calendar", hours)
     return np.asarray(hours * HOUR)
 
@@ -303,7 +305,8 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Days | None:
             )
     if rate is None or not rate > 0.0:
         return None
-    return Days(dates[last].astype("datetime64[D]").item(), float(hours[last]), rate)
+    day = dates[last].astype("datetime64[D]").item()
+    return Days.model_construct(date=day, hours=float(hours[last]), hours_per_year=rate)
 
 
 @dataclass(frozen=True)
@@ -378,7 +381,8 @@ class OperatingRecord:
             return days
         hours, end = float(self.time[-1]) / HOUR, self.dates[-1].astype("datetime64[D]").item()
         years = float((self.dates[-1] - self.dates[0]) / DAY) / DAYS_A_YEAR
-        return Days(end, hours, hours / years if days is None else days.hours_per_year)
+        rate = hours / years if days is None else days.hours_per_year
+        return Days.model_construct(date=end, hours=hours, hours_per_year=rate)
 
 
 def read_record(

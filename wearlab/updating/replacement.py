@@ -127,7 +127,7 @@ def _hours(event: Replaced, days: Days | None, place: str) -> float:
         raise UpdateError(
             f"{place}.date: needs update.calendar = {{ date, hours, hours_per_year }}; or give hours"
         )
-    passed = float((np.datetime64(event.date, "s") - np.datetime64(days.day, "s")) / DAY)
+    passed = float((np.datetime64(event.date, "s") - np.datetime64(days.date, "s")) / DAY)
     hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
     if hours < 0.0:
         raise UpdateError(
