@@ -10,7 +10,7 @@ import xarray as xr
 from wearlab.browsing.recorded import in_words
 from wearlab.query.keys import flat
 from wearlab.store import outcome
-from wearlab.store.errors import StoreError
+from wearlab.store.files import StoreError
 from wearlab.store.grid import words_of_key
 
 if TYPE_CHECKING:
