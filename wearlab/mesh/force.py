@@ -19,6 +19,8 @@ from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import Springs
 from wearlab.mesh.tabulation import pair_springs
 
+AT_ONCE = 100_000
+"""Pair forces that are found at once: what they take has to fit the memory."""
 FAR = -1.0
 """Compression of a pair that is out of the path [m]."""
 
@@ -107,20 +109,23 @@ def _far(stiffness: Array, x: Array) -> Array:
 
 def _nonlinear_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> NormalForces:
     """Return the forces of meshes whose damping law is not viscous."""
-    single = np.ndim(dashpot.damping) == 0  # of one mesh at instants (n,)
-
-    def along(values: Array) -> Array:
-        return values[:, None] if single else values
-
+    single = np.ndim(dashpot.damping) == 0  # of one mesh at instants (…, n)
     backlash = np.inf if dashpot.backlash is None else dashpot.backlash
     forces = forces_by_law(
         dashpot.law,
-        springs.each(along) if single else springs,
-        (along(motion.deflection), along(motion.rate)),
+        springs.each(lambda values: values[:, None]) if single else springs,
+        (motion.deflection[..., None], motion.rate[..., None]) if single else motion,
         np.asarray(backlash, float),
         np.asarray(dashpot.damping, float),
     )
-    pair, normal, back, back_normal = (each[:, 0] for each in forces) if single else forces
+    pair, normal, back, back_normal = forces
+    if single:
+        pair, normal, back, back_normal = (
+            pair[..., 0, :],
+            normal[..., 0, :],
+            back[..., 0],
+            back_normal[..., 0],
+        )
     pushed, total = normal.max(axis=-1), normal.sum(axis=-1) - back_normal
     far = _far(springs.stiffness, motion.deflection[..., None] - springs.gap)
     reserve = np.where(pushed > 0.0, pushed, np.minimum(far, 0.0))
@@ -145,17 +150,26 @@ def _back_forces(stiffness: Array, motion: Deflections, dashpot: Dashpot) -> tup
 def flank_forces(
     flanks: Touching, where: Lookup, motion: Deflections, dashpot: Dashpot, period: float
 ) -> NormalForces:
-    """Return the forces of a mesh at phases for motions (n,); a series' by the pairs' static share.
+    """Return the forces of a mesh at phases for motions (…, n); a series' by the pairs' static share.
 
     Parameters
     ----------
     flanks : of the mesh
     where : the phases
-    motion : (n,) there
+    motion : (n,) or (n_periods, n) there
     dashpot : of the mesh
     period : duration of a mesh period [s]
     """
-    forces = normal_forces(pair_springs(flanks, where).per(period), motion, dashpot)
+    springs = pair_springs(flanks, where).per(period)
+    if motion.deflection.ndim == 1:
+        forces = normal_forces(springs, motion, dashpot)
+    else:
+        many = max(1, AT_ONCE // springs.stiffness.size)
+        blocks = [
+            normal_forces(springs, Deflections(*(each[at : at + many] for each in motion)), dashpot)
+            for at in range(0, len(motion.deflection), many)
+        ]
+        forces = NormalForces(*map(np.concatenate, zip(*blocks, strict=True)))
     if flanks.series is None:
         return forces
     share = load_share(flanks.analysis.quasistatic(flanks.nodes, where))

@@ -86,7 +86,10 @@ def _of_responses(
         forces_of(physics, state, state.responses[at], when)
         for physics, state in zip((parts, rough, rough), states, strict=True)
     )
-    turn = min(range(len(own.mesh)), key=lambda turn: np.abs(_turned(twin.mesh, turn) - own.mesh).max())
+    turns = (
+        range(len(own.mesh)) if parts.vibration.hunting == 1 else (0,)
+    )  # hunting teeth say where it begins
+    turn = min(turns, key=lambda turn: float(np.abs(_turned(twin.mesh, turn) - own.mesh).max()))
     by_steps, by_wear = (
         ForcesAtInstants(
             *(np.abs(_turned(first - second, turn)) for first, second in zip(*pair, strict=True))

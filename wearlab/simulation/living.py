@@ -112,13 +112,19 @@ FRICTIONAL = 2.0
 """What tooth friction multiplies a right-hand side by: two more channels a mesh, 1.3 to 1.7 times as long."""
 
 
+MANY_PERIODS, OUT_OF_CACHE = 100, 10.0
+"""Mesh periods of hunting teeth from which tables no longer stay in the processor's cache, and by what work
+is dearer then: 0.67 µs a right-hand side over 1,633 periods, and the forces that wear take as long again."""
+
+
 def most_work(scene: Scene, parts: Parts) -> float:
     """Return the right-hand sides after which a life ends."""
     if scene.numerics.most_right_hand_sides is not None:
         return float(scene.numerics.most_right_hand_sides)
     if parts.vibration is None:
         return np.inf
-    return MOST_WORK / units(parts.vibration.system) * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
+    work = units(parts.vibration.system) * (OUT_OF_CACHE if parts.vibration.hunting > MANY_PERIODS else 1.0)
+    return MOST_WORK / work * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
 
 
 def most_searched(system: System) -> int:

@@ -21,7 +21,7 @@ CLOSELY = np.linspace(-FRACTIONS[1], FRACTIONS[1], 33)
 """Where about the look that comes nearest to an extreme in a step."""
 NEAREST = 6
 """Steps of every mesh, of all periods, that are looked into closely for its largest and smallest force."""
-AT_ONCE = 2_000_000
+AT_ONCE = 200_000
 """Values of a force that are held at once."""
 
 

@@ -35,11 +35,7 @@ def mesh_forces(
     motion : (n_periods, n) deflection and its rate
     period : duration of a mesh period [s]
     """
-    dashpot = dashpot_of_mesh(system, mesh)
-    rows = [
-        flank_forces(flanks, where, Deflections(*row), dashpot, period) for row in zip(*motion, strict=True)
-    ]
-    return NormalForces(*(np.stack(each) for each in zip(*rows, strict=True)))
+    return flank_forces(flanks, where, motion, dashpot_of_mesh(system, mesh), period)
 
 
 def dashpot_of_mesh(system: System, mesh: int) -> Dashpot:
