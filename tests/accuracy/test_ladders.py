@@ -38,6 +38,24 @@ def test_marched_methods_have_their_order(problem, known, method, order):
     assert curve.order(known.disagreement) == pytest.approx(order, abs=0.25)
 
 
+def test_peers_converge_to_the_same_answer(problem, known, monkeypatch):
+    pytest.importorskip("CyRK")
+    monkeypatch.setattr(steady_curves, "PEER_TOLERANCES", (1e-4, 1e-7))
+    told = []
+    curves = list(steady_curves.peer_curves(problem, known, told.append))
+    assert [curve.name for curve in curves] == told == list(steady_curves.peers())
+    for curve in curves:
+        coarse, fine = curve.rungs
+        assert fine.error < 3e-5 and fine.error < coarse.error, curve.name
+        assert fine.seconds > 0.0 and curve.role == "peer"
+
+
+def test_a_march_that_takes_long_or_does_not_settle_is_not_begun(problem, known, monkeypatch):
+    assert steady_curves.periods_to(known, 1e-3) == np.ceil(np.log(1e-3) / np.log(known.multiplier))
+    assert steady_curves.periods_to(known._replace(multiplier=1.01), 1e-3) == np.inf
+    assert not list(steady_curves.peer_curves(problem, known._replace(multiplier=1.01), lambda text: None))
+
+
 def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(problem, known, monkeypatch):
     def settings(seconds, disagreement):
         monkeypatch.setattr(steady_curves, "timing", lambda action, **more: seconds)

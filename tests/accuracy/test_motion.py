@@ -5,15 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearlab.accuracy.equation import Motion, motion_within
+from wearlab.accuracy.equation import Motion, motion_of, motion_within
 from wearlab.accuracy.steady import Steady, steady
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
-
-
-def motion_of(time: float, y: np.ndarray, given: Motion) -> np.ndarray:
-    """ẏ at a time; the mesh repeats every period."""
-    return motion_within(time % given.period, y, given, 0, len(given.edges) - 1)
 
 
 def by_hand(problem: Steady, time: float, y: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What is told of a study: cheapest setting, dataset, figures."""
+"""What is told of a study: comparison, cheapest setting, dataset, figures."""
 
 import json
 
@@ -9,7 +9,7 @@ import xarray as xr
 from wearlab.accuracy import pages as table
 from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.pages import pages
-from wearlab.accuracy.study import Study, cheapest_setting, dataset, knob_settings, netcdf
+from wearlab.accuracy.study import Study, cheapest_setting, comparison, dataset, knob_settings, netcdf
 from wearlab.cli.commands.accuracy import _content
 from wearlab.figures.plot import Curve, Panel, Pen, Plot
 from wearlab.figures.render import draw, part_texts, rendered
@@ -46,6 +46,15 @@ def found(loaded):
     )  # fmt: skip
     one = Study("800 rpm", loaded, curves, {"mesh_force": 1e-11, "life": 1e-9}, 0.6, ())
     return [one, Study("static", loaded, curves[5:], {"life": 1e-9}, np.nan, ("nothing moves",))]
+
+
+def test_ours_is_compared_with_the_fastest_peer_that_gets_there(found):
+    told = comparison(found[0], 1e-3)
+    assert told.name == "harmonic balance"  # another never gets there
+    assert told.peer == pytest.approx(3e-3)
+    steps = 1.3e10**0.2
+    assert told.ours == pytest.approx(1e-6 * steps, rel=1e-6)
+    assert comparison(found[1], 1e-3) is None
 
 
 def test_cheapest_setting_and_every_knob(found):
@@ -110,6 +119,7 @@ def test_pages_of_a_life_tell_slope_default_and_how_well_the_reference_is_known(
 def test_tables_have_a_cell_for_every_head(found):
     for heads, rows in (
         (table.CURVE_HEADS, table.curve_rows(found)),
+        (table.PEER_HEADS, table.peer_rows(found)),
         (table.LIFE_HEADS, table.life_rows(found)),
         (table.CHEAPEST_HEADS, table.cheapest_rows(found, None)),
         (table.REFERENCE_HEADS, table.reference_rows(found)),

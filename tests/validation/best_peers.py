@@ -14,11 +14,10 @@ from importlib.util import find_spec
 from typing import Any, Protocol
 
 import numpy as np
-from cyrk_marcher import CyRKMarcher, compiled_march, motion_of
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.equation import Motion
+from wearlab.accuracy.equation import CyRKMarcher, Motion, compiled_march, motion_of
 
 Array = NDArray[np.float64]
 

@@ -11,12 +11,11 @@ from harmonic_balance import HarmonicBalance
 from numpy.typing import NDArray
 from transient import periods_to, transient
 
-from wearlab.accuracy.equation import Motion
+from wearlab.accuracy.equation import Motion, starting_state
 from wearlab.accuracy.ladder import SHARE, Rung, WorkPrecision, timing, told
 from wearlab.accuracy.steady import Reference, Steady, relative_error
 from wearlab.dynamics.balance import balance_of
 from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.system import System
 
 Array = NDArray[np.float64]
 
@@ -28,12 +27,6 @@ FORGOTTEN = 1e-3
 """Of an error made earlier so much is left when the error of going on and on is measured [1]."""
 HARMONICS = (10, 20, 40, 60, 80, 120, 160)
 BALANCE = "harmonic balance"
-
-
-def starting_state(system: System, mean: Array) -> Array:
-    """Return the static equilibrium at mean mesh stiffnesses (n_mesh,), at rest, (2n,): a first guess."""
-    q = np.linalg.lstsq(system.in_contact(mean), system.load, rcond=1e-12)[0]
-    return np.concatenate([q, np.zeros(len(q))])
 
 
 class Course(NamedTuple):

@@ -1,7 +1,6 @@
 """One scene's steady state by wearlab and its peers at their best, over all errors: dataset and figure.
 
-Of the peers that march, and of those that close the orbit, the fastest to 1e-3 and to 1e-6 are shown; a
-line for each error tells how much longer the fastest takes.
+Of the peers that march, and of those that close the orbit, the fastest to 1e-3 and to 1e-6 are shown.
 
 ``python tests/validation/peers_figure.py FILE OUT`` takes the first case of a campaign file; two minutes.
 """
@@ -10,7 +9,6 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from peer_ladders import peer_curves
@@ -46,24 +44,6 @@ def fastest(rivals: list[WorkPrecision]) -> list[WorkPrecision]:
     return [curve for curve in rivals if curve in chosen]
 
 
-class AgainstPeer(NamedTuple):
-    """Wall times of our default method and of the fastest peer, both from a cold start [s], and its name."""
-
-    ours: float
-    peer: float
-    name: str
-
-
-def comparison(studies: Study, error: float) -> AgainstPeer | None:
-    """Return ours against the fastest peer at one error; None without peers or out of reach."""
-    ours = next((c for c in studies.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
-    times = [(c.seconds_to(error), c.name) for c in studies.of("peer", "mesh_force")]
-    reached = [time for time in times if np.isfinite(time[0])]
-    if ours is None or not reached or not np.isfinite(ours.seconds_to(error)):
-        return None
-    return AgainstPeer(ours.seconds_to(error), *min(reached))
-
-
 def main(file: str, out: str) -> None:
     """Study the first case, write dataset and figure."""
     campaign, begun = load(file), time.time()
@@ -73,10 +53,6 @@ def main(file: str, out: str) -> None:
     rivals = list(peer_curves(problem, known, lambda text: print(text, flush=True)))
     curves = steps_curve(problem, known), *fastest(rivals)
     study = Study(case.label, case.scene, curves, {"mesh_force": known.disagreement}, known.multiplier, ())
-    for error in TARGETS:
-        if (c := comparison(study, error)) is not None:
-            times = f"{1e3 * c.ours:.3g} ms, {c.name} {1e3 * c.peer:.3g} ms, {c.peer / c.ours:.1f} times"
-            print(f"{error:.0e}: {times}")
     made = dataset(campaign.title, [study], begun)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)

@@ -4,9 +4,8 @@ import ctypes
 
 import numpy as np
 import pytest
-from cyrk_marcher import motion_callback, motion_of
 
-from wearlab.accuracy.equation import motion_within
+from wearlab.accuracy.equation import motion_callback, motion_of, motion_within
 from wearlab.accuracy.steady import steady
 
 DOUBLES = ctypes.POINTER(ctypes.c_double)

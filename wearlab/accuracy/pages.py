@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.accuracy.ladder import COARSEST, FLOOR
-from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, knob_settings
+from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
 from wearlab.arrays import Array
 from wearlab.figures.plot import DASHES, MARKERS, NAMES, Curve, LegendEntry, Panel, Pen, Plot
 
@@ -116,8 +116,8 @@ def _work_precision(made: xr.Dataset) -> Plot:
             unsure = _unsure(made, case, "mesh_force", strokes)
             sides.append(OfAxes(_text(made["case"][case]), "wall time in ms", strokes, unsure))
     note = (
-        "Numbers: observed order over the knob, cold, tables included. All methods but periodic march "
-        "until their transient is less than their error."
+        "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: compiled, landing on "
+        "every jump of the stiffness, told for free how long to march from the static equilibrium."
     )
     return _plot("Error of the steady mesh force against wall time", note, sides)
 
@@ -237,6 +237,7 @@ Rows = list[tuple[str, ...]]
 CURVE_HEADS = (
     "case", "quantity", "curve", "knob", "order", "to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3",
 )  # fmt: skip
+PEER_HEADS = ("case", "error", "ours", "fastest peer", "its time", "ratio")
 LIFE_HEADS = ("case", "quantity", "error", "adaptive", "Euler", "ratio")
 CHEAPEST_HEADS = ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob")
 REFERENCE_HEADS = ("case", "largest |multiplier|", "reference against second method")
@@ -257,6 +258,23 @@ def curve_rows(studies: Sequence[Study]) -> Rows:
         )
         for study in studies
         for curve in study.curves
+    ]
+
+
+def peer_rows(studies: Sequence[Study]) -> Rows:
+    """Return ours beside the fastest peer, compiled and landing on every jump."""
+    return [
+        (
+            study.label,
+            f"{error:.0e}",
+            _milliseconds(c.ours),
+            c.name,
+            _milliseconds(c.peer),
+            _times(c.peer / c.ours),
+        )
+        for error in TARGETS
+        for study in studies
+        if (c := comparison(study, error)) is not None
     ]
 
 

@@ -1,12 +1,15 @@
-"""Work-precision curves of a steady state: every knob, every named method."""
+"""Work-precision curves of a steady state: every knob, every named method, every peer."""
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from copy import copy
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
+from wearlab.accuracy.equation import CyRKMarcher, starting_state
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
 from wearlab.accuracy.steady import (
     Reference,
@@ -25,6 +28,78 @@ from wearlab.dynamics.steps.count import fastest_rate
 from wearlab.gears.specification import GearError
 from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene, mesh
+
+METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
+PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
+LONGEST = 10.0
+"""A march that would take longer is not begun [s]."""
+
+
+def peers() -> tuple[str, ...]:
+    """Return the names of the methods of CyRK, if it is installed; each lands on every known jump."""
+    return () if missing_peers() else tuple(f"CyRK {method}, landing" for method in METHODS)
+
+
+def missing_peers() -> tuple[str, ...]:
+    """Return the peers that are not installed (``pip install wearlab[peers]``)."""
+    return () if find_spec("CyRK") is not None else ("CyRK",)
+
+
+def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None]) -> Iterator[WorkPrecision]:
+    """Yield the curves of the peers over their relative tolerance, where a transient dies in time.
+
+    Parameters
+    ----------
+    problem, answer : the scene and its answer
+    report : told who comes next
+    """
+    system, tables = answer.response.system, answer.response.tables
+    start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
+    if not peers():
+        return
+    first = CyRKMarcher(problem.motion(system), METHODS[0])
+    for name, method in zip(peers(), METHODS, strict=True):
+        report(name)
+        peer = copy(first)
+        peer.method = method
+        rungs: list[Rung] = []
+        for tolerance in PEER_TOLERANCES:
+            rung = _rung(peer, problem, answer, tolerance, start)
+            if rung is None:
+                break
+            rungs.append(rung)
+            if fine_enough(rung, answer.disagreement):
+                break
+        if rungs:
+            yield WorkPrecision(name, "relative", "mesh_force", "peer", tuple(rungs))
+
+
+def periods_to(answer: Reference, left: float) -> float:
+    """Return the mesh periods until so much is left of a transient; infinite where it does not die."""
+    largest = answer.multiplier ** (1.0 / len(answer.force))
+    return float(np.ceil(np.log(left) / np.log(largest))) if 0.0 < largest < 1.0 else float("inf")
+
+
+def _rung(
+    peer: CyRKMarcher, problem: Steady, answer: Reference, tolerance: float, start: Array
+) -> Rung | None:
+    """Return a setting of a peer, None where its march would take too long."""
+    scale, periods = np.abs(answer.response.state).max(axis=(0, 1)), periods_to(answer, SHARE * tolerance)
+    for _ in range(2):  # the first compiles
+        begun = time.perf_counter()
+        peer.march(answer.start, 1, tolerance, scale)
+    if periods * (time.perf_counter() - begun) > LONGEST:
+        return None
+    count = int(periods)
+    settled = peer.march(start, count, tolerance, scale)
+    if not np.isfinite(settled).all():
+        return Rung(tolerance, float("inf"), float("nan"), float("nan"))
+    motion = peer.states(settled, len(answer.force), problem.phase, tolerance, scale)
+    seconds = timing(lambda: peer.march(start, count + len(answer.force), tolerance, scale))
+    return Rung(
+        tolerance, relative_error(problem.force_of_states(motion), answer.force), seconds, float("nan")
+    )
+
 
 STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
 MARCHED_STEPS = tuple(2**power for power in range(5, 16))
@@ -54,6 +129,8 @@ def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterato
     """
     report("steps_per_period, periodic")
     yield steps_curve(problem, answer)
+    if problem.vibration.fluctuation is None:
+        yield from peer_curves(problem, answer, report)
     report("steps_per_period, rk4")
     turn = fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
     stable = tuple(steps for steps in MARCHED_STEPS if turn / steps < STABLE_TURN)

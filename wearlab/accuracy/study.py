@@ -3,14 +3,14 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from wearlab.accuracy import lives, steady
 from wearlab.accuracy.ladder import Rung, WorkPrecision
-from wearlab.accuracy.steady_curves import steady_study
+from wearlab.accuracy.steady_curves import missing_peers, peers, steady_study
 from wearlab.scene import Scene
 from wearlab.simulation.label import CONVENTIONS
 from wearlab.simulation.provenance import provenance
@@ -76,7 +76,25 @@ def expected_reports(scene: Scene) -> int:
     """Return about how often a study reports, for a progress bar."""
     if lives.has_life(scene):
         return 6
-    return 9 if scene.dynamics is not None else 0
+    return 9 + len(peers()) if scene.dynamics is not None else 0
+
+
+class AgainstPeer(NamedTuple):
+    """Wall times of our default method and of the fastest peer, both from a cold start [s], and its name."""
+
+    ours: float
+    peer: float
+    name: str
+
+
+def comparison(studies: Study, error: float) -> AgainstPeer | None:
+    """Return ours against the fastest peer at one error; None without peers or out of reach."""
+    ours = next((c for c in studies.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
+    times = [(c.seconds_to(error), c.name) for c in studies.of("peer", "mesh_force")]
+    reached = [time for time in times if np.isfinite(time[0])]
+    if ours is None or not reached or not np.isfinite(ours.seconds_to(error)):
+        return None
+    return AgainstPeer(ours.seconds_to(error), *min(reached))
 
 
 def cheapest_setting(studies: Study, quantity: str, error: float) -> tuple[WorkPrecision, Rung] | None:
@@ -186,6 +204,7 @@ def _attributes(title: str, studies: Sequence[Study], begun: float) -> dict[str,
         "Conventions": CONVENTIONS,
         "title": title,
         **{key: made_by[key] for key in kept if key in made_by},
+        "peers_missing": ", ".join(missing_peers()),
         "notes": "\n".join(f"{study.label}: {note}" for study in studies for note in study.notes),
         "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
     }

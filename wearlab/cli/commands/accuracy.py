@@ -20,7 +20,7 @@ FILE = "accuracy.nc"
 def accuracy(
     file: registry.File, out: Path = Path("accuracy"), error: float | None = None, json: registry.Json = False
 ) -> output.Status:
-    """Measure error against run time of FILE's scenes.
+    """Measure error against run time of FILE's scenes, beside other integrators.
 
     Parameters
     ----------
@@ -88,16 +88,21 @@ def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tupl
     return {
         "Reference": (table.REFERENCE_HEADS, table.reference_rows(studies)),
         "Work and precision": (table.CURVE_HEADS, table.curve_rows(studies)),
+        "Beside other integrators": (table.PEER_HEADS, table.peer_rows(studies)),
         "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(studies)),
         "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(studies, error)),
     }
 
 
 def _tell(studies: list["Study"], error: float | None) -> None:
+    from wearlab.accuracy import steady_curves
+
     for title, (heads, rows) in _tables(studies, error).items():
         if rows:
             output.say()
             output.show_table(heads, rows, title=title)
+    if steady_curves.missing_peers():
+        output.say(f'\nnot installed: {", ".join(steady_curves.missing_peers())} (the extra "peers")')
 
 
 def _content(studies: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
