@@ -142,6 +142,9 @@ def test_the_same_base_twice_is_no_circle(write):
             "study.toml: drop: [3] is not a list of sections or dotted keys",
         ),
         ("title = ", "study.toml: no TOML file: "),
+        ("[gears]\nface_width = 30 mm", 'write a quantity with its unit in quotes: "30 mm"'),
+        ("gear = { teeth = 20, face_width = 30mm }", 'in quotes: "30 mm"'),
+        ("[gears.pinion]\nprofile_shift_coefficient = 0,2", "write a decimal point: 0.2"),
         ('title = "a"\ntitle = "b"', "study.toml: no TOML file: "),
     ],
 )

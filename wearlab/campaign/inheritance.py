@@ -46,6 +46,10 @@ LONGEST = 1_000  # characters of a key
 WIDEST = 2**63  # whole numbers, as TOML has them
 WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 CHAIN = re.compile(rf"(?:^|[{{,])[ \t\[]*+(?:{WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.MULTILINE)
+AT_LINE = re.compile(r"at line (\d+)")
+DECIMAL_COMMA = re.compile(r"=\s*(-?\d+),(\d+)\s*(?:$|#|\})")
+BARE_QUANTITY = re.compile(r"=\s*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)\s*([A-Za-zµ°][^\s,#\]}\"']*)")
+MOST_TOLD = 100  # characters of a line that is no TOML
 
 
 def too_deep(text: str) -> str | None:
@@ -258,8 +262,25 @@ def _read(file: Path) -> Table:
         raise CampaignError([f"{file}: brackets or keys nested too deeply"]) from None
     except OSError as error:
         raise CampaignError([f"{file}: cannot read it: {error.strerror or error}"]) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise CampaignError([f"{file}: no TOML file: {error}"]) from None
+    except tomllib.TOMLDecodeError as error:
+        raise CampaignError([f"{file}: no TOML file: {error}{_remedy(text, str(error))}"]) from None
+
+
+def _remedy(text: str, problem: str) -> str:
+    """Return the line that is no TOML, and how the quantity in it is written; "" where no line is told."""
+    place = AT_LINE.search(problem)
+    lines = text.splitlines()
+    if place is None or not 0 < int(place[1]) <= len(lines):
+        return ""
+    line = lines[int(place[1]) - 1].strip()
+    told = f"\n  {line[:MOST_TOLD]}"
+    if comma := DECIMAL_COMMA.search(line):
+        return f"{told}\n  write a decimal point: {comma[1]}.{comma[2]}"
+    if bare := BARE_QUANTITY.search(line):
+        return f'{told}\n  write a quantity with its unit in quotes: "{bare[1]} {bare[2].strip()}"'
+    return told
 
 
 def _names(value: Any, key: str, file: Path) -> list[str]:
