@@ -48,6 +48,15 @@ def test_a_torsional_pair_has_no_bearings(table):
     assert "scene.dynamics.supports.gear.radial_stiffness" in one(table)
 
 
+@pytest.mark.parametrize(("width", "said"), [("30 um", "0.01 times"), ("20 m", "6.67e+03 times")])
+def test_a_width_that_no_gear_has_is_asked_for_its_unit(table, width, said):
+    table["gears"] |= {"module": "3 mm", "face_width": width}
+    assert one(table).startswith("scene.gears.face_width: ") and said in one(table)
+    table["gears"] |= {"face_width": "20 mm"}
+    table["gears"]["gear"] |= {"face_width": width}
+    assert one(table).startswith("scene.gears.gear.face_width: ")
+
+
 @pytest.mark.parametrize("load", ["instant", "equivalent"])
 def test_a_dynamic_load_needs_dynamics(table, load):
     table["wear"] |= {"load": load, "wohler_slope": 6.61}

@@ -48,7 +48,18 @@ def _pins(scene: sections.Sections) -> Problems:
         )
 
 
-RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins)
+def _widths(scene: sections.Sections) -> Problems:
+    """A width that no gear of this module has is in another unit than its author thinks."""
+    low, high = (share * scene.gears.module for share in WIDTHS)
+    own = {f"gears.{name}.face_width": gear.face_width for name, gear in scene.gears.gears().items()}
+    for path, width in {"gears.face_width": scene.gears.face_width, **own}.items():
+        if width is not None and not low <= width <= high:
+            told = f"{width / scene.gears.module:.3g} times the module"
+            yield path, f"{1e3 * width:.4g} mm is {told}: no gear is so wide or narrow, check its unit"
+
+
+WIDTHS = 0.1, 1000.0  # modules
+RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins, _widths)
 
 
 def broken_rules(scene: sections.Sections) -> list[str]:
