@@ -158,6 +158,18 @@ def test_quick_campaigns_are_those_whose_runs_take_seconds(papers):
     assert "papers_pages.py --quick" in (TOP / ".ci" / "run").read_text()
 
 
+def test_the_page_of_errors_over_run_time_is_that_of_its_figures(monkeypatch):
+    """``python docs/accuracy_pages.py all`` measures, on a machine that does nothing else."""
+    monkeypatch.syspath_prepend(str(DOCS))
+    made = reference_pages("accuracy_pages")
+    assert (DOCS / "accuracy.md").read_text() == made.page()
+    assert set(made.kept()) <= set(made.campaigns()) and len(made.campaigns()) == 7
+    for name in made.kept():
+        assert {"work-precision", "life-time"} & set(made.images(name)), name
+    shown = {f"{name}-{kind}.png" for name in made.kept() for kind in made.images(name)}
+    assert shown == {file.name for file in made.IMAGES.iterdir()}
+
+
 def test_every_link_leads_to_a_file():
     wrong = [
         f"{page.relative_to(TOP)}: {target}"

@@ -2,6 +2,7 @@
 
 import json
 
+import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +13,7 @@ from wearlab.accuracy.pages import pages
 from wearlab.accuracy.study import Study, cheapest_setting, comparison, dataset, knob_settings, netcdf
 from wearlab.cli.commands.accuracy import _content
 from wearlab.figures.plot import Curve, Panel, Pen, Plot
-from wearlab.figures.render import draw, part_texts, rendered
+from wearlab.figures.render import SETTINGS, draw, part_texts, rendered
 
 
 def curve(name, knob, role, power, speed, quantity="mesh_force", settings=(50, 100, 200, 400)):
@@ -150,3 +151,17 @@ def test_orders_beside_curves_that_end_at_one_place_do_not_overlap():
     assert len(boxes) == 9
     assert not any(one.overlaps(two) for k, one in enumerate(boxes) for two in boxes[:k])
     assert all(box.y0 >= ax.get_window_extent().y0 for box in boxes)
+
+
+@pytest.mark.parametrize("ends", [(1e-5, 1e-2), (0.02, 20.0), (14.0, 1500.0), (1e-3, 2e-2), (1.0, 3e5)])
+def test_labels_along_a_logarithmic_abscissa_do_not_overlap(ends):
+    curves = (Curve(np.array(ends), np.array([1e-2, 1e-4]), Pen("#000000"), "line-points"),)
+    panels = tuple(Panel(0, k, "", "time", "error", curves) for k in range(3))
+    with matplotlib.rc_context(SETTINGS):
+        figure = draw(Plot("", panels, 1, 3, logarithmic=True, logarithmic_across=True))
+        figure.canvas.draw()
+    for ax in figure.axes:
+        labels = [one for one in ax.get_xticklabels() if ends[0] <= one.get_position()[0] <= ends[1]]
+        boxes = [one.get_window_extent() for one in labels if one.get_text()]
+        assert len(boxes) > 1
+        assert not any(one.overlaps(two) for k, one in enumerate(boxes) for two in boxes[:k])

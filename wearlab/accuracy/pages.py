@@ -82,7 +82,7 @@ def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
         tuple(panels),
         -(-len(sides) // columns),
         columns,
-        legend=tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items()),
+        legend=tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items() if name),
         notes=(note,),
         logarithmic=True,
         logarithmic_across=True,
@@ -114,7 +114,7 @@ def _work_precision(made: xr.Dataset) -> Plot:
         strokes = _strokes(_stroke(made, case, i, "run_time", _method_pen(made, i), 1e3) for i in methods)
         if strokes:
             unsure = _unsure(made, case, "mesh_force", strokes)
-            sides.append(OfAxes(_text(made["case"][case]), "wall time in ms", strokes, unsure))
+            sides.append(OfAxes(_case(made, case), "wall time in ms", strokes, unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: compiled, landing on "
         "every jump of the stiffness, told for free how long to march from the static equilibrium."
@@ -129,7 +129,7 @@ def _knobs(made: xr.Dataset) -> Plot:
         if _text(made.role[i]) != "wearlab" or knob == "cycle_tolerance":
             continue
         strokes = _strokes(
-            _stroke(made, case, i, "setting", _case_pen(case))._replace(name=_text(made["case"][case]))
+            _stroke(made, case, i, "setting", _case_pen(case))._replace(name=_case(made, case))
             for case in range(made.sizes["case"])
         )
         if strokes:
@@ -166,7 +166,7 @@ def _life_sides(made: xr.Dataset, x: str, label: str) -> list[OfAxes]:
             mine = (i for i in steppers if _text(made.quantity[i]) == quantity)
             strokes = _strokes(_of_life(made, case, i, x) for i in mine)
             if strokes:
-                title = f"{_text(made['case'][case])}: {WORDS.get(quantity, quantity)}"
+                title = f"{_case(made, case)}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
                 sides.append(OfAxes(title, label, strokes, _unsure(made, case, quantity, strokes)))
     return sides
 
@@ -225,6 +225,12 @@ def _case_pen(case: int) -> Pen:
     return Pen(
         NAMES[case % len(NAMES)], DASHES[case // len(NAMES) % len(DASHES)], MARKERS[case % len(MARKERS)]
     )
+
+
+def _case(made: xr.Dataset, case: int) -> str:
+    """Return what a case is called, nothing where it is the base alone."""
+    name = _text(made["case"][case])
+    return "" if (made.sizes["case"], name) == (1, "base") else name
 
 
 def _text(value: xr.DataArray) -> str:

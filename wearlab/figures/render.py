@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
-from matplotlib.ticker import LogFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import Bbox
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
@@ -77,6 +77,7 @@ LEAST_SPAN = 0.02  # of the values
 LETTER = 0.02  # of the width of a figure, that two letters of marks need
 BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
 MANY = 1e4  # largest over smallest
+WIDEST = 40  # letters and gaps of labels along an abscissa
 SQUEEZED = 3.0  # longest over shortest abscissa of panels: beyond, each has its own
 MOST_BARS = 40  # points: errors of more are drawn as a band
 BAND_ALPHA, HOLLOW_MARKS = 0.22, 9
@@ -571,14 +572,17 @@ def _scaled(ax: "Axes", plot: Plot) -> None:
 
 
 def _by_logarithm(ax: "Axes", name: str) -> None:
-    """Let the axis "x" or "y" go by the logarithm, over many decades with a label for each."""
+    """Let the axis "x" or "y" go by the logarithm, a label a decade where they are many or long."""
     axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
     ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
     low, high = axis.get_view_interval()
-    many = high > MANY * low
-    axis.set_major_locator(LogLocator() if many else LogLocator(subs=(1.0, 2.0, 5.0)))
-    formatter = LogFormatter(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf))
-    axis.set_major_formatter(LogFormatterSciNotation() if many else formatter)
+    between = LogLocator(subs=(1.0, 2.0, 5.0))
+    told = [f"{value:g}" for value in between.tick_values(low, high) if low <= value <= high]
+    many = high > MANY * low or (name == "x" and sum(map(len, told)) + 2 * len(told) > WIDEST)
+    axis.set_major_locator(LogLocator() if many else between)
+    axis.set_major_formatter(
+        LogFormatterSciNotation() if many else FuncFormatter(lambda value, _: f"{value:g}")
+    )
     axis.set_minor_locator(NullLocator())
 
 
