@@ -72,7 +72,7 @@ def test_equivalent_springs_carry_the_same_total_force(coupled):
         matrix, gap = random_case(3, coupled)
         compliance, gaps, cross = as_tables(matrix, gap, coupled)
         stiffness, shifted = np.empty((1, 3)), np.empty((1, 3))
-        equivalent_springs(compliance, gaps, cross, stiffness, shifted)
+        equivalent_springs(compliance, gaps, cross, 1, stiffness, shifted)
         assert np.all(stiffness >= 0)
         for load in (5.0, 2e3, 3e4):
             delta, _, _ = by_brute_force(matrix, gap, load)
@@ -86,12 +86,30 @@ def test_each_spring_hands_its_force_to_pairs():
         matrix, gap = random_case(3, coupled)
         compliance, gaps, cross = as_tables(matrix, gap, coupled)
         stiffness, shifted, part = np.empty((1, 3)), np.empty((1, 3)), np.empty((1, 3, 3))
-        equivalent_springs(compliance, gaps, cross, stiffness, shifted, part)
+        equivalent_springs(compliance, gaps, cross, 1, stiffness, shifted, part)
         np.testing.assert_allclose(part.sum(axis=2), stiffness, rtol=1e-12)
         for load in (5.0, 2e3, 3e4):
             delta, force, _ = by_brute_force(matrix, gap, load)
             handed = np.maximum(0.0, delta - shifted[0]) @ part[0]
             np.testing.assert_allclose(handed, force, rtol=1e-9, atol=1e-9 * load)
+
+
+def test_pairs_that_change_places_within_a_step_leave_its_springs_smooth():
+    """Three stages have the order of the middle one, so that every spring is the parabola through them."""
+    matrix, gaps = random_case(2, True)[0], np.array([[2e-6, 1e-6], [1.6e-6, 1.5e-6], [1.2e-6, 2e-6]])
+    compliance, _, cross = as_tables(matrix, gaps[0], True)
+    compliance, cross = np.repeat(compliance, 3, axis=0), np.repeat(cross, 3, axis=0)
+    for stages, firsts in ((1, (1, 1, 0)), (3, (1, 1, 1))):
+        stiffness, shifted, part = np.empty((3, 2)), np.empty((3, 2)), np.empty((3, 2, 2))
+        equivalent_springs(compliance, gaps, cross, stages, stiffness, shifted, part)
+        np.testing.assert_allclose(
+            stiffness[:, 0], 1.0 / np.diag(matrix)[list(firsts)], rtol=1e-14, err_msg=str(stages)
+        )
+        for gap, where, handed in zip(gaps, shifted, part, strict=True):
+            delta, force, _ = by_brute_force(matrix, gap, 3e4)
+            np.testing.assert_allclose((delta - where) @ handed, force, rtol=1e-9)
+    linear = shifted[:, 1] - np.linalg.lstsq(gaps, shifted[:, 1])[0] @ gaps.T
+    np.testing.assert_allclose(linear, 0.0, atol=1e-18)  # one and the same mean of both gaps at every stage
 
 
 def test_absent_pairs_carry_nothing():

@@ -43,19 +43,24 @@ class Between:
         return (error if self.slow is None else error + self.slow), rate
 
     def springs(self, step: Index, fraction: Array) -> Springs:
-        """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs)."""
+        """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs).
+
+        Pairs that share a gear body have the order of engagement of the step's middle, as in the tables.
+        """
         grid, meshes = self.sampling.grid, self.sampling.meshes
         phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
+        ordered = any(len(flanks.nodes.cross) for flanks in self.kinds)
+        looks = np.stack([phase, middle] if ordered else [phase], axis=1)
         where = [
             look_within(
                 flanks.analysis.grid,
                 [mesh.lag for mesh in meshes if mesh.kind == kind],
-                phase[:, None],
+                looks,
                 middle,
             )
             for kind, flanks in enumerate(self.kinds)
         ]
-        return of_meshes(self.kinds, meshes, where, (len(phase),))
+        return of_meshes(self.kinds, meshes, where, looks.shape).each(lambda table: table[:, 0])
 
     def _phase(self, step: Index, fraction: Array) -> Array:
         grid = self.sampling.grid

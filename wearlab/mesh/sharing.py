@@ -130,19 +130,26 @@ def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped
 
 
 @jit_inner
+def _touches_at(matrix, gap, active, unit, offset, p):  # type: ignore[no-untyped-def]
+    """Return the δ at which slot ``p`` engages while the active ones bear, inf where it does not."""
+    slope, level = 1.0, gap[p]
+    for q in range(len(gap)):
+        if active[q]:
+            slope -= matrix[p, q] * unit[q]
+            level -= matrix[p, q] * offset[q]
+    return level / slope if slope > 0.0 else np.inf
+
+
+@jit_inner
 def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
     """Return the slot that engages next as δ grows, and the δ at which it does."""
     nearest, where = -1, np.inf
     for p in range(len(gap)):
         if active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
             continue
-        slope, level = 1.0, gap[p]
-        for q in range(len(gap)):
-            if active[q]:
-                slope -= matrix[p, q] * unit[q]
-                level -= matrix[p, q] * offset[q]
-        if slope > 0.0 and level / slope < where:
-            nearest, where = p, level / slope
+        at = _touches_at(matrix, gap, active, unit, offset, p)
+        if at < where:
+            nearest, where = p, at
     return nearest, where
 
 
@@ -171,6 +178,7 @@ def equivalent_springs(
     compliance: Array,
     gap: Array,
     cross: Array,
+    stages: int,
     stiffness_out: Array,
     gap_out: Array,
     pair_out: Array | None = None,
@@ -180,10 +188,15 @@ def equivalent_springs(
     ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of engagement. Without
     coupling each slot keeps its own stiffness and gap.
 
+    Where pairs change places in that order within a step, springs would jump and a parabola could not follow
+    them. So the stages of a step all have the order of the middle one: springs are smooth, and carry the force
+    of the pairs but for deflections between the gaps of the two, as close as these come within the step.
+
     Parameters
     ----------
     compliance, gap : (n, n_pairs) as in :func:`share`
     cross : (n, n_pairs, n_apart) as in :func:`share`
+    stages : phases one after another that have one order, that of the middle one
     stiffness_out, gap_out : (n, n_pairs) filled; absent springs get stiffness 0 and gap 0
     pair_out : (n, n_pairs, n_pairs) filled with what each spring (rows) adds to dF/dδ of each pair, so that
         ``F_j(δ) = Σ_p k_pj max(0, δ − g_p)`` and ``k_p = Σ_j k_pj``; a spring takes from pairs that touched
@@ -194,7 +207,7 @@ def equivalent_springs(
     active = np.zeros(n_pairs, np.bool_)
     unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
     work, index = np.zeros((n_pairs, n_pairs + 2)), np.zeros(n_pairs, np.int64)
-    earlier = np.zeros(n_pairs)
+    earlier, order = np.zeros(n_pairs), np.full(n_pairs, -1)
     for i in range(n):
         for p in range(n_pairs):
             present = compliance[i, p] < np.inf and gap[i, p] < np.inf
@@ -205,24 +218,39 @@ def equivalent_springs(
                 pair_out[i, p, p] = stiffness_out[i, p]
         if cross.shape[2] == 0:
             continue
-        _fill_matrix(compliance[i], cross[i], matrix)
         stiffness_out[i, :] = 0.0
         gap_out[i, :] = 0.0
-        active[:] = False
-        following = _first_to_touch(matrix, gap[i])
-        where = gap[i, following] if following >= 0 else np.inf
         earlier[:] = 0.0
         if pair_out is not None:
             pair_out[i, :, :] = 0.0
+        if i % stages == 0:
+            at = i + stages // 2
+            _fill_matrix(compliance[at], cross[at], matrix)
+            _order_of(matrix, gap[at], active, unit, offset, work, index, order)
+        _fill_matrix(compliance[i], cross[i], matrix)
+        active[:] = False
         for slot in range(n_pairs):
-            if following < 0:
-                break
-            active[following] = True
+            p = order[slot]
+            if p < 0 or not (compliance[i, p] < np.inf and gap[i, p] < np.inf):
+                continue
+            gap_out[i, slot] = _touches_at(matrix, gap[i], active, unit, offset, p)
+            active[p] = True
             _respond(matrix, gap[i], active, unit, offset, work, index)
             stiffness_out[i, slot] = unit.sum() - earlier.sum()
-            gap_out[i, slot] = where
-            for p in range(n_pairs):  # not by slices: telling of unequal lengths compiles for seconds
+            for q in range(n_pairs):  # not by slices: telling of unequal lengths compiles for seconds
                 if pair_out is not None:
-                    pair_out[i, slot, p] = unit[p] - earlier[p]
-                earlier[p] = unit[p]
-            following, where = _next_to_touch(matrix, gap[i], active, unit, offset)
+                    pair_out[i, slot, q] = unit[q] - earlier[q]
+                earlier[q] = unit[q]
+
+
+@jit_inner
+def _order_of(matrix, gap, active, unit, offset, work, index, order):  # type: ignore[no-untyped-def]
+    """Fill the slots in their order of engagement, −1 after the last."""
+    active[:], order[:] = False, -1
+    following = _first_to_touch(matrix, gap)
+    for slot in range(len(gap)):
+        if following < 0:
+            break
+        order[slot], active[following] = following, True
+        _respond(matrix, gap, active, unit, offset, work, index)
+        following, _ = _next_to_touch(matrix, gap, active, unit, offset)

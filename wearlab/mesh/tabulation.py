@@ -71,9 +71,9 @@ def of_meshes(
     kinds : the flanks of each kind of mesh
     meshes : the meshes
     where : of each kind, look-up of these instants, one mesh of the kind after another
-    shape : of the instants
+    shape : of the instants (n, n_stages); the stages have one order of engagement, see `equivalent_springs`
     """
-    each = [pair_springs(flanks, at) for flanks, at in zip(kinds, where, strict=True)]
+    each = [pair_springs(flanks, at, shape[-1]) for flanks, at in zip(kinds, where, strict=True)]
     pairs = max(springs.stiffness.shape[-1] for springs in each)
     full = (*shape, len(meshes), pairs)
     parts = any(springs.part is not None for springs in each)
@@ -191,8 +191,11 @@ def gap_rates(flanks: Touching, where: Lookup) -> Array:
     return rates
 
 
-def pair_springs(flanks: Flanks, where: Lookup) -> Springs:
-    """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force."""
+def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
+    """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force.
+
+    ``stages`` phases one after another have one order of engagement, see `equivalent_springs`.
+    """
     if isinstance(flanks, FaceTouching):
         return flanks.springs(where.phase)
     if flanks.series is not None:
@@ -202,7 +205,7 @@ def pair_springs(flanks: Flanks, where: Lookup) -> Springs:
     compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
     stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
     part = np.empty((*compliance.shape, compliance.shape[1])) if cross.shape[2] else None
-    equivalent_springs(compliance, gap, cross, stiffness, gaps, part)
+    equivalent_springs(compliance, gap, cross, stages, stiffness, gaps, part)
     if part is not None:
         full = stiffness[:, :, None]
         part = np.divide(part, full, out=np.zeros_like(part), where=full > 0.0)
