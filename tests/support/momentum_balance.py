@@ -1,13 +1,15 @@
 """What the mean of all forces leaves of the loads, over an orbit: nothing, by momentum.
 
 Where contact lasts, forces are integrated along the motion that the response keeps. The polynomials of that
-motion do not bend where contact changes: such a step is integrated from the state at its start by SciPy,
-under the normal forces that wear, and what is left is the difference of both ends.
+motion do not bend where contact changes: such a step is integrated from the state at its start, under the
+viscous law written out, any other law by SciPy under the package's own forces, and what is left is the
+difference of both ends.
 """
 
 from dataclasses import replace
 
 import numpy as np
+from law_written_out import integrated, written_out
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.orbits.response import Response, dashpot_of, forces_at
@@ -16,6 +18,8 @@ from wearlab.mesh.stages import parabola
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 X, WEIGHTS = 0.5 + 0.5 * NODES, 0.5 * WEIGHTS
+MOST_PERIODS = 24
+"""Periods looked at of an aperiodic motion, the first of those that are kept."""
 CLOSE = 1e-10
 """Impulse of a step over that of the load in a period, above which the motion that is kept does not serve."""
 
@@ -23,10 +27,10 @@ CLOSE = 1e-10
 def unbalanced(response: Response) -> np.ndarray:
     """Return what the mean of all forces leaves of the loads on every coordinate, over the largest load.
 
-    Of an aperiodic motion less the change of momentum over the periods that were kept.
+    Of an aperiodic motion less the change of momentum over the periods that are looked at.
     """
     response = replace(response, between=None)  # the parabolas that the steps know
-    system, kept = response.system, len(response.state)
+    system, kept = response.system, min(MOST_PERIODS, len(response.state))
     largest = np.abs(system.load).max()
     left = np.zeros(len(system.load))
     for period in range(kept):
@@ -58,6 +62,18 @@ def _of_steps(response: Response, period: int) -> np.ndarray:
 
 def _anew(response: Response, period: int, step: int) -> np.ndarray:
     """Return by what momentum a step under the forces that wear ends elsewhere, over a period, (n,)."""
+    system = response.system
+    n, start, end = len(system.load), *response.state[period, step : step + 2]
+    scale = np.abs(response.state[period]).max(axis=0)
+    if system.damping_law is None:
+        reached = integrated(written_out(response, step), start, scale)
+    else:
+        reached = _by_scipy(response, step, start, scale)
+    return np.asarray(system.mass @ (reached[n:] - end[n:]) / response.mesh_period)
+
+
+def _by_scipy(response: Response, step: int, start: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the state at the end of a step under the package's own forces, (2n,)."""
     system, tables = response.system, response.tables
     n, length = len(system.load), tables.width[step] * response.mesh_period
     inverse, dashpot, steps = np.linalg.inv(system.mass), dashpot_of(system), np.array([step])
@@ -72,11 +88,9 @@ def _anew(response: Response, period: int, step: int) -> np.ndarray:
         forces = normal_forces(tables.springs_at(steps, at).per(response.mesh_period), motion, dashpot)
         return length * np.r_[v[0], inverse @ _left(response, forces, steps, at, q, v)[0]]
 
-    start, end = response.state[period, step : step + 2]
-    scale = np.abs(response.state[period]).max(axis=0)
     tight = solve_ivp(rate, (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-13 * scale, max_step=0.1)
     assert tight.success
-    return np.asarray(system.mass @ (tight.y[n:, -1] - end[n:]) / response.mesh_period)
+    return np.asarray(tight.y[:, -1])
 
 
 def _left(

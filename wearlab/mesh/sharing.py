@@ -188,9 +188,9 @@ def equivalent_springs(
     ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of engagement. Without
     coupling each slot keeps its own stiffness and gap.
 
-    Where pairs change places in that order within a step, springs would jump and a parabola could not follow
-    them. So the stages of a step all have the order of the middle one: springs are smooth, and carry the force
-    of the pairs but for deflections between the gaps of the two, as close as these come within the step.
+    Where pairs change places in that order within a step, springs would jump and no parabola could follow.
+    So the stages of a step all have the order of the middle one: springs are smooth, and carry the force of
+    the pairs but for deflections between the gaps of the two, as close as these come within the step.
 
     Parameters
     ----------
