@@ -69,9 +69,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scenes", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0, help="number of the first scene of the seed")
     parser.add_argument("--bar", type=float, default=1e-6)
     asked = parser.parse_args()
-    left, number = [], -1
+    left, number = [], asked.first - 1
     while len(left) < 2 * asked.scenes:
         number += 1
         scene, began = draw_any(asked.seed, number), time.perf_counter()
