@@ -68,11 +68,11 @@ def test_several_differences_name_no_cause():
     keys, told = scenes(torque=(300.0, 300.0, 400.0, 400.0), model=("x", "y", "y", "x"))
     said = longest((9e8, 6e8, 3e8, None), "abcd", told, keys)
     assert said[1:] == [
+        "1 of these runs reached no limit of wear: they may live longer.",
         "It has the lowest torque, 300 N·m, shared with others: "
         "in these runs life never falls as it gets lower.",
         "It has operation model x.",
         "2 keys differ: compare runs that differ in one alone to see what each does.",
-        "1 of these runs have no life.",
     ]
 
 

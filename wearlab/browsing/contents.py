@@ -196,7 +196,9 @@ def runs(store: "Store", first: Mapping[str, str], place: Any) -> dict[str, Any]
         "page_url": lambda number: place.url("runs", **asked, page=number),
         "without": without,
         "back": urlencode(asked),
-        "compare_url": place.url("compare", run=[row[0] for row in told.rows[:MOST_BESIDE]]),
+        "compare_url": place.url(
+            "compare", run=[row[0] for row in told.rows[:MOST_BESIDE]], back=urlencode(asked)
+        ),
     }
 
 
@@ -223,11 +225,10 @@ def run(store: "Store", prefix: str, place: Any, back: str = "") -> dict[str, An
             prints.append((KINDS[kind].title or kind, files))
         first = (question.of_one_run(grid) or [first])[0]
     where = store.address or str(store.path.absolute())
-    chosen = {name: text for name, text in parse_qsl(back) if name in ("where", "columns", "sort")}
     beside = store.catalogue.read(BESIDE, [entry.id])
     return {
         "told": told,
-        "back_url": place.url("runs", **chosen) if chosen else "",
+        "back_url": _back_url(place, back),
         "beside_url": place.url("compare", run=[row[0] for row in beside])
         if place.live and 1 < len(beside) <= MOST_BESIDE
         else "",
@@ -239,6 +240,12 @@ def run(store: "Store", prefix: str, place: Any, back: str = "") -> dict[str, An
         "python": f"import wearlab as wl\nrun = wl.open({where!r}).run({entry.id!r})\n"
         f"wl.figure(run, {first!r})",
     }
+
+
+def _back_url(place: Any, back: str) -> str:
+    """Return the address of the table of runs that was left, "" where none was."""
+    chosen = {name: text for name, text in parse_qsl(back) if name in ("where", "columns", "sort")}
+    return str(place.url("runs", **chosen)) if chosen else ""
 
 
 def _quoted(path: str) -> str:
@@ -261,7 +268,8 @@ def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any)
         },
     }
     asked = question.wanted({**arguments, "state": [told["state"]]})
-    told["asked"] = asked
+    back = (list(arguments.get("back", ())) or [""])[0]
+    told |= {"asked": asked, "back": back, "back_url": _back_url(place, back)}
     if not asked.runs and not asked.campaign:
         return {**told, "problem": "Mark some runs in a table first, then choose to compare them."}
     if asked.runs and not asked.campaign:

@@ -1,7 +1,7 @@
 """Which of some runs lives longest, and why: what its scene has, and how it wears where it is worn out."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from wearlab.query.keys import flat
 from wearlab.store import outcome
 from wearlab.store.files import StoreError
 from wearlab.store.grid import words_of_key
+from wearlab.units import shown_unit
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -24,6 +25,8 @@ FACTORS = {
     "effective_wear_coefficient": "wear coefficient",
 }
 """What a depth is the product of, at a place of a flank."""
+MOST_TOLD = 4  # keys by which runs differ
+MUCH = 5e-3  # of a rate, that the means of its factors leave
 SAME = 5e-4  # relative difference of two values that are told as the same
 
 
@@ -36,12 +39,14 @@ class WornPlace(NamedTuple):
     position : along the path of contact, 0 at the pitch point [m]
     rate : wear depth per cycle [m]
     factors : of `FACTORS`, as far as the run has them, in SI
+    dynamic : the dynamic factor unworn and at the end, none where nothing vibrates
     """
 
     flank: str
     position: float
     rate: float
     factors: dict[str, float]
+    dynamic: tuple[float, ...] = ()
 
 
 def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys: Sequence[str]) -> list[str]:
@@ -55,18 +60,31 @@ def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys
     """
     lives, hours = ([entry.summary.get(name) for entry in entries] for name in ("life", "service_life"))
     scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries]
-    sentences = longest(lives, labels, scenes, keys)
+    sentences = longest(lives, labels, scenes, keys if len(keys) <= MOST_TOLD else ())
+    if sentences and len(keys) > MOST_TOLD:
+        sentences.append(
+            f"{len(keys)} keys of the scenes differ: compare runs of one campaign to see what each does."
+        )
     ranked = sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
     if len(ranked) > 1 and ranked[-1][0] > ranked[-2][0]:
         (shorter, second), (longer, first) = ranked[-2:]
         errors = [entries[at].summary.get("error_estimate_life") for at in (first, second)]
-        sentences[1:1] = margin(longer, shorter, labels[second], errors)
+        said = margin(longer, shorter, labels[second], errors)
         places = [worn_place(store, entries[at]) for at in (first, second)]
         if places[0] is not None and places[1] is not None:
-            sentences[2:2] = why(places[0], places[1])
+            said += why(places[0], places[1])
+        at = 1 if len(ranked) == len(lives) else 2
+        sentences[at:at] = said
     if sentences and (other := in_hours(lives, hours, labels)):
         sentences.append(other)
-    return sentences
+    return [shown_unit(sentence) for sentence in sentences]
+
+
+def first(entries: "Sequence[Entry]") -> str:
+    """Return the id of the run that lives longest in cycles, "" where none has a life."""
+    lives = [(entry.summary.get("life") or 0.0, entry.id) for entry in entries]
+    life, run = max(lives, default=(0.0, ""))
+    return run if life > 0.0 else ""
 
 
 def margin(life: float, following: float, label: str, errors: Sequence[float | None]) -> list[str]:
@@ -105,7 +123,11 @@ def worn_place(store: "Store", entry: "Entry") -> WornPlace | None:
         if name in run and set(run[name].dims) == ALONG
     }
     rate = float(depth.sel(at)[-1] - depth.sel(at)[0]) / float(run["cycle"][-1])
-    return WornPlace(flank, float(run["path_position"].sel(at)), rate, factors)
+    factor = run.get("dynamic_factor")
+    largest = (
+        () if factor is None else factor.max([dim for dim in factor.dims if dim != "update"]).values[[0, -1]]
+    )
+    return WornPlace(flank, float(run["path_position"].sel(at)), rate, factors, tuple(map(float, largest)))
 
 
 def _over_life(values: xr.DataArray, cycle: xr.DataArray) -> float:
@@ -122,27 +144,40 @@ def why(own: WornPlace, other: WornPlace) -> list[str]:
 
     Examples
     --------
-    >>> first = WornPlace("pinion", -6.8e-3, 0.98e-13, {"tooth_force": 1600.0, "specific_sliding": 0.72})
+    >>> first = WornPlace("pinion", -6.8e-3, 0.98e-13, {"tooth_force": 1600.0, "specific_sliding": 0.69})
     >>> for line in why(first, WornPlace("pinion", -4.7e-3, 1e-13, {"tooth_force": 2500.0,
     ...                                                             "specific_sliding": 0.45})):
     ...     print(line)
     It is worn out on the pinion 6.8 mm before the pitch point, the next on the pinion 4.7 mm before it.
-    There it wears 2 % less a cycle than the next: force on the tooth −36 %, specific sliding +60 %.
+    There it wears 2 % less a cycle than the next: force on the tooth −36 %, specific sliding +53 %.
     """
     ratio = own.rate / other.rate if other.rate else np.nan
     if not np.isfinite(ratio):
         return []
-    shares = [
-        f"{words} {_change(own.factors[name] / other.factors[name])}"
+    ratios = {
+        words: own.factors[name] / other.factors[name]
         for name, words in FACTORS.items()
         if own.factors.get(name) and other.factors.get(name)
-    ]
+    }
+    rest = ratio / float(np.prod(list(ratios.values())))
+    ratios |= {"their course over the life": rest} if ratios and abs(rest - 1.0) > MUCH else {}
+    shares = [f"{words} {_change(part)}" for words, part in ratios.items()]
     slower = f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle than the next"
     return [
         f"It is worn out on the {own.flank} {_place(own, 'the pitch point')}, "
         f"the next on the {other.flank} {_place(other, 'it')}.",
         f"There it wears {slower}{': ' if shares else ''}{', '.join(shares)}.",
+        *_dynamics(own, other),
     ]
+
+
+def _dynamics(own: WornPlace, other: WornPlace) -> Iterator[str]:
+    if own.dynamic and other.dynamic:
+        (first, last), (others_first, others_last) = own.dynamic, other.dynamic
+        yield (
+            f"Its dynamic factor goes from {first:.3g} unworn to {last:.3g} worn, "
+            f"that of the next from {others_first:.3g} to {others_last:.3g}."
+        )
 
 
 def _place(place: WornPlace, pitch: str) -> str:
@@ -201,12 +236,14 @@ def longest(
         f"The longest life is {long:.4g} cycles, of {labels[first]}: {long / short:.3g} times the shortest, "
         f"of {labels[last]}."
     ]
+    if len(order) < len(lives):
+        told.append(
+            f"{len(lives) - len(order)} of these runs reached no limit of wear: they may live longer."
+        )
     places = [at for _, at in order]
     told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))
     if len(keys) > 1:
         told.append(f"{len(keys)} keys differ: compare runs that differ in one alone to see what each does.")
-    if len(order) < len(lives):
-        told.append(f"{len(lives) - len(order)} of these runs have no life.")
     return told
 
 

@@ -174,6 +174,7 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
         "asked": asked,
         "came": came,
         "lives": lives.told(store, list(entries.values()), labels, keys),
+        "longest": lives.first(list(entries.values())),
     }
 
 
