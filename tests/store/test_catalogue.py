@@ -54,21 +54,21 @@ def test_more_ids_than_sqlite_takes_in_one_question(catalogue):
 
 def test_a_claim_excludes_others_until_released(catalogue, tmp_path):
     other = Catalogue(catalogue.path)
-    assert catalogue.claim(["a", "b"], "me", never) == {"a": None, "b": None}
-    assert other.claim(["b", "c"], "you", never) == {"c": None}
+    assert catalogue.record((), ["a", "b"], "me", never) == {"a": None, "b": None}
+    assert other.record((), ["b", "c"], "you", never) == {"c": None}
     assert len(catalogue.release("me")) == 2
-    assert other.claim(["a", "b"], "you", never) == {"a": None, "b": None}
+    assert other.record((), ["a", "b"], "you", never) == {"a": None, "b": None}
     other.close()
 
 
 def test_a_claim_takes_over_what_is_free_and_says_from_whom(catalogue):
-    catalogue.claim(["a"], "dead", never)
-    assert catalogue.claim(["a"], "me", lambda entry: entry.owner == "dead") == {"a": "dead"}
+    catalogue.record((), ["a"], "dead", never)
+    assert catalogue.record((), ["a"], "me", lambda entry: entry.owner == "dead") == {"a": "dead"}
     assert catalogue.entries()["a"].owner == "me"
 
 
 def test_releasing_keeps_finished_runs(catalogue):
-    catalogue.claim([DONE.id, "other"], "me", never)
+    catalogue.record((), [DONE.id, "other"], "me", never)
     catalogue.record([DONE])
     assert len(catalogue.release("me")) == 1
     assert [entry.state for entry in catalogue.entries().values()] == ["done"]
@@ -186,7 +186,7 @@ def test_a_catalogue_of_the_second_version_gets_metadata(tmp_path):
 
 def test_heads_tell_states_without_contents(catalogue):
     catalogue.record([DONE])
-    catalogue.claim(["b"], "me", never)
+    catalogue.record((), ["b"], "me", never)
     first, second = catalogue.heads([DONE.id, "b", "unknown"]).values()
     assert (first.state, first.size, first.source_hash, first.warned) == ("done", 3, "abc", True)
     assert (second.state, second.owner, second.warned) == ("running", "me", False)

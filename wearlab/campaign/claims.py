@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
 from wearlab.campaign.inheritance import CampaignError, is_list_of, modelled
-from wearlab.query.formula import names_in, parse_formula, spelled_out
+from wearlab.query.formula import AmountError, amount, names_in, parse_formula, spelled_out
 from wearlab.query.grammar import QueryError
 from wearlab.scene.problems import shown
 
@@ -175,7 +175,6 @@ def filled(note: str, grid: "xr.Dataset", problems: list[str] | None = None) -> 
     grid : the campaign as the store has it
     problems : takes why a number is not there; its place then holds a dash
     """
-    from wearlab.query.formula import AmountError, amount
 
     def number(found: re.Match[str]) -> str:
         form = FORMAT.fullmatch(found[2] or "")
@@ -279,8 +278,6 @@ class ClaimRecord(BaseModel):
 
 def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
     """Return what the runs of a campaign say of its claims and notes."""
-    from wearlab.query.formula import AmountError, amount
-
     claims = []
     for claim, formula in _spelled(campaign.claims):
         number, reason = None, ""

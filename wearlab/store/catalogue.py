@@ -159,10 +159,6 @@ class Catalogue(Campaigns):
         what = "a table of variables in the catalogue"
         return {key: understood(what, lambda stored: rows.layout(known[stored]), key) for key in wanted}
 
-    def claim(self, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]) -> dict[str, str | None]:
-        """Mark runs as running here, as `record` does."""
-        return self.record((), wanted, owner, free)
-
     def record(
         self,
         outcomes: Iterable[Outcome],

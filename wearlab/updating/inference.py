@@ -23,6 +23,7 @@ from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import written
 from wearlab.scene import Scene, SceneError
 from wearlab.sources import hash_of
+from wearlab.store.outcome import last_line
 from wearlab.updating.clocks import changing, clock_of
 from wearlab.updating.fleet import fleet_groups, fleet_of
 from wearlab.updating.measurements import UpdateError
@@ -156,7 +157,7 @@ class Runner(NamedTuple):
         run(campaign, self.store, progress=self.progress, workers=self.workers)
         found = read_runs(self.store, [scene.id], wanted_of(study))
         if scene.id not in found:
-            reason = (self.store.find(scene.id).reason or "").strip().rpartition("\n")[2]
+            reason = last_line(self.store.find(scene.id).reason)
             raise UpdateError(f"{study.label}: update.replaced: its run with worn mates: {reason}")
         return found[scene.id]
 

@@ -12,7 +12,7 @@ from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
 from wearlab.campaign.update_options import THICKNESS, Days, Fleet, FleetUnit, Limit, UpdateSpec
 from wearlab.scene import Scene
-from wearlab.store.outcome import place
+from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
 from wearlab.updating.measurements import (
     Observed,
@@ -221,9 +221,9 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     runs = read_runs(store, dict.fromkeys(ids), wanted)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
-        why = "" if entry is None else store.find(ids[0]).reason or ""
+        why = None if entry is None else store.find(ids[0]).reason
         state = "is not there" if entry is None else entry.state
-        raise UpdateError(f"{study.label}: its run {state} {why.strip().rpartition(chr(10))[2]}".strip())
+        raise UpdateError(f"{study.label}: its run {state} {last_line(why)}".strip())
     read, which = [], []
     for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
         if run_id not in runs:
@@ -252,7 +252,7 @@ def conditions_of(study: MeasuredCase, store: "Store") -> list[RunHistory]:
     found, runs = read_runs(store, dict.fromkeys(scene.id for scene in scenes), wanted), []
     for scene, (torque, _) in zip(scenes, study.record.conditions()[0], strict=True):
         if scene.id not in found:
-            reason = (store.find(scene.id).reason or "").strip().rpartition("\n")[2]
+            reason = last_line(store.find(scene.id).reason)
             raise UpdateError(f"{study.label}: update.record: its run at {torque:g} N m: {reason}")
         runs.append(history_of(found[scene.id], scene.id, scene.model_dump(), (), study.limit))
     return runs

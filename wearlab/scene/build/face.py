@@ -8,8 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, GearPair
-from wearlab.gears.helix import SPUR, Helix, helix
-from wearlab.gears.lead import Lead
+from wearlab.gears.helix import SPUR, Helix, Lead, helix
 from wearlab.life.face import FaceKind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact, section
