@@ -90,6 +90,7 @@ class _SciPy:
 
     def __init__(self, given: Motion, method: str) -> None:
         self.given, self.method = given, method
+        motion_of(0.0, np.zeros(2 * len(given.push)), given)  # compiles
 
     def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
         return self._over(start, periods, None, tolerance, scale)[-1]
