@@ -19,6 +19,7 @@ from drawn_scenes import draw_any
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.response import Response
 from wearlab.gears.specification import GearError
+from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
@@ -82,7 +83,7 @@ def main() -> int:
         for flanks in ("unworn", "worn"):
             try:
                 response, off, steps = balance(scene, flanks, number, asked.bar)
-            except GearError as error:
+            except (GearError, StopWear) as error:
                 print(f"{number}: refused: {error}")
                 break
             apart = float(extremes(response).separated.max())

@@ -28,6 +28,8 @@ LONGEST_LARGE = 4
 """Longest period that a larger system is shot at then: each pass costs as many maps."""
 DYING = 0.3
 """Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
+FURTHEST = 1.0
+"""Deflection of a mesh that no teeth have: a motion that reaches it grows without bound [m]."""
 REMEMBERED = 1e-6
 """Share of a motion that is left when it has died out."""
 
@@ -135,7 +137,8 @@ class Periodic:
         for count in (transients[0] // 5,) if settled else transients:
             shooting.integrate(state, count)
             strobe, orbit = shooting.integrate(state, max(averaged, 2 * longest), averaged)
-            if not np.isfinite(strobe).all():
+            deflection = strobe[:, : shooting.rows // 2] @ shooting.system.direction.T
+            if not (np.abs(deflection) < FURTHEST).all():
                 raise Unbounded("scene.dynamics: the motion grows without bound")
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 orbit_m = shooting.shoot(m, strobe[-1].copy())
