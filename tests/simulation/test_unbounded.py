@@ -10,7 +10,7 @@ from wearlab.simulation.label import Refused
 
 @pytest.mark.parametrize("ratio", [0.0, 0.004])
 def test_flanks_that_never_part_may_grow_without_bound(ratio):
-    """Backlash far below the deflections: Hill's equation, where it is unstable; damped, numbers stay finite."""
+    """Backlash far below the deflections: Hill's equation, where it is unstable; damped, it stays finite."""
     scene = {
         "gears": {
             "kind": "external-pair", "module": "0.01012 m", "face_width": "0.01012 m",
