@@ -141,7 +141,8 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
     assert force == pytest.approx(places[0].rate / places[1].rate, rel=5e-3)
     said = told(store, [first, second], ["100 N·m", "110 N·m"], ["operation.torque"])
     assert said[1].startswith("The next, 110 N·m, lives ")
-    assert said[3].startswith("There it wears") and "force on the tooth −" in said[3]
+    assert said[2] == "It differs from the next in torque alone: 100 N·m for 110 N·m."
+    assert said[4].startswith("There it wears") and "force on the tooth −" in said[4]
     page = opened(store).page("compare", run=[first.id, second.id])
     assert "Which lives longest, and why" in page and said[2] in page
     page = opened(store).page("run", id=first.id, back="where=torque+%3E%3D+1+N*m&sort=-life&token=x")

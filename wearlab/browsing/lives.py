@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearlab.browsing.recorded import in_words
+from wearlab.browsing.recorded import differing_keys, in_words
 from wearlab.query.keys import flat
 from wearlab.store import outcome
 from wearlab.store.files import StoreError
@@ -70,6 +70,7 @@ def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys
         (shorter, second), (longer, first) = ranked[-2:]
         errors = [entries[at].summary.get("error_estimate_life") for at in (first, second)]
         said = margin(longer, shorter, labels[second], errors)
+        said += beside(scenes[first], scenes[second])
         places = [worn_place(store, entries[at]) for at in (first, second)]
         if places[0] is not None and places[1] is not None:
             said += why(places[0], places[1])
@@ -100,6 +101,23 @@ def margin(life: float, following: float, label: str, errors: Sequence[float | N
     open_ = sum(error or 0.0 for error in errors) >= life - following
     doubt = ", which is within their numerical errors" if open_ else ""
     return [f"The next, {label}, lives {100.0 * (life - following) / life:.2g} % less{doubt}."]
+
+
+def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
+    """Return in a sentence in what the scene of the longest life differs from the next; of many keys none.
+
+    Examples
+    --------
+    >>> beside({"operation.torque": 340.0, "dynamics.model": "torsional"},
+    ...        {"operation.torque": 400.0, "dynamics.model": "torsional"})
+    ['It differs from the next in torque alone: 340 N·m for 400 N·m.']
+    """
+    keys = differing_keys([own, other])
+    if not 0 < len(keys) <= MOST_TOLD:
+        return []
+    told = [f"{in_words(key, own.get(key))} for {in_words(key, other.get(key))}" for key in keys]
+    alone = " alone" if len(keys) == 1 else ""
+    return [f"It differs from the next in {', '.join(map(words_of_key, keys))}{alone}: {', '.join(told)}."]
 
 
 def worn_place(store: "Store", entry: "Entry") -> WornPlace | None:
