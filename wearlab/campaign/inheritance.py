@@ -48,8 +48,7 @@ WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 CHAIN = re.compile(rf"(?:^|[{{,])[ \t\[]*+(?:{WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}}", re.MULTILINE)
 AT_LINE = re.compile(r"at line (\d+)")
 DECIMAL_COMMA = re.compile(r"=\s*(-?\d+),(\d+)\s*(?:$|#|\})")
-BARE_QUANTITY = re.compile(r"=\s*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)\s*([A-Za-zµ°][^\s,#\]}\"']*)")
-MOST_TOLD = 100  # characters of a line that is no TOML
+BARE_QUANTITY = re.compile(r"=\s*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)\s*([A-Za-zµ°][A-Za-z0-9µ°*/^]{0,20})")
 
 
 def too_deep(text: str) -> str | None:
@@ -269,18 +268,17 @@ def _read(file: Path) -> Table:
 
 
 def _remedy(text: str, problem: str) -> str:
-    """Return the line that is no TOML, and how the quantity in it is written; "" where no line is told."""
+    """Return how the quantity of the line that is no TOML is written; no text of the file besides."""
     place = AT_LINE.search(problem)
     lines = text.splitlines()
     if place is None or not 0 < int(place[1]) <= len(lines):
         return ""
-    line = lines[int(place[1]) - 1].strip()
-    told = f"\n  {line[:MOST_TOLD]}"
+    line = lines[int(place[1]) - 1]
     if comma := DECIMAL_COMMA.search(line):
-        return f"{told}\n  write a decimal point: {comma[1]}.{comma[2]}"
+        return f"; write a decimal point: {comma[1]}.{comma[2]}"
     if bare := BARE_QUANTITY.search(line):
-        return f'{told}\n  write a quantity with its unit in quotes: "{bare[1]} {bare[2].strip()}"'
-    return told
+        return f'; write a quantity with its unit in quotes: "{bare[1]} {bare[2]}"'
+    return ""
 
 
 def _names(value: Any, key: str, file: Path) -> list[str]:

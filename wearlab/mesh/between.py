@@ -13,7 +13,7 @@ from wearlab.arrays import Array, Index
 from wearlab.mesh.clock import Sampling, look_within
 from wearlab.mesh.excitation import Touching
 from wearlab.mesh.stages import Springs
-from wearlab.mesh.tabulation import of_meshes
+from wearlab.mesh.tabulation import of_meshes, share_a_body
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Between:
         """
         grid, meshes = self.sampling.grid, self.sampling.meshes
         phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
-        ordered = any(len(flanks.nodes.cross) for flanks in self.kinds)
+        ordered = any(share_a_body(flanks) for flanks in self.kinds)
         looks = np.stack([phase, middle] if ordered else [phase], axis=1)
         where = [
             look_within(

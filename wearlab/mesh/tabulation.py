@@ -191,6 +191,11 @@ def gap_rates(flanks: Touching, where: Lookup) -> Array:
     return rates
 
 
+def share_a_body(flanks: Flanks) -> bool:
+    """Say whether pairs of a kind of mesh are coupled, so that they engage in an order."""
+    return not isinstance(flanks, FaceTouching) and len(flanks.nodes.cross) > 0
+
+
 def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
     """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force.
 

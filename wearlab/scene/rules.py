@@ -58,7 +58,7 @@ def _widths(scene: sections.Sections) -> Problems:
             yield path, f"{1e3 * width:.4g} mm is {told}: no gear is so wide or narrow, check its unit"
 
 
-WIDTHS = 0.1, 1000.0  # modules
+WIDTHS = 0.03, 1000.0  # modules
 RULES_OF_SETS = (_meshes_of_the_set, _harmonics, _pins, _widths)
 
 
