@@ -28,7 +28,7 @@ def pages(drawn, measured):
     key = re.search(r"key=([0-9a-f]+)", drawn.page(""))[1]
     drawn.store.tag(first, "good")
     return {
-        "campaigns": (drawn.at(), "article"),
+        "campaigns": (drawn.at(), "main table"),
         "campaign": (drawn.at("campaign", key=key), "canvas"),
         "runs": (drawn.at("runs"), "table.runs"),
         "run": (drawn.at("run", id=first), "canvas"),

@@ -80,7 +80,7 @@ def test_marked_runs_are_compared_and_taken_along(page, drawn, tmp_path):
     page.goto(drawn.at("runs"))
     for mark in page.get_by_role("checkbox").all()[:2]:
         mark.check()
-    page.get_by_role("button", name="Compare the marked runs").click()
+    page.get_by_role("button", name="Compare the marked runs").first.click()
     page.locator("canvas").first.wait_for()
     assert page.get_by_label("Legend").inner_text().split() == ["800", "rpm", "1100", "rpm"]
     asked = page.get_by_role("region", name="Runs side by side")
@@ -177,7 +177,7 @@ def test_a_hundred_thousand_runs_are_paged(page, tmp_path, opened):
     assert page.get_by_role("status").inner_text() == "runs 1 to 50 of 100,000"
     page.get_by_role("link", name="next page").click()
     assert page.get_by_role("status").inner_text() == "runs 51 to 100 of 100,000"
-    page.locator("thead").get_by_role("link", name="life", exact=True).click()
+    page.locator("thead").get_by_role("link", name="life [cycles]", exact=True).click()
     longest = max(many_runs.values(n)["life"] for n in range(1, 100_001))
     assert float(column(page, "life")[0].replace(",", "")) == pytest.approx(longest, rel=1e-5)
 

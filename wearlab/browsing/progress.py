@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 def progress(store: "Store") -> dict[str, Any]:
     """Return the runs under way, how far their lives are, and how far their campaigns are."""
+    campaigns = _under_way(store)  # first: a run that begins meanwhile is then told, and not missed
     rows = store.catalogue.read(
         "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
     )
@@ -30,7 +31,7 @@ def progress(store: "Store") -> dict[str, Any]:
                 "depth": "" if reached is None else f"{1e6 * reached.depth:.3g} µm",
             }
         )
-    return {"under_way": told, "campaigns": _under_way(store), "now": present.isoformat()}
+    return {"under_way": told, "campaigns": campaigns, "now": present.isoformat()}
 
 
 def _since(started: Any, present: datetime) -> str:
