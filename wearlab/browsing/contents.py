@@ -21,11 +21,10 @@ FIGURES = 2  # of a campaign that are drawn at once
 MOST_BESIDE = 24  # runs told side by side
 MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of, and that are sorted by any column
 BESIDE = (
-    "SELECT DISTINCT m.run FROM members AS m JOIN runs AS r ON r.id = m.run WHERE r.state = 'done' AND "
-    "m.campaign = (SELECT o.campaign FROM members AS o JOIN campaigns AS c ON c.key = o.campaign "
-    "WHERE o.run = ? ORDER BY c.recorded DESC LIMIT 1)"
+    "SELECT DISTINCT m.run FROM members AS m JOIN runs AS r ON r.id = m.run "
+    f"WHERE r.state = 'done' AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MOST_BESIDE + 1}"
 )
-"""The finished runs of the campaign recorded last that has a run."""
+"""The finished runs of the campaign recorded last that has a run, as far as they are told side by side."""
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
@@ -196,9 +195,9 @@ def runs(store: "Store", first: Mapping[str, str], place: Any) -> dict[str, Any]
         "page_url": lambda number: place.url("runs", **asked, page=number),
         "without": without,
         "back": urlencode(asked),
-        "compare_url": place.url(
-            "compare", run=[row[0] for row in told.rows[:MOST_BESIDE]], back=urlencode(asked)
-        ),
+        "compare_url": place.url("compare", run=[row[0] for row in told.rows], back=urlencode(asked))
+        if 1 < len(told.rows) <= MOST_BESIDE
+        else "",
     }
 
 
@@ -225,13 +224,12 @@ def run(store: "Store", prefix: str, place: Any, back: str = "") -> dict[str, An
             prints.append((KINDS[kind].title or kind, files))
         first = (question.of_one_run(grid) or [first])[0]
     where = store.address or str(store.path.absolute())
-    beside = store.catalogue.read(BESIDE, [entry.id])
+    beside = [row[0] for row in store.catalogue.read(BESIDE, [entry.id])] if place.live else []
     return {
         "told": told,
         "back_url": _back_url(place, back),
-        "beside_url": place.url("compare", run=[row[0] for row in beside])
-        if place.live and 1 < len(beside) <= MOST_BESIDE
-        else "",
+        "beside_url": place.url("compare", run=beside) if 1 < len(beside) <= MOST_BESIDE else "",
+        "has_life": bool(entry.summary.get("life")),
         "prints": prints,
         "cite_url": place.url("citation", id=entry.id) if done and place.live else "",
         "data_url": place.url("data", id=entry.id) if done and place.live else "",

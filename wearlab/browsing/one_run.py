@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.browsing import lives
-from wearlab.browsing.recorded import differing_keys, in_words, labels_of
+from wearlab.browsing.recorded import CAMPAIGN_OF_RUN, differing_keys, in_words, labels_of
 from wearlab.figures.doubt import FIRM, LOST, TRUSTED
 from wearlab.query.keys import flat
 from wearlab.report import run as told
@@ -120,8 +120,7 @@ def changes(store: "Store", entry: "Entry", written: told.Written) -> Iterator[C
     if member is None:
         return
     rows = store.catalogue.read(
-        "SELECT run FROM members WHERE campaign = (SELECT m.campaign FROM members AS m JOIN campaigns AS c "
-        "ON c.key = m.campaign WHERE m.run = ? ORDER BY c.recorded DESC LIMIT 1) ORDER BY number LIMIT 1",
+        f"SELECT run FROM members WHERE campaign = {CAMPAIGN_OF_RUN} ORDER BY number LIMIT 1",
         [entry.id],
     )
     base = next(iter(store.entries(row[0] for row in rows).values()), None)
