@@ -58,14 +58,11 @@ def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys
     labels : what tells them apart
     keys : by which their scenes differ
     """
+    worn = [pair for pair in zip(entries, labels, strict=True) if "max_wear_depth" in pair[0].summary]
+    entries, labels = [entry for entry, _ in worn], [label for _, label in worn]
     lives, hours = ([entry.summary.get(name) for entry in entries] for name in ("life", "service_life"))
     scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries]
-    sentences = longest(lives, labels, scenes, keys if len(keys) <= MOST_TOLD else ())
-    if sentences and len(keys) > MOST_TOLD:
-        sentences.append(
-            f"{len(keys)} keys of the scenes differ: compare runs of one campaign to see what each does."
-        )
-    ranked = sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
+    sentences, ranked = longest(lives, labels, scenes, keys), _ranked(lives)
     if len(ranked) > 1 and ranked[-1][0] > ranked[-2][0]:
         (shorter, second), (longer, first) = ranked[-2:]
         errors = [entries[at].summary.get("error_estimate_life") for at in (first, second)]
@@ -81,11 +78,15 @@ def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys
     return [shown_unit(sentence) for sentence in sentences]
 
 
+def _ranked(lives: Sequence[float | None]) -> list[tuple[float, int]]:
+    """Return the lives that there are and their places, from the shortest on."""
+    return sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
+
+
 def first(entries: "Sequence[Entry]") -> str:
     """Return the id of the run that lives longest in cycles, "" where none has a life."""
-    lives = [(entry.summary.get("life") or 0.0, entry.id) for entry in entries]
-    life, run = max(lives, default=(0.0, ""))
-    return run if life > 0.0 else ""
+    ranked = _ranked([entry.summary.get("life") for entry in entries])
+    return entries[ranked[-1][1]].id if ranked else ""
 
 
 def margin(life: float, following: float, label: str, errors: Sequence[float | None]) -> list[str]:
@@ -142,10 +143,8 @@ def worn_place(store: "Store", entry: "Entry") -> WornPlace | None:
     }
     rate = float(depth.sel(at)[-1] - depth.sel(at)[0]) / float(run["cycle"][-1])
     factor = run.get("dynamic_factor")
-    largest = (
-        () if factor is None else factor.max([dim for dim in factor.dims if dim != "update"]).values[[0, -1]]
-    )
-    return WornPlace(flank, float(run["path_position"].sel(at)), rate, factors, tuple(map(float, largest)))
+    ends = [] if factor is None else [float(factor.isel(update=at).max()) for at in (0, -1)]
+    return WornPlace(flank, float(run["path_position"].sel(at)), rate, factors, tuple(ends))
 
 
 def _over_life(values: xr.DataArray, cycle: xr.DataArray) -> float:
@@ -244,7 +243,7 @@ def longest(
     -------
     No sentence for fewer than two lives. Among runs that differ in several keys no cause is told.
     """
-    order = sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
+    order = _ranked(lives)
     if len(order) < 2:
         return []
     (short, last), (long, first) = order[0], order[-1]
@@ -259,7 +258,8 @@ def longest(
             f"{len(lives) - len(order)} of these runs reached no limit of wear: they may live longer."
         )
     places = [at for _, at in order]
-    told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))
+    if len(keys) <= MOST_TOLD:
+        told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))
     if len(keys) > 1:
         told.append(f"{len(keys)} keys differ: compare runs that differ in one alone to see what each does.")
     return told

@@ -26,7 +26,7 @@ def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str], list[str]]
         try:
             tree = kept.read_update(store, update.id)
             said = ["Its file has gone."] if tree is None else answers(tree)
-            told.append((update, said, [] if tree is None else _alerts(text_of(tree))))
+            told.append((update, said, [] if tree is None else _alerts(text_of(tree)[1:])))
         except (StoreError, KeyError, ValueError) as error:
             told.append((update, [f"It cannot be read: {error}"], []))
     return told
