@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from wearlab.mesh import force
 from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of, sampling
 from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.damping import register
+from wearlab.mesh.damping_laws import hunt_crossley
 from wearlab.mesh.errors import mesh_error
 from wearlab.mesh.excitation import Fourier, Modulated, Pairs, Touching, combined_error
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
@@ -114,6 +117,23 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
     share = analysis.quasistatic(nodes, where).force / LOAD
     np.testing.assert_allclose(force.pair, share * force.elastic[:, None], rtol=1e-10)
+
+
+@pytest.mark.parametrize("law", [None, "hunt-crossley"])
+def test_periods_found_at_once_are_periods_found_one_by_one(grid, analysis, nodes, law, monkeypatch):
+    monkeypatch.setattr(force, "AT_ONCE", 12)  # blocks of fewer periods than there are
+    where, flanks = lookup(grid, np.array([0.1, 0.5, 0.85])), Touching(analysis, nodes, None)
+    rng = np.random.default_rng(3)
+    motion = Deflections(2e-5 * rng.standard_normal((5, 3)), 1e-3 * rng.standard_normal((5, 3)))
+    if law is not None:
+        register(hunt_crossley.HuntCrossley, hunt_crossley.touching, hunt_crossley.apart)
+        law = hunt_crossley.HuntCrossley(np.array([0.1]))
+    dashpot = Dashpot(500.0, False, 1e-5, law)
+    together = flank_forces(flanks, where, motion, dashpot, 1e-3)
+    for number, row in enumerate(zip(*motion, strict=True)):
+        alone = flank_forces(flanks, where, Deflections(*row), dashpot, 1e-3)
+        for name in together._fields:
+            np.testing.assert_array_equal(getattr(together, name)[number], getattr(alone, name))
 
 
 def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analysis, nodes):
