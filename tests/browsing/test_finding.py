@@ -1,6 +1,7 @@
 """What helps to find a run: cases in order, conditions with units, which run lives longest."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 from fake_campaign import filled, sweep
@@ -141,6 +142,10 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
     assert force == pytest.approx(places[0].rate / places[1].rate, rel=5e-3)
     said = told(store, [first, second], ["100 N·m", "110 N·m"], ["operation.torque"])
     assert said[1].startswith("The next, 110 N·m, lives ")
+    failed = SimpleNamespace(id="", summary={}, scene="{}")
+    assert (
+        told(store, [first, second, failed], ["100 N·m", "110 N·m", "failed"], ["operation.torque"]) == said
+    )
     assert said[2] == "It differs from the next in torque alone: 100 N·m for 110 N·m."
     assert said[4].startswith("There it wears") and "force on the tooth −" in said[4]
     page = opened(store).page("compare", run=[first.id, second.id])
