@@ -64,13 +64,13 @@ class Slot:
     key : dotted key of the place in a campaign file
     package : the package whose modules are its variants
     chooser : the key that says which one
-    words : whether a variant with nothing but its name is written as that name alone
+    by_name : whether a variant with nothing but its name is written as that name alone
     """
 
     all: ClassVar[dict[str, "Slot"]] = {}
 
-    def __init__(self, key: str, package: str, chooser: str = "model", *, words: bool = False) -> None:
-        self.key, self.package, self.chooser, self.words = key, package, chooser, words
+    def __init__(self, key: str, package: str, chooser: str = "model", *, by_name: bool = False) -> None:
+        self.key, self.package, self.chooser, self.by_name = key, package, chooser, by_name
         self.base: type[Variant] | None = None
         self.known: dict[str, type[Variant]] = {}
         self._searched = False
@@ -133,7 +133,7 @@ class Variant(Part):
 
     def written(self, table: dict[str, Any]) -> Any:
         """Return a table of options as it is written: a word where the slot has words and it says no more."""
-        return self.chosen if self.slot.words and set(table) == {self.slot.chooser} else table
+        return self.chosen if self.slot.by_name and set(table) == {self.slot.chooser} else table
 
     @model_serializer(mode="wrap")
     def _with_plugin(self, dump: SerializerFunctionWrapHandler) -> Any:

@@ -6,7 +6,7 @@ import pytest
 from wearlab.accuracy import lives, steady_curves
 from wearlab.accuracy.ladder import Rung, WorkPrecision, interpolated, timing
 from wearlab.accuracy.steady import Steady, reference
-from wearlab.accuracy.steady_curves import marched_curve, steps_curve
+from wearlab.accuracy.steady_curves import integrated_curve, steps_curve
 from wearlab.dynamics.methods import Newmark, RungeKutta4
 from wearlab.gears.specification import GearError
 from wearlab.life.euler import Euler
@@ -34,7 +34,7 @@ def test_the_default_method_is_of_high_order(problem, known):
 
 @pytest.mark.parametrize(("method", "order"), [(RungeKutta4, 4.0), (Newmark, 2.0)])
 def test_marched_methods_have_their_order(problem, known, method, order):
-    curve = marched_curve(problem, known, "any", (64, 128, 256), lambda left: method(tolerance=left))
+    curve = integrated_curve(problem, known, "any", (64, 128, 256), lambda left: method(tolerance=left))
     assert curve.order(known.disagreement) == pytest.approx(order, abs=0.25)
 
 
@@ -60,7 +60,9 @@ def test_a_ladder_ends_where_rungs_take_long_or_tell_nothing(problem, known, mon
     def settings(seconds, disagreement):
         monkeypatch.setattr(steady_curves, "timing", lambda action, **more: seconds)
         sure = known._replace(disagreement=disagreement)
-        curve = marched_curve(problem, sure, "any", (64, 128, 256), lambda left: RungeKutta4(tolerance=left))
+        curve = integrated_curve(
+            problem, sure, "any", (64, 128, 256), lambda left: RungeKutta4(tolerance=left)
+        )
         return len(curve.rungs)
 
     assert settings(1e-3, 1e-10) == 3

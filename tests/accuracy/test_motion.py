@@ -43,8 +43,8 @@ def _thrice(where):
 
 
 @pytest.fixture(scope="module")
-def case(parting: Scene) -> tuple[Steady, Motion]:
-    built = steady(parting)
+def case(separating: Scene) -> tuple[Steady, Motion]:
+    built = steady(separating)
     return built, built.motion()
 
 

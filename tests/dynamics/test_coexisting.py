@@ -14,7 +14,7 @@ from wearlab.dynamics.orbits.coexisting import (
     MOST_RELEASES,
     NEAR,
     RELEASES,
-    Home,
+    Attractor,
     Search,
     Tries,
     coexisting,
@@ -90,7 +90,7 @@ def test_an_orbit_is_no_rival_of_itself() -> None:
     assert coexisting(response, Periodic(), tries=Tries(0, 0, response)).rival is None
     rival = coexisting(response, Periodic()).rival
     shooting = Shooting(response.system, response.tables, response.mesh_period)
-    assert rival is not None and Home(response, shooting.rate).distance(rival.state[0, 0]) > NEAR
+    assert rival is not None and Attractor(response, shooting.rate).distance(rival.state[0, 0]) > NEAR
 
 
 def test_what_a_neighbour_has_found_is_found_without_a_release() -> None:

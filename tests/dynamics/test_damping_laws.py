@@ -16,7 +16,7 @@ from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.methods import Newmark, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.mesh.damping import apart_force, touching_force
+from wearlab.mesh.damping import apart_force, contact_force
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.mesh.damping_laws.hunt_crossley import HuntCrossleyDamping
 from wearlab.mesh.damping_laws.squeeze_film import SqueezeFilmDamping
@@ -160,7 +160,7 @@ def test_flanks_that_meet_part_slower_by_two_thirds_of_the_loss() -> None:
     law, k, mass, speed = law_of("hunt-crossley"), 3e8, 0.7, 0.01
 
     def motion(_: float, y: np.ndarray) -> list[float]:
-        force = touching_force(law, 0, k * y[0], k, 0.0, y[1])[0] if y[0] > 0.0 else 0.0
+        force = contact_force(law, 0, k * y[0], k, 0.0, y[1])[0] if y[0] > 0.0 else 0.0
         return [y[1], -force / mass]
 
     def parts(_: float, y: np.ndarray) -> float:
@@ -175,9 +175,9 @@ def test_flanks_that_meet_part_slower_by_two_thirds_of_the_loss() -> None:
 def test_about_the_static_force_the_loss_is_that_of_the_dashpot() -> None:
     law = HuntCrossleyDamping(model="hunt-crossley").build(operation())
     static = operation().force[0]
-    normal, _, damping = touching_force(law, 0, static, 3e8, 123.0, 0.02)
+    normal, _, damping = contact_force(law, 0, static, 3e8, 123.0, 0.02)
     assert damping == pytest.approx(1000.0) and normal == pytest.approx(static + 1000.0 * 0.02)
-    assert touching_force(law, 0, static, 3e8, 123.0, -1e3) == (0.0, 0.0, 0.0)
+    assert contact_force(law, 0, static, 3e8, 123.0, -1e3) == (0.0, 0.0, 0.0)
 
 
 def test_a_film_is_reynolds_equation_solved_for_a_cylinder_and_a_plane() -> None:
@@ -205,7 +205,7 @@ def test_tangents_are_those_of_differences(name: str) -> None:
 
         def force(x: float, rate: float) -> tuple[float, float, float]:
             if x > 0.0:
-                return touching_force(law, 0, 3e8 * x, 3e8, 1000.0, rate)
+                return contact_force(law, 0, 3e8 * x, 3e8, 1000.0, rate)
             return apart_force(law, 0, -x, rate)
 
         _, by_place, by_rate = force(x, rate)

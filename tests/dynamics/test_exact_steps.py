@@ -77,7 +77,7 @@ def plain_law(system: System) -> Any:
 def test_the_orbit_of_eighteen_degrees_of_freedom_closes_under_scipy() -> None:
     system = planetary()
     response = Periodic().solve(system, tables(stage_grid(BREAKS, 400)), PERIOD)
-    assert response.verdict.words == () and response.counts.newton_iterations == 1
+    assert response.verdict.deviations == () and response.counts.newton_iterations == 1
     start = response.state[0, 0]
     end = segments(plain_law(system), start.copy())
     size = np.abs(response.state[0]).max(axis=0)
@@ -186,7 +186,7 @@ def test_steps_of_a_slow_set_grow_after_every_jump(turns: float) -> None:
     forces = []
     for cut, lasts in ((grid, period), (stage_grid(BREAKS, equal // round(turns / 16.0)), 16.0 * PERIOD)):
         response = Periodic().solve(system, tables(cut), lasts)
-        assert response.verdict.words == ()
+        assert response.verdict.deviations == ()
         forces.append(extremes(response).largest)
     np.testing.assert_allclose(forces[0], forces[1], rtol=1e-3 if turns == 16.0 else 1e-2)
 
@@ -412,7 +412,7 @@ def test_a_free_set_is_the_limit_of_a_weakly_grounded_one() -> None:
     deflection = [r.state[0, :, :18] @ free.direction.T for r in (found, expected)]
     np.testing.assert_allclose(deflection[0], deflection[1], atol=1e-3 * np.abs(deflection[1]).max())
     np.testing.assert_allclose(found.system.load, free.load, atol=1e-5 * np.abs(free.load).max())
-    assert found.verdict.words == ()
+    assert found.verdict.deviations == ()
 
 
 def b23_law(load: float, mu: float) -> Any:

@@ -27,7 +27,7 @@ def test_constant_mesh_carries_the_static_force_to_rounding() -> None:
     tables = constant(pair.tables(pair.grid(200)), 3e8)
     response = Periodic().solve(pair.system(), tables, mesh_period(1860))
     np.testing.assert_allclose(step_forces(response).elastic, pair.system().load[-1], rtol=1e-12)
-    assert response.verdict.words == ()
+    assert response.verdict.deviations == ()
 
 
 def test_constant_mesh_under_harmonic_error_has_the_closed_form() -> None:
@@ -54,7 +54,9 @@ def test_constant_mesh_under_harmonic_error_has_the_closed_form() -> None:
 @pytest.mark.parametrize(("rpm", "largest"), [(800, 0.510), (1860, 0.748), (2200, 0.783), (3720, 0.866)])
 def test_multipliers_of_the_benchmark_pair(rpm: float, largest: float) -> None:
     _, response = respond(PAIR, rpm)
-    assert response.period == 1 and response.verdict.words == () and response.counts.newton_iterations == 1
+    assert (
+        response.period == 1 and response.verdict.deviations == () and response.counts.newton_iterations == 1
+    )
     assert abs(response.multipliers[0]) == pytest.approx(largest, abs=1e-3)
 
 
@@ -88,7 +90,7 @@ def test_subharmonic_and_aperiodic_responses_are_named(pair: BenchmarkPair, rpm:
         assert response.state.shape[0] == period and abs(response.multipliers[0]) < 1.0
         assert np.abs(response.state[0, 0] - response.state[1, 0]).max() > 1e-3
     else:
-        assert response.state.shape[0] >= 200 and "aperiodic" in response.verdict.words
+        assert response.state.shape[0] >= 200 and "aperiodic" in response.verdict.deviations
         assert response.residual > 0.1
         mean = step_forces(response).normal.mean()
         assert mean == pytest.approx(pair.system().load[-1], rel=0.1)
@@ -96,7 +98,7 @@ def test_subharmonic_and_aperiodic_responses_are_named(pair: BenchmarkPair, rpm:
 
 def test_undamped_orbit_is_found_and_not_attracting() -> None:
     _, response = respond(PAIR._replace(mesh_damping=0.0, bearing_damping=0.0), 1860)
-    assert response.period == 1 and response.verdict.words == ("not attracting",)
+    assert response.period == 1 and response.verdict.deviations == ("not attracting",)
     assert abs(response.multipliers[0]) == pytest.approx(1.0, abs=1e-5)
 
 

@@ -110,8 +110,8 @@ def test_a_checkpoint_of_another_shape_begins_anew(tmp_path):
     ((key, length),) = json.loads(head).items()
     assert len(rest) == length
     for other in (
-        {"march": 1},
-        {"march": {}, "stepper": {}, "followed": [], "rate": 0},
+        {"integration": 1},
+        {"integration": {}, "stepper": {}, "followed": [], "rate": 0},
         [1],
         Node(0.0, 1, 1),
     ):
@@ -125,7 +125,7 @@ def test_checkpoints_of_earlier_versions_begin_anew(tmp_path):
     (case,) = sweep(1).cases
     with closing(Store(tmp_path / "store")) as store:
         store.create()
-        image = pickle.dumps({hashlib.sha256(b"life").hexdigest(): pickle.dumps({"march": {}})})
+        image = pickle.dumps({hashlib.sha256(b"life").hexdigest(): pickle.dumps({"integration": {}})})
         store.checkpoints.write(case.id, image, source_hash())
         assert wearlab.run(sweep(1), store, simulate=fake_life.SIMULATE, progress=False).ok
         assert not (store.path / "checkpoints").exists()

@@ -117,7 +117,7 @@ def test_samples_become_bands(many):
 def test_many_places_get_a_bar_of_colours_instead_of_a_legend(many):
     plot = seen(many, swept(COUNT), kind="max-wear")
     assert plot.legend == () and plot.bar is not None
-    assert plot.bar.words == "torque (N·m)" and (plot.bar.low, plot.bar.high) == (100.0, 390.0)
+    assert plot.bar.label == "torque (N·m)" and (plot.bar.low, plot.bar.high) == (100.0, 390.0)
     (panel,) = plot.panels
     assert len(panel.curves) == COUNT
     assert len({curve.pen.colour for curve in panel.curves}) == COUNT
@@ -164,7 +164,7 @@ def test_many_cases_are_told_by_their_order(many):
     cases = tuple(Case(f"variant {i}", f"{i:032d}") for i in range(COUNT))
     plot = seen(many, Campaign(cases), kind="max-wear")
     assert plot.legend == () and plot.bar is not None
-    assert "variant 0 … variant 29" in plot.bar.words
+    assert "variant 0 … variant 29" in plot.bar.label
 
 
 @pytest.mark.parametrize(

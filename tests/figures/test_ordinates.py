@@ -25,7 +25,7 @@ def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
     )
     np.testing.assert_allclose(found[0].y, 0.0)
     np.testing.assert_allclose(found[1].y, 0.5)
-    assert found[1].up.words == "change of mesh stiffness" and found[1].up.units == "N/µm"
+    assert found[1].up.label == "change of mesh stiffness" and found[1].up.units == "N/µm"
     assert "1 rpm" in notes[0] and "from 1 to 3" in notes[0]
 
 

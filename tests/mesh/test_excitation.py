@@ -9,7 +9,7 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.damping import register
 from wearlab.mesh.damping_laws import hunt_crossley
 from wearlab.mesh.errors import mesh_error
-from wearlab.mesh.excitation import Fourier, Modulated, Pairs, Touching, combined_error
+from wearlab.mesh.excitation import Fourier, MeshFlanks, Modulated, Pairs, combined_error
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stages import stage_grid
@@ -47,7 +47,7 @@ def test_steps_land_on_breaks_in_pairs():
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
     meshes = (Mesh(0, 0.0, mesh_error((), ((2, 1e-6, 0.3),))),)
     at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 60))
-    tables = stage_tables([Touching(analysis, nodes, Pairs().prepare(analysis, nodes))], at, None)
+    tables = stage_tables([MeshFlanks(analysis, nodes, Pairs().prepare(analysis, nodes))], at, None)
     phase = at.grid.phase
     for slot, ahead in ((0, 1), (1, 0)):
         s = pair.path.A + (phase + ahead) * pair.base_pitch
@@ -66,7 +66,7 @@ def test_force_of_pairs_is_that_of_its_springs_and_the_back_flank(grid, analysis
     _, gap, _ = analysis.at(nodes, where)
     for delta in (2e-5, 3e-6, -1e-6, -6e-5):
         motion = Deflections(np.full(3, delta), np.zeros(3))
-        force = flank_forces(Touching(analysis, nodes, None), where, motion, Dashpot(0.0, False, 5e-5), 1.0)
+        force = flank_forces(MeshFlanks(analysis, nodes, None), where, motion, Dashpot(0.0, False, 5e-5), 1.0)
         for i in range(3):
             present = np.isfinite(gap[i])
             expected = np.where(present, K * np.maximum(0.0, delta - np.where(present, gap[i], 0.0)), 0.0)
@@ -102,7 +102,7 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     series = excitation.prepare(analysis, nodes)
     meshes = (Mesh(0, 0.0, mesh_error((), ((1, 1e-6, 0.0),))),)
     at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 40))
-    tables = stage_tables([Touching(analysis, nodes, series)], at, None)
+    tables = stage_tables([MeshFlanks(analysis, nodes, series)], at, None)
     phase = at.grid.phase
     assert tables.stiffness.shape[2:] == (1, 1) and not tables.gap.any()
     np.testing.assert_allclose(tables.stiffness[:, :, 0, 0], series.stiffness.value(phase))
@@ -112,7 +112,7 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
     where = lookup(grid, np.array([0.1, 0.85]))
     delta = np.array([2e-5, 1.5e-5])
     motion = Deflections(delta, np.zeros(2))
-    force = flank_forces(Touching(analysis, nodes, series), where, motion, Dashpot(0.0), 1.0)
+    force = flank_forces(MeshFlanks(analysis, nodes, series), where, motion, Dashpot(0.0), 1.0)
     np.testing.assert_allclose(force.elastic, series.stiffness.value(where.phase) * delta)
     np.testing.assert_allclose(force.pair.sum(axis=1), force.elastic)
     share = analysis.quasistatic(nodes, where).force / LOAD
@@ -122,11 +122,11 @@ def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, 
 @pytest.mark.parametrize("law", [None, "hunt-crossley"])
 def test_periods_found_at_once_are_periods_found_one_by_one(grid, analysis, nodes, law, monkeypatch):
     monkeypatch.setattr(force, "AT_ONCE", 12)  # blocks of fewer periods than there are
-    where, flanks = lookup(grid, np.array([0.1, 0.5, 0.85])), Touching(analysis, nodes, None)
+    where, flanks = lookup(grid, np.array([0.1, 0.5, 0.85])), MeshFlanks(analysis, nodes, None)
     rng = np.random.default_rng(3)
     motion = Deflections(2e-5 * rng.standard_normal((5, 3)), 1e-3 * rng.standard_normal((5, 3)))
     if law is not None:
-        register(hunt_crossley.HuntCrossley, hunt_crossley.touching, hunt_crossley.apart)
+        register(hunt_crossley.HuntCrossley, hunt_crossley.in_contact, hunt_crossley.apart)
         law = hunt_crossley.HuntCrossley(np.array([0.1]))
     dashpot = Dashpot(500.0, False, 1e-5, law)
     together = flank_forces(flanks, where, motion, dashpot, 1e-3)
@@ -142,7 +142,7 @@ def test_a_mesh_that_lags_repeats_the_first_later_on_the_clock(pair, grid, analy
     meshes = (Mesh(0, 0.0, mesh_error(())), Mesh(0, lag, mesh_error((), ((1, 1e-6, 0.2),))))
     edges = breaks_on_clock([grid], meshes)
     at = sampling([grid], meshes, edges, stage_grid(edges[:-1], 80))
-    tables = stage_tables([Touching(analysis, nodes, None)], at, None)
+    tables = stage_tables([MeshFlanks(analysis, nodes, None)], at, None)
     own = (at.grid.phase[:, 1] - lag) % 1.0
     compliance, gap, _ = analysis.at(nodes, lookup(grid, own))
     present = np.isfinite(compliance)

@@ -90,7 +90,7 @@ def test_extra_jump_is_two_sided(pair):
 def test_values_of_nodes_are_carried_beyond_the_path_by_their_ends(pair, extension):
     grid = profile_grid(pair, 41, extension=extension)
     values = np.random.default_rng(1).uniform(0.0, 1.0, (2, len(grid.position)))
-    after = len(grid.touching) - len(grid.position) - grid.before
+    after = len(grid.contact_position) - len(grid.position) - grid.before
     padded = np.pad(values, [(0, 0), (grid.before, after)], mode="edge")
     np.testing.assert_array_equal(grid.beyond(values), padded)
     np.testing.assert_array_equal(grid.beyond(values[0]), padded[0])
@@ -99,7 +99,7 @@ def test_values_of_nodes_are_carried_beyond_the_path_by_their_ends(pair, extensi
 @pytest.mark.parametrize("reach", [0.02, 0.3])
 def test_layers_beside_a_and_e_have_their_own_least_number_of_nodes(pair, reach):
     far = Extension(reach * pair.base_pitch, reach * pair.base_pitch)
-    nodes = profile_grid(pair, 201, extension=far).touching / pair.base_pitch
+    nodes = profile_grid(pair, 201, extension=far).contact_position / pair.base_pitch
     start, end = pair.path.A / pair.base_pitch, pair.path.E / pair.base_pitch
     for low, high in ((start - reach, start), (start, start + reach), (end - reach, end), (end, end + reach)):
         inside = np.unique(nodes[(nodes > low - 1e-9) & (nodes < high + 1e-9)].round(9))

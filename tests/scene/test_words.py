@@ -34,7 +34,7 @@ def test_a_word_is_the_same_as_its_table(table, key):
     written = Scene.from_mapping(table).replace(key, {"model": CHOICES[key]})
     assert word.id == written.id and word.canonical() == written.canonical()
     assert f'"{key.split(".")[1]}":"{CHOICES[key]}"' in word.canonical()
-    assert Slot.all[key].words and Scene.from_canonical(word.canonical()).id == word.id
+    assert Slot.all[key].by_name and Scene.from_canonical(word.canonical()).id == word.id
 
 
 def test_what_is_chosen_is_a_variant(table):

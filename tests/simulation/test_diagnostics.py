@@ -58,13 +58,13 @@ def test_of_a_mesh_relationship_that_fails_the_rest_is_there(monkeypatch, brief)
     ("name", "told", "missing"),
     [
         ("other_attractors", "search for other attractors", "attractor_search"),
-        ("departures", "model error", None),
+        ("model_errors", "model error", None),
         ("estimated", "estimates", None),
     ],
 )
 def test_what_fails_after_a_life_is_missing_and_told(monkeypatch, brief, name, told, missing):
-    home = {"departures": run.trust, "other_attractors": run.attractors, "estimated": run}[name]
-    monkeypatch.setattr(home, name, failing)
+    module = {"model_errors": run.trust, "other_attractors": run.attractors, "estimated": run}[name]
+    monkeypatch.setattr(module, name, failing)
     ended = simulate(brief)
     assert ended.sizes["update"] >= 2 and float(ended.max_wear_depth[-1].max()) > 0.0
     assert f"not computed: {told}: no such number" in ended.validity.item().split("\n")

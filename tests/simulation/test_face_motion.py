@@ -63,7 +63,7 @@ def test_springs_meet_the_contact_at_its_levels_and_between_by_the_square_of_the
 
     def missed(levels):
         found = curves(contact, none, static, levels)
-        springs = kind.touching(found).springs(contact.grid.phase)
+        springs = kind.flanks(found).springs(contact.grid.phase)
         assert (springs.stiffness >= 0.0).all()
 
         def force(deflection):

@@ -25,7 +25,7 @@ def loaded(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def parting(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+def separating(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     """Worn flanks, light load and a large error: pairs and both flanks come and go within the path."""
     text = """
 drop = ["lubricant", "wear"]
@@ -43,7 +43,7 @@ initial.pinion = { depth = "4 um", shape = "quadratic" }
 [numerics]
 profile_points = 61
 """
-    return scene(text, tmp_path_factory.mktemp("parting"))
+    return scene(text, tmp_path_factory.mktemp("separating"))
 
 
 @pytest.fixture(scope="module")

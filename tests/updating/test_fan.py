@@ -39,4 +39,4 @@ def test_a_weighing_below_the_limit_of_detection_is_drawn():
 def test_ranks_say_of_how_many_twins():
     ranks = xr.Dataset({"life_rank": ("twin", np.linspace(0.0, 1.0, 37))})
     series = list(rank_histogram.series(Updated({}, {"calibration": ranks}), ASK))
-    assert series[0].up.words == "twins, of 37"
+    assert series[0].up.label == "twins, of 37"

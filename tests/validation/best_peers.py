@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.equation import CyRKMarcher, Motion, compiled_march, motion_of
+from wearlab.accuracy.equation import CyRKIntegrator, Motion, compiled_integration, motion_of
 
 Array = NDArray[np.float64]
 
@@ -110,7 +110,7 @@ class _SciPy:
         return np.asarray(solution.y.T) if solution.success else np.full((1, len(start)), np.nan)
 
 
-class ClosingCyRK(CyRKMarcher):
+class ClosingCyRK(CyRKIntegrator):
     """CyRK with Newton's method around it."""
 
     def close(
@@ -137,7 +137,7 @@ def compiled_close() -> Any:
     """Return the loop of Newton's method around marching."""
     import numba
 
-    march = compiled_march()
+    march = compiled_integration()
 
     @numba.njit
     def close(

@@ -1,5 +1,5 @@
 """Small scenes, shared with the tests of accuracy."""
 
-from steady_scenes import loaded, parting, planetary, problem, wears
+from steady_scenes import loaded, planetary, problem, separating, wears
 
-__all__ = ["loaded", "parting", "planetary", "problem", "wears"]
+__all__ = ["loaded", "planetary", "problem", "separating", "wears"]

@@ -96,7 +96,7 @@ def main() -> int:
         print(f"    {time.perf_counter() - began:.1f} s", flush=True)
     off, apart, period = np.array(left).T
     print(
-        f"{len(off)} states, {np.mean(apart > 0.0):.0%} with parting flanks, {np.mean(period == 0):.0%} "
+        f"{len(off)} states, {np.mean(apart > 0.0):.0%} with contact lost, {np.mean(period == 0):.0%} "
         f"aperiodic: {np.mean(off < asked.bar):.1%} within {asked.bar:g}, median {np.median(off):.1g}, "
         f"worst {off.max():.2g}"
     )

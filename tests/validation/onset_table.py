@@ -21,7 +21,7 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import MeshError
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
@@ -144,7 +144,7 @@ def shares(analysis: ContactAnalysis, phase: Array) -> Array:
 def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
     """Return the steady response of one degree of freedom by the package."""
     grid, mass = analysis.grid, np.array([moved.mass])
-    touching = Touching(analysis, analysis.nodes(np.zeros((2, len(grid.position)))), None)
+    touching = MeshFlanks(analysis, analysis.nodes(np.zeros((2, len(grid.position)))), None)
     mesh, steps = Mesh(0, 0.0, MeshError(*np.zeros((6, 0)))), stage_grid(grid.breaks[:-1], STEPS)
     tables = stage_tables([touching], sampling([grid], (mesh,), grid.breaks, steps), None)
     none, one = np.zeros((1, 1)), np.eye(1)

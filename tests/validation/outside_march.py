@@ -96,7 +96,7 @@ class Outside:
         found = []
         for kind in range(2):
             grid = self.coupling.kinds[kind].analysis.grid
-            nodes = np.zeros(len(grid.touching))
+            nodes = np.zeros(len(grid.contact_position))
             for mesh in range(PLANETS * kind, PLANETS * (kind + 1)):
                 own = (start + 0.5 * width - self.lag[mesh]) % 1.0 - 0.5 * width
                 segment = np.searchsorted(grid.breaks, own + 0.5 * width, side="right") - 1

@@ -40,8 +40,8 @@ def test_it_converges_to_the_orbit_that_shooting_finds(problem):
     assert errors[2] < 1e-3 and errors[0] > 3 * errors[2]  # a jump: first order at best
 
 
-def test_flanks_that_part_and_strike_back(parting):
-    problem = steady(parting)
+def test_flanks_that_part_and_strike_back(separating):
+    problem = steady(separating)
     known = reference(problem)
     if len(known.force) == 1:
         balance, found, error = balanced(problem, known, 160)
@@ -50,8 +50,8 @@ def test_flanks_that_part_and_strike_back(parting):
         np.testing.assert_allclose(again, found, rtol=1e-6, atol=1e-12)
 
 
-def test_the_derivative_is_that_of_the_remainder(parting):
-    balance = HarmonicBalance(steady(parting).motion(), 12, 1)
+def test_the_derivative_is_that_of_the_remainder(separating):
+    balance = HarmonicBalance(steady(separating).motion(), 12, 1)
     random = np.random.default_rng(3)
     delta = 5e-6 * (random.normal(size=(1, 13)) + 1j * random.normal(size=(1, 13))) / (1.0 + np.arange(13))
     delta[:, 0] = 4e-6

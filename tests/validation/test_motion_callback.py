@@ -26,7 +26,7 @@ def states(n, seed=7):
     return np.random.default_rng(seed).normal(size=(30, 2 * n)) * np.r_[np.full(n, 8e-6), np.full(n, 0.05)]
 
 
-@pytest.mark.parametrize("scene", ["parting", "planetary"])
+@pytest.mark.parametrize("scene", ["separating", "planetary"])
 def test_callback_is_the_equation_of_motion(scene, request):
     given = steady(request.getfixturevalue(scene)).motion()
     landing = motion_callback(given)

@@ -69,7 +69,7 @@ class Motion(NamedTuple):
 
 
 def motion(
-    kinds: Sequence[excitation.Touching],
+    kinds: Sequence[excitation.MeshFlanks],
     vibration: Vibration,
     system: System,
     friction: clock.Friction | None,
@@ -116,7 +116,7 @@ def motion(
     )
 
 
-def _edges(kinds: Sequence[excitation.Touching], vibration: Vibration) -> tuple[Array, Index]:
+def _edges(kinds: Sequence[excitation.MeshFlanks], vibration: Vibration) -> tuple[Array, Index]:
     """Return cell edges (n_cells + 1,) and the smooth segment of each cell.
 
     One mesh bends at its nodes; of several meshes the bends are too many and too small to be told.
@@ -282,7 +282,7 @@ def motion_callback(given: Motion) -> Any:
     return callback
 
 
-class CyRKMarcher:
+class CyRKIntegrator:
     """CyRK on the equation of motion of one wear state.
 
     Parameters
@@ -297,9 +297,9 @@ class CyRKMarcher:
         self.pieces = np.stack([cells[:-1], cells[1:], starts[:-1]], axis=1).astype(float)
         self.widths = np.diff(starts) * given.period
 
-    def march(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
+    def integrate(self, start: Array, periods: int, tolerance: float, scale: Array) -> Array:
         """Return the state (2n,) after so many mesh periods, NaN where CyRK gives up."""
-        found: Array = compiled_march()(
+        found: Array = compiled_integration()(
             int(self.callback.address), start, periods, self.pieces, self.widths,
             self.method, np.array([tolerance]), tolerance * scale,
         )  # fmt: skip
@@ -332,13 +332,13 @@ class CyRKMarcher:
 
 
 @cache
-def compiled_march() -> Any:
+def compiled_integration() -> Any:
     """Return the loop around CyRK's compiled entry point that goes from jump to jump."""
     import numba
     from CyRK import nbsolve2_ivp
 
     @numba.njit
-    def march(
+    def integrate(
         address: int, start: Any, periods: int, pieces: Any, widths: Any, method: str, rtols: Any, atols: Any
     ) -> Any:
         state = start.copy()
@@ -353,4 +353,4 @@ def compiled_march() -> Any:
                 state = after
         return state
 
-    return march
+    return integrate

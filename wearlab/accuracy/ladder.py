@@ -19,7 +19,7 @@ ALIKE = 4.0
 COARSEST = 0.1
 """Errors above this say nothing of the order either."""
 SHARE = 0.3
-"""Part of a method's own error that is left of the transient when it stops marching [1]."""
+"""Part of a method's own error that is left of the transient when it stops [1]."""
 
 ENOUGH = 5.0
 """What takes longer for a rung is not asked for a finer one [s]."""

@@ -117,7 +117,7 @@ def _work_precision(made: xr.Dataset) -> Plot:
             sides.append(OfAxes(_case(made, case), "wall time in ms", strokes, unsure))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: compiled, landing on "
-        "every jump of the stiffness, told for free how long to march from the static equilibrium."
+        "every jump of the stiffness, told for free how long to integrate from the static equilibrium."
     )
     return _plot("Error of the steady mesh force against wall time", note, sides)
 

@@ -43,8 +43,8 @@ class Steady:
 
     scene: Scene
     parts: Parts
-    kinds: tuple[excitation.Touching, ...]
-    near: tuple[excitation.Touching, ...]
+    kinds: tuple[excitation.MeshFlanks, ...]
+    near: tuple[excitation.MeshFlanks, ...]
 
     @property
     def vibration(self) -> Vibration:
@@ -77,11 +77,11 @@ class Steady:
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response, tables included; slow errors are left out."""
-        return turning_nowhere(vibration).solve(self.kinds, None if start is None else (start,))[0]
+        return without_slow_errors(vibration).solve(self.kinds, None if start is None else (start,))[0]
 
     def solve_near(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response of the neighbouring wear state."""
-        return turning_nowhere(vibration).solve(self.near, None if start is None else (start,))[0]
+        return without_slow_errors(vibration).solve(self.near, None if start is None else (start,))[0]
 
     def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
         """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
@@ -117,7 +117,7 @@ class Steady:
         return self.force(Deflections(np.moveaxis(deflection, 2, 1), np.moveaxis(rate, 2, 1)), self.phase)
 
 
-def turning_nowhere(vibration: Vibration) -> Vibration:
+def without_slow_errors(vibration: Vibration) -> Vibration:
     """Return the dynamics without slow errors."""
     return vibration if vibration.slow is None else replace(vibration, slow=None)
 
@@ -207,12 +207,12 @@ def reference(problem: Steady, *, checked: bool = True) -> Reference:
 def tight_steps(problem: Steady, tolerance: float = TIGHT) -> int:
     """Return the steps a mesh period that make the error of the default method about ``tolerance``."""
     if kernel.is_small(problem.vibration.system):
-        return marching_steps(problem, tolerance)
+        return transient_steps(problem, tolerance)
     return _steps(problem, count.exact_steps_per_period, tolerance)
 
 
-def marching_steps(problem: Steady, tolerance: float) -> int:
-    """Return the steps a mesh period that make the error of marching by RK4 about ``tolerance``."""
+def transient_steps(problem: Steady, tolerance: float) -> int:
+    """Return the steps a mesh period that make the error of an integration by RK4 about ``tolerance``."""
     return _steps(problem, count.steps_per_period, tolerance)
 
 

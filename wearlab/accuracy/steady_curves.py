@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.accuracy.equation import CyRKMarcher, starting_state
+from wearlab.accuracy.equation import CyRKIntegrator, starting_state
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
 from wearlab.accuracy.steady import (
     Reference,
     Steady,
-    marching_steps,
     reference,
     relative_error,
     steady,
     stiffest_meshes,
     tight_steps,
+    transient_steps,
 )
 from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
@@ -32,7 +32,7 @@ from wearlab.scene import Scene, mesh
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
 PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
 LONGEST = 10.0
-"""A march that would take longer is not begun [s]."""
+"""An integration that would take longer is not begun [s]."""
 
 
 def peers() -> tuple[str, ...]:
@@ -57,7 +57,7 @@ def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None
     start = starting_state(system, np.einsum("s,sm->m", tables.width, tables.stiffness.sum(axis=3)[:, 1]))
     if not peers():
         return
-    first = CyRKMarcher(problem.motion(system), METHODS[0])
+    first = CyRKIntegrator(problem.motion(system), METHODS[0])
     for name, method in zip(peers(), METHODS, strict=True):
         report(name)
         peer = copy(first)
@@ -81,28 +81,28 @@ def periods_to(answer: Reference, left: float) -> float:
 
 
 def _rung(
-    peer: CyRKMarcher, problem: Steady, answer: Reference, tolerance: float, start: Array
+    peer: CyRKIntegrator, problem: Steady, answer: Reference, tolerance: float, start: Array
 ) -> Rung | None:
-    """Return a setting of a peer, None where its march would take too long."""
+    """Return a setting of a peer, None where its integration would take too long."""
     scale, periods = np.abs(answer.response.state).max(axis=(0, 1)), periods_to(answer, SHARE * tolerance)
     for _ in range(2):  # the first compiles
         begun = time.perf_counter()
-        peer.march(answer.start, 1, tolerance, scale)
+        peer.integrate(answer.start, 1, tolerance, scale)
     if periods * (time.perf_counter() - begun) > LONGEST:
         return None
     count = int(periods)
-    settled = peer.march(start, count, tolerance, scale)
+    settled = peer.integrate(start, count, tolerance, scale)
     if not np.isfinite(settled).all():
         return Rung(tolerance, float("inf"), float("nan"), float("nan"))
     motion = peer.states(settled, len(answer.force), problem.phase, tolerance, scale)
-    seconds = timing(lambda: peer.march(start, count + len(answer.force), tolerance, scale))
+    seconds = timing(lambda: peer.integrate(start, count + len(answer.force), tolerance, scale))
     return Rung(
         tolerance, relative_error(problem.force_of_states(motion), answer.force), seconds, float("nan")
     )
 
 
 STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
-MARCHED_STEPS = tuple(2**power for power in range(5, 16))
+INTEGRATED_STEPS = tuple(2**power for power in range(5, 16))
 STABLE_TURN = 2.78  # rad: RK4 is stable while its steps turn the fastest mode by less
 RELATIVE = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 PROFILE_POINTS = (25, 51, 101, 201, 401, 801, 1601)
@@ -133,10 +133,10 @@ def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterato
         yield from peer_curves(problem, answer, report)
     report("steps_per_period, rk4")
     turn = fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
-    stable = tuple(steps for steps in MARCHED_STEPS if turn / steps < STABLE_TURN)
-    yield marched_curve(problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
+    stable = tuple(steps for steps in INTEGRATED_STEPS if turn / steps < STABLE_TURN)
+    yield integrated_curve(problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
     report("steps_per_period, newmark")
-    yield marched_curve(problem, answer, "newmark", MARCHED_STEPS, lambda left: Newmark(tolerance=left))
+    yield integrated_curve(problem, answer, "newmark", INTEGRATED_STEPS, lambda left: Newmark(tolerance=left))
     report("relative tolerance, rk45")
     yield adaptive_curve(problem, answer)
     yield from knob_curves(problem, report)
@@ -170,14 +170,14 @@ def _steps_rung(problem: Steady, answer: Reference, vibration: Vibration) -> Run
     )
 
 
-def marched_curve(
+def integrated_curve(
     problem: Steady,
     answer: Reference,
     name: str,
     ladder: tuple[int, ...],
     method: Callable[[float], Any],
 ) -> WorkPrecision:
-    """Return a fixed-step method over its steps, marched until its transient is less than its error."""
+    """Return a fixed-step method over its steps, integrated until its transient is less than its error."""
     rungs: list[Rung] = []
     for steps in ladder:
         if rungs and fine_enough(rungs[-1], answer.disagreement):
@@ -185,7 +185,7 @@ def marched_curve(
         settled = problem.with_steps(steps, method(SETTLED))
         error = _error(problem, answer, settled)
         vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
-        rungs.append(_marched_rung(problem, answer, vibration, len(vibration.sampling.grid.width)))
+        rungs.append(_integrated_rung(problem, answer, vibration, len(vibration.sampling.grid.width)))
     return WorkPrecision(
         name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"'
     )
@@ -199,8 +199,8 @@ def adaptive_curve(problem: Steady, answer: Reference) -> WorkPrecision:
         if rungs and fine_enough(rungs[-1], answer.disagreement):
             break
         method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
-        vibration = problem.with_steps(marching_steps(problem, relative), method)
-        rungs.append(_marched_rung(problem, answer, vibration, relative))
+        vibration = problem.with_steps(transient_steps(problem, relative), method)
+        rungs.append(_integrated_rung(problem, answer, vibration, relative))
     return WorkPrecision("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
 
 
@@ -208,7 +208,7 @@ def _error(problem: Steady, answer: Reference, vibration: Any) -> float:
     return relative_error(problem.force_of(vibration, problem.solve(vibration)), answer.force)
 
 
-def _marched_rung(problem: Steady, answer: Reference, vibration: Any, setting: float) -> Rung:
+def _integrated_rung(problem: Steady, answer: Reference, vibration: Any, setting: float) -> Rung:
     begun = time.perf_counter()
     response = problem.solve(vibration)
     seconds = time.perf_counter() - begun

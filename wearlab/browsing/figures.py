@@ -156,7 +156,7 @@ class Follower:
         plots = self.at(last)
         self.drawn = [None if isinstance(plot, str) else interactive.drawn(plot) for plot in plots]
         self.places = [column(*self._parts(n, plot), **WIDE) for n, plot in enumerate(plots)]
-        self.said = Div(text=self.words(plots, states, last), **WIDE)
+        self.said = Div(text=self.summary(plots, states, last), **WIDE)
         shown = [self.said, *self.places]
         if last > 0:
             shown = [*self._controls(document, states), *shown]
@@ -224,7 +224,7 @@ class Follower:
         drawn = self.drawn[number]
         return [Div(text=escape(str(plot)))] if drawn is None else drawn.parts
 
-    def words(self, plots: "Sequence[Plot | str]", states: list[str], state: int) -> str:
+    def summary(self, plots: "Sequence[Plot | str]", states: list[str], state: int) -> str:
         """Return what is seen, for readers who do not see it."""
         lines = [line for plot in plots if not isinstance(plot, str) for line in words.summary(plot)]
         inside = "".join(f"<li>{escape(line)}</li>" for line in lines)
@@ -243,7 +243,7 @@ class Follower:
             if isinstance(plot, str) or drawn is None or not drawn.follow(plot):
                 self.drawn[number] = None if isinstance(plot, str) else interactive.drawn(plot)
                 self.places[number].children = self._parts(number, plot)
-        self.said.text = self.words(plots, states, state)
+        self.said.text = self.summary(plots, states, state)
         document.unhold()
 
 

@@ -313,4 +313,4 @@ def _gradient(bar: Bar) -> str:
     ways = ", ".join(map(escape, colours))
     style = f"display:inline-block;width:8em;height:0.8em;background:linear-gradient(to right, {ways})"
     scale = ", by its logarithm" if bar.logarithmic else ""
-    return f'{escape(plain(bar.words))}: {bar.low:.4g} <span style="{style}"></span> {bar.high:.4g}{scale}'
+    return f'{escape(plain(bar.label))}: {bar.low:.4g} <span style="{style}"></span> {bar.high:.4g}{scale}'

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearlab.browsing.recorded import differing_keys, in_words
+from wearlab.browsing.recorded import differing_keys, value_of_key
 from wearlab.query.keys import flat
 from wearlab.store import outcome
 from wearlab.store.files import StoreError
-from wearlab.store.grid import words_of_key
+from wearlab.store.grid import key_text
 from wearlab.units import shown_unit
 
 if TYPE_CHECKING:
@@ -116,9 +116,9 @@ def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
     keys = differing_keys([own, other])
     if not 0 < len(keys) <= MOST_TOLD:
         return []
-    told = [f"{in_words(key, own.get(key))} for {in_words(key, other.get(key))}" for key in keys]
+    told = [f"{value_of_key(key, own.get(key))} for {value_of_key(key, other.get(key))}" for key in keys]
     alone = " alone" if len(keys) == 1 else ""
-    return [f"It differs from the next in {', '.join(map(words_of_key, keys))}{alone}: {', '.join(told)}."]
+    return [f"It differs from the next in {', '.join(map(key_text, keys))}{alone}: {', '.join(told)}."]
 
 
 def worn_place(store: "Store", entry: "Entry") -> WornPlace | None:
@@ -270,14 +270,14 @@ def _beside(key: str, values: Sequence[Any]) -> str:
     own, others = values[-1], values[:-1]
     if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
         shared = "" if own not in others else ", as another run has it too"
-        return f"It has {words_of_key(key)} {in_words(key, own)}{shared}."
+        return f"It has {key_text(key)} {value_of_key(key, own)}{shared}."
     end = "lowest" if own == min(values) else "highest" if own == max(values) else ""
-    name = words_of_key(key)
+    name = key_text(key)
     if not end:
-        return f"It has {name} {in_words(key, own)}, neither the lowest nor the highest."
+        return f"It has {name} {value_of_key(key, own)}, neither the lowest nor the highest."
     if min(values) == max(values):
         return ""
     shared = ", shared with others" if own in others else ""
     rising = values == sorted(values, reverse=end == "lowest")
     always = f": in these runs life never falls as it gets {end[:-3]}er" if rising else ""
-    return f"It has the {end} {name}, {in_words(key, own)}{shared}{always}."
+    return f"It has the {end} {name}, {value_of_key(key, own)}{shared}{always}."

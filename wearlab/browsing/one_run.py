@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.browsing import lives
-from wearlab.browsing.recorded import CAMPAIGN_OF_RUN, differing_keys, in_words, labels_of
+from wearlab.browsing.recorded import CAMPAIGN_OF_RUN, differing_keys, labels_of, value_of_key
 from wearlab.figures.doubt import FIRM, LOST, TRUSTED
 from wearlab.query.keys import flat
 from wearlab.report import run as told
@@ -151,7 +151,7 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     entries = store.entries(ids)
     scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries.values()]
     keys = differing_keys(scenes)[:MOST_KEYS]
-    asked = [(key, [in_words(key, scene.get(key)) for scene in scenes]) for key in keys]
+    asked = [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys]
     layouts = store.catalogue.layouts(entry.layout for entry in entries.values() if entry.layout)
     came = []
     for name in SUMMED:

@@ -13,7 +13,7 @@ from wearlab.figures.kinds import KINDS
 from wearlab.query.keys import flat, scene_key
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.store.files import StoreError
-from wearlab.store.grid import words_of_key
+from wearlab.store.grid import key_text
 from wearlab.store.lineage import name_of
 from wearlab.units import convert, shown_unit, split
 
@@ -251,14 +251,14 @@ def labels_of(
     """Return what tells runs apart in words, each once."""
     labels: list[str] = []
     for entry, scene in zip(entries, scenes, strict=True):
-        told = [f"{words_of_key(key)} {in_words(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
+        told = [f"{key_text(key)} {value_of_key(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
         few = bool(told) and len(keys) <= MOST_WORDS
         label = ", ".join(told) if few else name_of(store, entry.id) or entry.id[:10]
         labels.append(label if label not in labels else f"{label} ({entry.id[:10]})")
     return labels
 
 
-def in_words(key: str, value: Any) -> str:
+def value_of_key(key: str, value: Any) -> str:
     """Return a value of a scene as files write it, "none" where there is none."""
     if value is None:
         return "none"

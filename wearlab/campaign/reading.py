@@ -10,7 +10,7 @@ from wearlab.campaign import campaign, case, inheritance, update_options
 from wearlab.campaign.axes import RESERVED, Axis, Coordinate, overlap, read_axes, swept_keys
 from wearlab.campaign.cases import EXPECT, expand, read_differences
 from wearlab.campaign.claims import note_problems, read_claims
-from wearlab.campaign.update import read_update, refuse_strange_unknowns
+from wearlab.campaign.update import read_update, refuse_unknown_keys
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene, merge, oversights
@@ -160,7 +160,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     update = tried(read_update, table[update_options.SECTION]) if update_options.SECTION in table else None
     report = tried(campaign.read_report, table.get(campaign.SECTION, {}))
     if update is not None and cases:
-        tried(refuse_strange_unknowns, update, [case.scene for case in cases], [c.label for c in cases])
+        tried(refuse_unknown_keys, update, [case.scene for case in cases], [c.label for c in cases])
     if problems:
         raise inheritance.CampaignError(problems)
     cases, excluded = case.without_excluded(cases, conditions)

@@ -91,7 +91,7 @@ def read_update(given: Any) -> UpdateSpec:
     return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, *more)
 
 
-def refuse_strange_unknowns(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
+def refuse_unknown_keys(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
     """Refuse unknowns that are no key of the scene, and data of cases that are not there.
 
     Raises

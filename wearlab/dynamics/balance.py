@@ -24,7 +24,7 @@ class Balance(NamedTuple):
     held : (n_rigid,) the coordinate held for each free rotation
     push : (n_rigid, n) acceleration by a load of size one, M⁻¹ times it [m/s²]
     size : (n_rigid,) sizes of the loads, moved by the shooting [1]
-    home : (n_rigid,) where the coordinates are held [m]
+    position : (n_rigid,) where the coordinates are held [m]
     shape, momentum : (n_rigid, n) free rotations φ, and φᵀ M
     gain : (n_rigid,) acceleration of a rotation by its load of size one
     """
@@ -32,7 +32,7 @@ class Balance(NamedTuple):
     held: Index
     push: Array
     size: Array
-    home: Array
+    position: Array
     shape: Array
     momentum: Array
     gain: Array

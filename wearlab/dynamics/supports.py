@@ -154,7 +154,7 @@ def bearing_forces(
     return force
 
 
-class Turning(Part):
+class TorsionalSpring(Part):
     """A torsional spring and damper between a gear and ground."""
 
     alternatives: ClassVar[Alternatives] = (
@@ -181,7 +181,7 @@ class Turning(Part):
         return self.torsional_stiffness is not None or self.tangential_stiffness is not None
 
 
-class TorsionalSupport(Turning):
+class TorsionalSupport(TorsionalSpring):
     """What holds a gear that only turns."""
 
     radial_stiffness: ClassVar[None] = None
@@ -189,7 +189,7 @@ class TorsionalSupport(Turning):
     preload: ClassVar[float] = 0.0
 
 
-class BearingSupport(Turning):
+class BearingSupport(TorsionalSpring):
     """The bearings of one gear."""
 
     radial_stiffness: Annotated[SpringRate, POSITIVE] = option(
@@ -201,7 +201,7 @@ class BearingSupport(Turning):
     preload: Force = option(0.0, "constant radial force away from the mating gear", source="L16 Eq. 1")
 
 
-class PlanetarySupport(Turning):
+class PlanetarySupport(TorsionalSpring):
     """What holds a central member of a planetary set, or a planet on its pin."""
 
     radial_stiffness: Annotated[SpringRate, POSITIVE] | None = option(

@@ -355,11 +355,11 @@ def _less(curve: Series, first: Series, hue: str) -> Series:
     if not np.all(np.diff(first.x) >= 0.0):
         raise ValueError(f"abscissae of {first.key[hue].text} do not ascend")
     at = first.y if np.array_equal(curve.x, first.x) else np.interp(curve.x, first.x, first.y)
-    return replace(curve, y=curve.y - at, up=Scale(f"change of {_within(curve.up.words)}", curve.up.units))
+    return replace(curve, y=curve.y - at, up=Scale(f"change of {_within(curve.up.label)}", curve.up.units))
 
 
-def _within(words: str) -> str:
-    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+def _within(label: str) -> str:
+    return label if label[:2].isupper() else label[:1].lower() + label[1:]
 
 
 def _said(first: Sequence[Series], hue: str) -> str:
@@ -380,5 +380,5 @@ def require_positive(series: Sequence[Series], ask: Ask) -> None:
         least = float(np.nanmin(curve.y, initial=np.inf))
         if least <= 0.0:
             raise FigureError(
-                f'{ask.name}: y_as = "logarithm": {curve.up.words} reaches {least:.3g}; all must be above 0'
+                f'{ask.name}: y_as = "logarithm": {curve.up.label} reaches {least:.3g}; all must be above 0'
             )

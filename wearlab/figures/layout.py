@@ -69,7 +69,7 @@ def laid_out(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence
         series = states_in_common(series, grid_dims)
         varied = _varied(series)
         roles = {role: name for role, name in roles.items() if name in varied}
-    return _thinned(Layout(*_folded(series, varied, roles, _redundant(series, varied))))
+    return _thinned(Layout(*_combined(series, varied, roles, _redundant(series, varied))))
 
 
 def _varied(series: Sequence[Series]) -> dict[str, list[Label]]:
@@ -148,7 +148,7 @@ def _redundant(series: Sequence[Series], varied: Mapping[str, list[Label]]) -> s
     return {"case"} if twin else set()
 
 
-def _folded(
+def _combined(
     series: Sequence[Series], varied: Mapping[str, list[Label]], roles: Mapping[str, str], redundant: set[str]
 ) -> tuple[Sequence[Series], Mapping[str, list[Label]], Mapping[str, str]]:
     """Give what found no role a place in that of the columns: their product becomes one dimension."""
@@ -169,13 +169,13 @@ def _folded(
         for i, place in enumerate(ranked)
     }
 
-    def folded(curve: Series) -> Series:
+    def combined(curve: Series) -> Series:
         if not all(dim in curve.key for dim in dims):
             return curve
         rest = {key: label for key, label in curve.key.items() if key not in dims}
         return replace(curve, key={**rest, name: labels[tuple(curve.key[dim] for dim in dims)]})
 
-    new = [folded(curve) for curve in series]
+    new = [combined(curve) for curve in series]
     kept = {key: some for key, some in varied.items() if key not in dims}
     return new, {**kept, name: list(labels.values())}, {**roles, role: name}
 
@@ -252,7 +252,7 @@ def compose(
             title = ", ".join(dict.fromkeys(named))
             panels.append(_panel(inside, (r, c), title, lambda curve: _pen(curve, hue, pen), powers, series))
     bar = _bar_of_maps(series, hue, ask) or bar_of([h for h in hues if h is not None], hue)
-    ups = {s.up.words for s in series}
+    ups = {s.up.label for s in series}
     return Plot(
         title=_title(series, varied, ask, kind) if ask.title is None else ask.title,
         panels=_lettered(panels),
@@ -300,16 +300,16 @@ def _title(series: Sequence[Series], varied: Mapping[str, list[Label]], ask: Ask
     asked = {"update" if name in runs.STATE_COORDINATES else name for name in ask.select}
     fixed = [key[name].text for name in key if name in asked and name not in varied]
     other = bool(ask.y and kind.titled and ask.y[0] != kind.y)
-    words = kind.titled.format(_subject(series, kind)) if other else kind.title
-    words = axis_label(words or (series[0].across if kind.along_x else series[0].up).words, "", 0)
-    return ", ".join(dict.fromkeys([words, *fixed]))
+    label = kind.titled.format(_subject(series, kind)) if other else kind.title
+    label = axis_label(label or (series[0].across if kind.along_x else series[0].up).label, "", 0)
+    return ", ".join(dict.fromkeys([label, *fixed]))
 
 
 def _subject(series: Sequence[Series], kind: Kind) -> str:
     """Return what the curves show in words, as they stand within a sentence."""
     first = next((s for s in series if s.look not in (*BESIDE, "published")), series[0])
-    words = (first.across if kind.along_x else first.up).words
-    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+    label = (first.across if kind.along_x else first.up).label
+    return label if label[:2].isupper() else label[:1].lower() + label[1:]
 
 
 def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str]) -> str | None:
@@ -320,7 +320,7 @@ def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[s
 def _cells(
     rows: list[Label | None], columns: list[Label | None], turned: bool
 ) -> dict[tuple[Label | None, Label | None], tuple[int, int]]:
-    """Return the place of every panel; rows of many columns are turned into columns, or folded."""
+    """Return the place of every panel; rows of many columns are turned into columns, or combined."""
     if turned:
         return {(row, col): (c, r) for c, col in enumerate(columns) for r, row in enumerate(rows)}
     if len(columns) <= MOST_COLUMNS:
@@ -359,7 +359,7 @@ def _powers(series: Sequence[Series]) -> dict[tuple[str, str, str], int]:
 
 def _scale(curve: Series, side: str) -> tuple[str, str]:
     scale = curve.across if side == "x" else curve.up
-    return scale.words, scale.units
+    return scale.label, scale.units
 
 
 def _panel(

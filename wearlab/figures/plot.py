@@ -31,7 +31,7 @@ Look = Literal[
 class Scale(NamedTuple):
     """What an axis shows: words and the unit of its values."""
 
-    words: str
+    label: str
     units: str
 
 
@@ -183,13 +183,13 @@ class Bar:
 
     Parameters
     ----------
-    words : what it shows, with its unit
+    label : what it shows, with its unit
     low, high : values at its ends
     anchors : evenly spaced colours
     logarithmic : whether colours go by the logarithm
     """
 
-    words: str
+    label: str
     low: float
     high: float
     anchors: tuple[str, ...]
@@ -274,7 +274,7 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
     Names among numbers (a static case among speeds) are drawn in ink, dashed. Many numbers take their colours
     from a bar by their size, many names by their order.
     """
-    numbers, names = _parted(labels)
+    numbers, names = _numbers_and_names(labels)
     bar = bar_of(labels, facet)
     if bar is not None and not numbers:
         return {label: Pen(along(bar.anchors, i / (len(names) - 1))) for i, label in enumerate(names)}
@@ -294,7 +294,7 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
 
 def bar_of(labels: Sequence[Label], facet: str | None) -> Bar | None:
     """Return the bar that tells what colours mean where there are too many for a legend, else None."""
-    numbers, names = _parted(labels)
+    numbers, names = _numbers_and_names(labels)
     if facet is None:
         return None
     if not numbers and len(names) > MOST_NAMES:
@@ -319,11 +319,11 @@ def _said(numbers: Sequence[Label], facet: str) -> str:
 
 def beside_bar(labels: Sequence[Label | None]) -> list[Label | None]:
     """Return the labels that the bar does not tell: names among numbers."""
-    numbers, names = _parted([label for label in labels if label is not None])
+    numbers, names = _numbers_and_names([label for label in labels if label is not None])
     return list(names) if numbers else []
 
 
-def _parted(labels: Sequence[Label]) -> tuple[list[Label], list[Label]]:
+def _numbers_and_names(labels: Sequence[Label]) -> tuple[list[Label], list[Label]]:
     """Return labels that are numbers, and those that are names."""
     return (
         [label for label in labels if not isinstance(label.value, str)],

@@ -229,7 +229,7 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
     if plot.legend:
         axes[0].legend(handles=[_handle(entry) for entry in plot.legend])
     if plot.bar is not None:
-        axes[0].figure.colorbar(_colours(plot.bar, 0), ax=axes, label=axis_label(plot.bar.words, "", 0))
+        axes[0].figure.colorbar(_colours(plot.bar, 0), ax=axes, label=axis_label(plot.bar.label, "", 0))
     return axes[0].figure
 
 
@@ -247,7 +247,7 @@ def _for_latex(plot: Plot) -> Plot:
         for panel in plot.panels
     ]
     legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.legend)
-    bar = None if plot.bar is None else replace(plot.bar, words=latex(plot.bar.words))
+    bar = None if plot.bar is None else replace(plot.bar, label=latex(plot.bar.label))
     notes = tuple(map(latex, plot.notes))
     return replace(plot, title=latex(plot.title), panels=tuple(panels), legend=legend, bar=bar, notes=notes)
 
@@ -272,12 +272,12 @@ def _bar(figure: Figure, bar: Bar, unit: float, bottom: float) -> None:
         shown.update_ticks()
     axes.tick_params(labelsize=7.5 * unit, pad=1.5, length=2)
     axes.grid(False)
-    words = axis_label(bar.words, "1" if power else "", power)
+    label = axis_label(bar.label, "1" if power else "", power)
     at = (left + long + 0.2 * unit) / width
     room = int((1.0 - at) * width / unit * BAR_LETTERS)
-    words = textwrap.fill(words, room) if "$" not in words else words
+    label = textwrap.fill(label, room) if "$" not in label else label
     size = matplotlib.rcParams["legend.fontsize"]
-    figure.text(at, foot + tall / 2, words, size=size, va="center", ha="left", parse_math="$" in words)
+    figure.text(at, foot + tall / 2, label, size=size, va="center", ha="left", parse_math="$" in label)
 
 
 def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], unit: float) -> None:

@@ -15,7 +15,7 @@ from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.schema import VARIABLES, origin_of
-from wearlab.store.grid import own_values, words_of_key
+from wearlab.store.grid import key_text, own_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -133,7 +133,7 @@ class Run:
     states : label of each wear state
     units : unit of each sweep axis, and of each key that advances with one
     beside : value of each key that advances with an axis
-    words : what stands along each axis
+    labels : what stands along each axis
     own : of a case that is not swept, its own value of each key that is
     doubts : what it says against itself
     """
@@ -144,7 +144,7 @@ class Run:
     states: tuple[Label, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     beside: Mapping[str, Label] = field(default_factory=dict)
-    words: Mapping[str, str] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
     own: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
@@ -253,7 +253,7 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: kin
     present = [name for name in wanted if name in grid.variables]
     dims = set(map(str, grid.run_id.dims))
     units = {name: str(grid[name].attrs.get("units", "1")) for name in along_axes(grid)}
-    words = {name: axis_words(grid, name) for name in along_axes(grid)}
+    axes = {name: axis_text(grid, name) for name in along_axes(grid)}
     box, at = _box(grid[present], [point for point, _, _ in picked.points])
     own = own_values(grid)
     runs = []
@@ -270,7 +270,7 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: kin
         if mine is not None and case is not None:
             beside = dict.fromkeys(beside, case)
         numbers = {name: float(v) for name, v in (mine or {}).items() if isinstance(v, int | float)}
-        told = (units, beside, words, numbers, doubts(full))
+        told = (units, beside, axes, numbers, doubts(full))
         runs.append(Run(run_id, labels, narrow(full, ask, dims), (), *told))
     return _with_states(runs)
 
@@ -291,10 +291,10 @@ def axis_named(grid: "xr.Dataset", name: str) -> str:
     return meant[0] if len(meant) == 1 else name
 
 
-def axis_words(grid: "xr.Dataset", name: str) -> str:
+def axis_text(grid: "xr.Dataset", name: str) -> str:
     """Return what stands along an axis in words: the last words of the key that it was given to."""
     numbers = grid[name].dtype.kind in "fiu"
-    return words_of_key(str(grid[name].attrs.get("key") or name) if numbers else name)
+    return key_text(str(grid[name].attrs.get("key") or name) if numbers else name)
 
 
 def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:

@@ -47,7 +47,7 @@ def units_of(variable: "xr.DataArray", name: str, ask: kind.Ask, axis: str = "y"
     return stored, str(shown)
 
 
-def words_of(variable: "xr.DataArray", name: str) -> str:
+def label_of(variable: "xr.DataArray", name: str) -> str:
     """Return a variable's name for an axis: short words where the long name is long."""
     return ON_AXES.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
@@ -76,7 +76,7 @@ def shown(variable: "xr.DataArray", name: str, ask: kind.Ask, axis: str = "y") -
         values = converted(variable.values.astype(float), stored, wanted)
     except UnitError as error:
         raise FigureError(f"{ask.name}: units of {name}: {error}") from error
-    return values, Scale(words_of(variable, name), wanted)
+    return values, Scale(label_of(variable, name), wanted)
 
 
 def slices(run: Run, name: str, ask: kind.Ask, *along: str, axis: str = "y") -> Iterator[Slice]:

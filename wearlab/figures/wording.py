@@ -106,15 +106,15 @@ def power_of_ten(arrays: Iterable[Array], units: str) -> int:
     return exponent if exponent < -2 else (exponent // 3 * 3 if exponent >= 6 else 0)
 
 
-def axis_label(words: str, units: str, power: int) -> str:
-    """Return an axis label: words, then power of ten and unit in brackets."""
+def axis_label(label: str, units: str, power: int) -> str:
+    """Return an axis label: label, then power of ten and unit in brackets."""
     pretty = typeset(units)
     if not pretty and power in COUNTS:
         inside = COUNTS[power]
     else:
         ten = f"$10^{{{power}}}$" if power else ""
         inside = f"{ten} {pretty}".strip()
-    start = words[:1].upper() + words[1:] if words[:1].isascii() else words
+    start = label[:1].upper() + label[1:] if label[:1].isascii() else label
     return f"{start} ({inside.replace(chr(32), NO_BREAK)})" if inside else start
 
 

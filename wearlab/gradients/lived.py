@@ -21,7 +21,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts, build
 from wearlab.scene.build.mesh import profile_points
 from wearlab.scene.build.wear import build_limits
-from wearlab.simulation.living import initial_wear, marched
+from wearlab.simulation.living import initial_wear, life_at_rate
 
 CLOSED = 1e-13
 """Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
@@ -125,7 +125,7 @@ def _closing(parts: Parts) -> Parts:
 def _reach(kind: KindParts) -> Extension:
     """Return how far beyond A and E nodes reach, in base pitches."""
     grid, pitch = kind.analysis.grid, kind.pair.base_pitch
-    before, after = grid.position[0] - grid.touching[0], grid.touching[-1] - grid.position[-1]
+    before, after = grid.position[0] - grid.contact_position[0], grid.contact_position[-1] - grid.position[-1]
     return Extension(float(before / pitch), float(after / pitch))
 
 
@@ -160,7 +160,7 @@ class LivedSteps:
             self.scene, parts = self.frozen.build(scene)
             wear = initial_wear(self.scene, parts)
             rate = RecordedRate(parts.coupling, wear)
-            life = marched(self.scene, parts, rate, wear)
+            life = life_at_rate(self.scene, parts, rate, wear)
         except (GearError, StopWear) as error:
             raise GradientError(f"the gears cannot run: {error}") from error
         if life is not None and life.jumps:
@@ -205,7 +205,7 @@ class LivedSteps:
         return self._ends(parts, self.ends.evaluated)
 
     def _ends(self, parts: Parts, known: RecordedRate | Sequence[WearState]) -> Ends:
-        """Take the steps, from states of the march to its end or from those evaluated before, in turn."""
+        """Take the steps, from states of the integration to its end or from those known before, in turn."""
         coupling, states = parts.coupling, list[WearState]()
         wearing = coupling.wearing()
 

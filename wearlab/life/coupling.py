@@ -19,7 +19,7 @@ from wearlab.life.state import KindState, Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import repeated
 from wearlab.mesh.contact import Quasistatic
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw
@@ -58,18 +58,18 @@ class Coupling(Coupled):
             When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
         """
         clock = time.perf_counter()
-        touching = self.flanks(wear, near)
-        static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in touching]
+        worn = self.flanks(wear, near)
+        static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in worn]
         clock = self._spent("contact", clock)
         self.account.counts["contact_analyses"] += 1
-        responses = self._respond(self.vibration, touching, start or None) if self.vibration else ()
+        responses = self._respond(self.vibration, worn, start or None) if self.vibration else ()
         forces = [
             self._forces(kind, flanks, responses) if responses else still(flanks, state)
-            for kind, flanks, state in zip(self.kinds, touching, static, strict=True)
+            for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
         ]
         clock = self._spent("dynamics", clock)
         states, noises = [], [0.0]
-        for depth, flanks, state, kind, force in zip(wear, touching, static, self.kinds, forces, strict=True):
+        for depth, flanks, state, kind, force in zip(wear, worn, static, self.kinds, forces, strict=True):
             tooth_force = self.load.at_nodes(flanks, state, force)
             rate = None if kind.law is None else _rate(kind, depth, force.weight, tooth_force)
             if kind.law is not None and any(response.period == 0 for response in responses):
@@ -109,14 +109,14 @@ class Coupling(Coupled):
         """Return what wears under the static load alone, None where it does so already."""
         return replace(self, vibration=None, load=StaticLoad()) if self.load.moving else None
 
-    def touching(self, state: WearState) -> list[Touching]:
+    def flanks_of(self, state: WearState) -> list[MeshFlanks]:
         """Return the flanks of every kind of mesh in a wear state."""
         return [
-            Touching(kind.analysis, known.nodes, known.fitted)
+            MeshFlanks(kind.analysis, known.nodes, known.fitted)
             for kind, known in zip(self.kinds, state.kind, strict=True)
         ]
 
-    def flanks(self, wear: Wear, near: WearState | None = None) -> list[Touching]:
+    def flanks(self, wear: Wear, near: WearState | None = None) -> list[MeshFlanks]:
         """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.
 
         Raises
@@ -125,21 +125,21 @@ class Coupling(Coupled):
             When a section of a tooth vanishes.
         """
         known = [None] * len(self.kinds) if near is None else [kind.static for kind in near.kind]
-        return [self._touching(*each) for each in zip(self.kinds, wear, known, strict=True)]
+        return [self._flanks_of_kind(*each) for each in zip(self.kinds, wear, known, strict=True)]
 
-    def _touching(self, kind: MeshKind, depth: Array, near: Quasistatic | None) -> Touching:
+    def _flanks_of_kind(self, kind: MeshKind, depth: Array, near: Quasistatic | None) -> MeshFlanks:
         try:
             nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth), near)
         except SectionVanished as error:
             raise StopWear(str(error)) from error
         if self.vibration is None:
-            return Touching(kind.analysis, nodes, None)
-        return Touching(kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes))
+            return MeshFlanks(kind.analysis, nodes, None)
+        return MeshFlanks(kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes))
 
     def _rate_of(
         self,
         law: PreparedLaw,
-        flanks: Touching,
+        flanks: MeshFlanks,
         static: Quasistatic,
         force: Forces,
         depth: Array,
@@ -155,9 +155,9 @@ class Coupling(Coupled):
         self.account.seconds[stage] += now - since
         return now
 
-    def _respond(self, vibration: Vibration, touching: list[Touching], start: Responses | None) -> Responses:
+    def _respond(self, vibration: Vibration, flanks: list[MeshFlanks], start: Responses | None) -> Responses:
         try:
-            responses = vibration.solve(touching, start)
+            responses = vibration.solve(flanks, start)
         except Unbounded as error:
             raise StopWear("unbounded motion") from error
         self.account.counts["period_maps"] += sum(response.counts.period_maps for response in responses)
@@ -166,7 +166,7 @@ class Coupling(Coupled):
         )
         return responses
 
-    def _forces(self, kind: MeshKind, flanks: Touching, responses: Responses) -> Forces:
+    def _forces(self, kind: MeshKind, flanks: MeshFlanks, responses: Responses) -> Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None

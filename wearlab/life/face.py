@@ -14,9 +14,9 @@ from wearlab.life.coupled import Account, Coupled
 from wearlab.life.limits import StopWear
 from wearlab.life.state import KindState, Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.face.contact import FaceContact, LineLoads
-from wearlab.mesh.face.curves import Curves, FaceTouching, curves
+from wearlab.mesh.face.curves import Curves, FaceFlanks, curves
 from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate
@@ -59,9 +59,9 @@ class FaceKind:
 
     meshes = (0,)
 
-    def touching(self, table: Curves) -> FaceTouching:
+    def flanks(self, table: Curves) -> FaceFlanks:
         """Return the flanks as dynamics see them."""
-        return FaceTouching(self.contact.analysis, self.contact, table)
+        return FaceFlanks(self.contact.analysis, self.contact, table)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -113,7 +113,7 @@ class FaceCoupling(Coupled):
         responses: Responses = ()
         line_load = kind.contact.grid.at_nodes(static.load)
         if table is not None:
-            responses = self._respond(kind.touching(table), start or None)
+            responses = self._respond(kind.flanks(table), start or None)
             if self.moving:
                 line_load = self._moving_load(kind, table, worn, static, responses[0])
             clock = self._spent("dynamics", clock)
@@ -122,10 +122,10 @@ class FaceCoupling(Coupled):
         state = FaceState(depth, static, line_load, rate, table)
         return WearState(cast("tuple[KindState, ...]", (state,)), responses, 0.0)
 
-    def _respond(self, touching: FaceTouching, start: Responses | None) -> Responses:
+    def _respond(self, flanks: FaceFlanks, start: Responses | None) -> Responses:
         assert self.vibration is not None
         try:
-            responses = self.vibration.solve([cast("Touching", touching)], start)
+            responses = self.vibration.solve([cast("MeshFlanks", flanks)], start)
         except Unbounded as error:
             raise StopWear("unbounded motion") from error
         for response in responses:
@@ -144,7 +144,7 @@ class FaceCoupling(Coupled):
         assert vibration is not None
         phase = grid.inside % 1.0
         motion = vibration.motions(response, vibration.look(phase))
-        springs = kind.touching(table).springs(phase).per(vibration.period)
+        springs = kind.flanks(table).springs(phase).per(vibration.period)
         dashpot = dashpot_of_mesh(vibration.system, 0)
         mean = np.zeros(grid.shape)
         periods = len(motion.rate)
@@ -153,11 +153,11 @@ class FaceCoupling(Coupled):
             mean += grid.at_nodes(kind.contact.solve(worn, static, drive).load) / periods
         return mean
 
-    def touching(self, state: WearState) -> list[FaceTouching]:
+    def flanks_of(self, state: WearState) -> list[FaceFlanks]:
         """Return the flanks in a wear state, as dynamics see them."""
         known = cast("FaceState", state.kind[0])
         assert known.curves is not None
-        return [self.kinds[0].touching(known.curves)]
+        return [self.kinds[0].flanks(known.curves)]
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()

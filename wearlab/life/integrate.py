@@ -155,13 +155,13 @@ class _Integration:
         """Return all that the life depends on: of itself, of its stepper, of its rate."""
         own = {name: value for name, value in vars(self).items() if name not in GIVEN}
         steps = None if stepper is None else {k: v for k, v in vars(stepper).items() if k not in GIVEN}
-        return {"march": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
+        return {"integration": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
 
     def _is_own(self, kept: Any) -> bool:
         """Whether what was kept has the shape of what `_put_down` returns."""
-        if not isinstance(kept, dict) or kept.keys() != {"march", "stepper", "followed", "rate"}:
+        if not isinstance(kept, dict) or kept.keys() != {"integration", "stepper", "followed", "rate"}:
             return False
-        own, steps = kept["march"], kept["stepper"]
+        own, steps = kept["integration"], kept["stepper"]
         whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
         return whole and (steps is None or isinstance(steps, dict))
 
@@ -173,7 +173,7 @@ class _Integration:
         if kept["stepper"] is not None:
             stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
             vars(stepper).update(kept["stepper"])
-        vars(self).update(kept["march"])
+        vars(self).update(kept["integration"])
         self.rate.take_up(kept["rate"])
         return stepper, list(kept["followed"])
 

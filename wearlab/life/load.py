@@ -6,7 +6,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.mesh.contact import ContactAnalysis, Quasistatic
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.wear.miner import equivalent_load
 
 
@@ -32,7 +32,7 @@ class Load(Protocol):
 
     moving: ClassVar[bool]
 
-    def at_nodes(self, flanks: Touching, static: Quasistatic, force: Forces) -> Array:
+    def at_nodes(self, flanks: MeshFlanks, static: Quasistatic, force: Forces) -> Array:
         """Return the force that wears each node of a kind of mesh, (n_rows, n) or (1, n) [N].
 
         Parameters
@@ -44,7 +44,7 @@ class Load(Protocol):
         ...
 
 
-def still(flanks: Touching, static: Quasistatic) -> Forces:
+def still(flanks: MeshFlanks, static: Quasistatic) -> Forces:
     """Return the static forces as one row."""
     return Forces(np.ones(1), np.full((1, len(static.deflection)), flanks.analysis.load), static.force[None])
 

@@ -11,7 +11,7 @@ from wearlab.dynamics.orbits.response import Response, coordinates_at, deflectio
 from wearlab.dynamics.system import System
 from wearlab.mesh.between import Between
 from wearlab.mesh.clock import Instants, Sampling, instants
-from wearlab.mesh.excitation import Excitation, Touching
+from wearlab.mesh.excitation import Excitation, MeshFlanks
 from wearlab.mesh.force import Deflections
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.tabulation import stage_tables
@@ -32,7 +32,7 @@ class Vibration:
     period : duration of one mesh period [s]
     fluctuation : (hunting · n_steps, 3) factor on the fluctuating load [1], or None
     hunting : mesh periods after which the same teeth meet, when the slow errors turn, and the torque repeats
-    turning : whether the slow errors turn with their members
+    revolving : whether the slow errors turn with their members
     slow : (n_angles, n_mesh) once-per-revolution errors at equally weighted angles of the members, each held
         over a mesh period [m]; None: nothing answers to them
     nominal : (n,) speeds of the coordinates as the set turns on the whole [m/s], None where x alone moves
@@ -45,11 +45,11 @@ class Vibration:
     period: float
     fluctuation: Array | None
     hunting: int = 1
-    turning: bool = False
+    revolving: bool = False
     slow: Array | None = None
     nominal: Array | None = None
 
-    def solve(self, kinds: Sequence[Touching], start: Responses | None) -> Responses:
+    def solve(self, kinds: Sequence[MeshFlanks], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
         tables = self.tables(kinds)
         if self.slow is None:
@@ -62,17 +62,17 @@ class Vibration:
             responses.append(self._solved(own, near, self._between(kinds, slow)))
         return tuple(responses)
 
-    def tables(self, kinds: Sequence[Touching]) -> StageTables:
+    def tables(self, kinds: Sequence[MeshFlanks]) -> StageTables:
         """Return the meshes at all stages."""
         tables = stage_tables(kinds, self.sampling, self.fluctuation)
         if self.hunting == 1:
             return tables
-        return over_hunting_period(tables, self.sampling, self.hunting, turning=self.turning)
+        return over_hunting_period(tables, self.sampling, self.hunting, revolving=self.revolving)
 
     def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
         return replace(self.method.solve(self.system, tables, self.period, start), between=between)
 
-    def _between(self, kinds: Sequence[Touching], slow: Array | None = None) -> Between | None:
+    def _between(self, kinds: Sequence[MeshFlanks], slow: Array | None = None) -> Between | None:
         """Return what the tables of all stages are taken of, None where slow errors turn in them."""
         return Between(kinds, self.sampling, slow) if self.hunting == 1 else None
 
@@ -121,7 +121,7 @@ def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
 
 
 def over_hunting_period(
-    tables: StageTables, sampling: Sampling, periods: int, *, turning: bool
+    tables: StageTables, sampling: Sampling, periods: int, *, revolving: bool
 ) -> StageTables:
     """Repeat the tables of one mesh period but the torque's, and add the slow errors where they turn."""
     repeated = {
@@ -129,7 +129,7 @@ def over_hunting_period(
         for name, values in tables._asdict().items()
         if values is not None and name != "fluctuation"
     }
-    if not turning:
+    if not revolving:
         return tables._replace(**repeated)
     phase = hunting_grid(sampling.grid, periods).phase
     slow, slow_rate = (

@@ -11,7 +11,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.mesh.clock import Sampling, look_within
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.stages import Springs
 from wearlab.mesh.tabulation import of_meshes, share_a_body
 
@@ -27,7 +27,7 @@ class Between:
     slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m]; None: none
     """
 
-    kinds: Sequence[Touching]
+    kinds: Sequence[MeshFlanks]
     sampling: Sampling
     slow: Array | None = None
 

@@ -79,14 +79,14 @@ class ContactAnalysis:
     engagement_gap: float = np.inf
     gaps: Gaps | None = None
     _at_nodes: Lookup = field(init=False, repr=False)
-    _touching: tuple[Flags, Index] = field(init=False, repr=False)
+    _in_contact: tuple[Flags, Index] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         phases, _ = self.grid.phase_nodes
         segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
         object.__setattr__(self, "_at_nodes", lookup(self.grid, phases, segment))
         pairs = self.grid.pairs_at_phase_nodes
-        object.__setattr__(self, "_touching", (pairs >= 0, pairs[pairs >= 0]))
+        object.__setattr__(self, "_in_contact", (pairs >= 0, pairs[pairs >= 0]))
 
     @property
     def at_nodes(self) -> Lookup:
@@ -112,13 +112,13 @@ class ContactAnalysis:
         cross = self.stiffness.cross(carried)
         if not self.stiffness.load_dependent:
             return Nodes(body + self.stiffness.contact(None), gap, cross)
-        force = np.full(gap.shape, self.load) if near is None else self._force_where_touching(near.force)
+        force = np.full(gap.shape, self.load) if near is None else self._force_in_contact(near.force)
         return Nodes(body + self._settled(body, gap, cross, force), gap, cross)
 
     def _settled(self, body: Array, gap: Array, cross: Array, force: Array) -> Array:
-        """Return the contact's compliance under the forces that it leads to itself, (n_touching,) [m/N].
+        """Return the contact's compliance under the forces that it leads to itself, (n_contact,) [m/N].
 
-        From forces (n_touching,) on by Newton's method: about F the curve ``δ = g + (b + c(F)) F`` is
+        From forces (n_contact,) on by Newton's method: about F the curve ``δ = g + (b + c(F)) F`` is
         straight, its compliance less by ``−F dc/dF`` and its gap larger by as much times F. Where gaps decide
         which pairs engage they are left as they are.
         """
@@ -128,7 +128,7 @@ class ContactAnalysis:
             contact = self.stiffness.contact(np.maximum(force, least))
             straight = softening * (force > least)
             nodes = Nodes(body + contact - straight, gap + straight * force, cross)
-            updated = self._force_where_touching(self.quasistatic(nodes, self._at_nodes).force)
+            updated = self._force_in_contact(self.quasistatic(nodes, self._at_nodes).force)
             settled = np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load
             force = updated
             if settled:
@@ -142,7 +142,7 @@ class ContactAnalysis:
         meeting = self.gaps.meeting
         if meeting is None:
             return self.gaps.at(wear), self.stiffness.body(carried)
-        nodes = self.grid.touching
+        nodes = self.grid.contact_position
         met = meeting.contact(wear, nodes)
         return met.gap, self.stiffness.body_where(carried, nodes, met.driving, met.driven)
 
@@ -179,11 +179,11 @@ class ContactAnalysis:
 
     def force_at_nodes(self, force: Array) -> Array:
         """Carry pair forces (n_phase_nodes, n_pairs) to the profile nodes (n,) [N]."""
-        return self._force_where_touching(force)[self.grid.on_flank]
+        return self._force_in_contact(force)[self.grid.on_flank]
 
-    def _force_where_touching(self, force: Array) -> Array:
-        present, nodes = self._touching
-        nodal = np.empty(len(self.grid.touching))
+    def _force_in_contact(self, force: Array) -> Array:
+        present, nodes = self._in_contact
+        nodal = np.empty(len(self.grid.contact_position))
         nodal[nodes] = force[present]
         return nodal
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
 from wearlab.gears.gear import DRIVEN, DRIVING, TIP_AT, GearPair
-from wearlab.mesh.exact.flank import FoldedFlank, healthy_reach, side_of
+from wearlab.mesh.exact.flank import OverhangingFlank, healthy_reach, side_of
 from wearlab.mesh.exact.kinematics import point_seen, turned_to
 from wearlab.mesh.profile import Extension
 
@@ -53,10 +53,10 @@ def beyond_path(
         low, high = 0.0, most
         while high - low > close * most:
             distance = np.linspace(low, high, points)
-            touching = gap(end + sense * distance) < delta
-            if touching.all():
+            in_contact = gap(end + sense * distance) < delta
+            if in_contact.all():
                 return high
-            index = int(np.argmin(touching))
+            index = int(np.argmin(in_contact))
             if index == 0:
                 return low
             low, high = distance[index - 1], distance[index]
@@ -121,7 +121,7 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
 
 
 def unworn_extension(pair: GearPair, deflection: float) -> Extension:
-    """Return how far beyond A and E a deflection keeps the tip corners of unworn gears touching [m].
+    """Return how far beyond A and E a deflection keeps the tip corners of unworn gears in contact [m].
 
     References
     ----------
@@ -237,7 +237,7 @@ def reach_beyond(pair: GearPair, position: Array, depth: Array, deflection: tupl
 
     Raises
     ------
-    FoldedFlank
+    OverhangingFlank
         When a flank overhangs.
 
     References
@@ -264,7 +264,7 @@ class _FlankPoints:
         self.side = side_of(pair, gear)
         smooth = np.diff(self.s) > 0.0
         if np.any(np.diff(self.reach)[smooth] <= 0.0):
-            raise FoldedFlank("the flank overhangs")
+            raise OverhangingFlank("the flank overhangs")
         self.rising = np.maximum.accumulate(self.reach)
 
 

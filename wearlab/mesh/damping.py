@@ -19,26 +19,26 @@ LAWS: dict[type, tuple[Callable[..., Any], Callable[..., Any]]] = {}
 """Of every law's tuple its two functions, see `register`."""
 
 
-def register(law: type, touching: Callable[..., Any], apart: Callable[..., Any]) -> None:
+def register(law: type, in_contact: Callable[..., Any], apart: Callable[..., Any]) -> None:
     """Say how the forces of a law are found.
 
     Parameters
     ----------
     law : the named tuple
-    touching : of (law, mesh, elastic force [N], its stiffness [N/m], the flank's part of c [N s/m], rate of
+    in_contact : of (law, mesh, elastic force [N], its stiffness [N/m], the flank's part of c [N s/m], rate of
         approach [m/s]); returns the normal force [N], its derivatives by compression [N/m] and rate [N s/m]
     apart : of (law, mesh, clearance [m], rate of approach [m/s]); the same of flanks that are apart
     """
-    LAWS[law] = touching, apart
+    LAWS[law] = in_contact, apart
 
 
-def touching_force(law: Any, m: Any, force: Any, stiffness: Any, part: Any, rate: Any) -> Any:
+def contact_force(law: Any, m: Any, force: Any, stiffness: Any, part: Any, rate: Any) -> Any:
     """Return the normal force of a flank that touches and its derivatives, see `register`."""
     return LAWS[type(law)][0](law, m, force, stiffness, part, rate)
 
 
-@overload(touching_force, jit_options=UNCOUNTED, strict=False)
-def _choose_touching(law: Any, *rest: Any) -> Any:
+@overload(contact_force, jit_options=UNCOUNTED, strict=False)
+def _choose_contact(law: Any, *rest: Any) -> Any:
     return LAWS[law.instance_class][0]
 
 
@@ -110,13 +110,13 @@ def _fill(
                 if tangent[p] != 0.0:
                     own = damping[m] * tangent[p] / total
                     approach = rate[i, m] - gap_rate[i, m, p]
-                    normal[i, m, p] = touching_force(law, m, pair[i, m, p], tangent[p], own, approach)[0]
+                    normal[i, m, p] = contact_force(law, m, pair[i, m, p], tangent[p], own, approach)[0]
             if total == 0.0 and lead >= 0:
                 approach = rate[i, m] - gap_rate[i, m, lead]
                 normal[i, m, lead] = apart_force(law, m, least, approach)[0]
             clearance = backlash[m] + deflection[i, m]
             if clearance < 0.0:
                 back[i, m] = -every * clearance
-                back_normal[i, m] = touching_force(law, m, back[i, m], every, damping[m], -rate[i, m])[0]
+                back_normal[i, m] = contact_force(law, m, back[i, m], every, damping[m], -rate[i, m])[0]
             elif clearance < np.inf and every > 0.0:
                 back_normal[i, m] = apart_force(law, m, clearance, -rate[i, m])[0]

@@ -124,7 +124,7 @@ ERRORS: dict[LoadedOrNot, Callable[[Quasistatic, Combination], Array]] = {
 }
 
 
-class Touching(NamedTuple):
+class MeshFlanks(NamedTuple):
     """The flanks of one kind of mesh in one wear state.
 
     Parameters

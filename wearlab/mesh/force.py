@@ -14,7 +14,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.damping import forces_by_law
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import Springs
 from wearlab.mesh.tabulation import pair_springs
@@ -79,8 +79,8 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     deflection, rate = motion
     c = np.asarray(dashpot.damping)
     x = deflection[..., None] - gap
-    touching = (stiffness > 0.0) & (x > 0.0)
-    pair, tangent = stiffness * np.where(touching, x, 0.0), np.where(touching, stiffness, 0.0)
+    in_contact = (stiffness > 0.0) & (x > 0.0)
+    pair, tangent = stiffness * np.where(in_contact, x, 0.0), np.where(in_contact, stiffness, 0.0)
     if part is not None:
         pair = (pair[..., None, :] @ part)[..., 0, :]
         tangent = (tangent[..., None, :] @ part)[..., 0, :]
@@ -102,7 +102,7 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
 
 
 def _far(stiffness: Array, x: Array) -> Array:
-    """Return how far the nearest pair of a mesh is from touching, as a force, (…) [N]."""
+    """Return how far the nearest pair of a mesh is from contact, as a force, (…) [N]."""
     far = stiffness * np.where(stiffness > 0.0, x, FAR)
     return np.asarray(np.where(stiffness > 0.0, far, -np.inf).max(axis=-1))
 
@@ -148,7 +148,7 @@ def _back_forces(stiffness: Array, motion: Deflections, dashpot: Dashpot) -> tup
 
 
 def flank_forces(
-    flanks: Touching, where: Lookup, motion: Deflections, dashpot: Dashpot, period: float
+    flanks: MeshFlanks, where: Lookup, motion: Deflections, dashpot: Dashpot, period: float
 ) -> NormalForces:
     """Return the forces of a mesh at phases for motions (…, n); a series' by the pairs' static share.
 

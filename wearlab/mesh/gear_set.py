@@ -95,7 +95,7 @@ class GearSet:
     input_teeth : mesh periods in a turn of the input member: its teeth, in a pair
     speed : of that gear relative to the carrier [rad/s]
     bodies : the members as they move, by name; every planet is "planet"
-    turning : speed of each coordinate of the dynamic models in the nominal rotation [m/s]
+    coordinate_speeds : speed of each coordinate of the dynamic models in the nominal rotation [m/s]
     angles : where the planets stand, in the sense in which the models count; none in a pair [rad]
     sense : −1 for a set that the models see mirrored: the one whose sun is driven
     notes : what the set as a whole assumes, in words
@@ -112,7 +112,7 @@ class GearSet:
     input_teeth: float
     speed: float
     bodies: dict[str, Body]
-    turning: dict[str, float]
+    coordinate_speeds: dict[str, float]
     angles: tuple[float, ...] = ()
     sense: float = 1.0
     notes: tuple[str, ...] = ()

@@ -33,8 +33,8 @@ class ProfileGrid(NamedTuple):
     position : (n,) path position s of the nodes, ascending, twice where wear may jump [m]
     phase : (n,) phase of the nodes, a segment's end counting as its left limit [1]
     weight : (n,) Simpson weights, so that ``sum(weight * f)`` is the integral of f over the path [m]
-    touching : (n_touching,) where pairs may touch: ``position`` and, with extended contact, nodes before A
-        and after E, in ascending order; ``first`` counts among these [m]
+    contact_position : (n_contact,) where pairs may touch: ``position`` and, with extended contact, nodes
+        before A and after E, in ascending order; ``first`` counts among these [m]
     before : number of nodes before A
     leading : which pair the first slot holds; pair j touches at ``s_A + (φ + j) p_b``
     most_pairs : pairs between A and E at most, ⌈ε⌉
@@ -46,7 +46,7 @@ class ProfileGrid(NamedTuple):
     position: Array
     phase: Array
     weight: Array
-    touching: Array
+    contact_position: Array
     before: int
     leading: int
     most_pairs: int
@@ -96,25 +96,25 @@ class ProfileGrid(NamedTuple):
 
     @property
     def loaded(self) -> Array:
-        """Where teeth are taken to bend when pairs touch: no further than A and E, (n_touching,) [m]."""
-        return np.clip(self.touching, self.position[0], self.position[-1])
+        """Where teeth are taken to bend when pairs touch: no further than A and E, (n_contact,) [m]."""
+        return np.clip(self.contact_position, self.position[0], self.position[-1])
 
     def beyond(self, values: Array) -> Array:
-        """Carry node values (…, n) to all touching nodes (…, n_touching), beyond A and E the end values."""
-        after = len(self.touching) - len(self.position) - self.before
+        """Carry node values (…, n) to all touching nodes (…, n_contact), beyond A and E the end values."""
+        after = len(self.contact_position) - len(self.position) - self.before
         if not self.before and not after:
             return values
-        carried = np.empty((*values.shape[:-1], len(self.touching)), values.dtype)
+        carried = np.empty((*values.shape[:-1], len(self.contact_position)), values.dtype)
         carried[..., self.on_flank] = values
         carried[..., : self.before] = values[..., :1]
-        carried[..., len(self.touching) - after :] = values[..., -1:]
+        carried[..., len(self.contact_position) - after :] = values[..., -1:]
         return carried
 
     @property
     def sliding_sense(self) -> Array:
         """Sign of s of each slot in each segment, which the pitch point bounds: 1 recess, −1 approach."""
         middle = self.first + self.intervals[:, None] // 2
-        return np.where(self.first >= 0, np.sign(self.touching[middle]), 0.0)
+        return np.where(self.first >= 0, np.sign(self.contact_position[middle]), 0.0)
 
     @property
     def phase_nodes(self) -> tuple[Array, Array]:
@@ -127,7 +127,7 @@ class ProfileGrid(NamedTuple):
 
     @property
     def pairs_at_phase_nodes(self) -> Index:
-        """Touching node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
+        """Contact node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
         rows = []
         for first, count in zip(self.first, self.intervals, strict=True):
             steps = np.arange(count + 1)[:, None]
@@ -191,7 +191,7 @@ def profile_grid(
     intervals = np.array([_even(count) for count in density * np.diff(breaks)])
     pairs = range(-int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE)))
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
-    touching, phase, weight = np.empty(0), np.empty(0), np.empty(0)
+    contact_position, phase, weight = np.empty(0), np.empty(0), np.empty(0)
     flank = np.empty(0, dtype=bool)
     for j in pairs:
         for m, count in enumerate(intervals):
@@ -201,15 +201,15 @@ def profile_grid(
                 continue
             nodes = np.linspace(low, high, count + 1)
             weights = simpson_weights(count) * (high - low) * pitch
-            shared = len(touching) > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
-            first[m, pairs[-1] - j] = len(touching) - shared
+            shared = len(contact_position) > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
+            first[m, pairs[-1] - j] = len(contact_position) - shared
             if shared:
                 weight[-1] += weights[0]
-            touching = np.concatenate([touching, (start + (nodes + j) * pitch)[shared:]])
+            contact_position = np.concatenate([contact_position, (start + (nodes + j) * pitch)[shared:]])
             phase = np.concatenate([phase, nodes[shared:]])
             weight = np.concatenate([weight, weights[shared:]])
             flank = np.concatenate([flank, np.full(len(nodes) - shared, 0.0 < middle < ratio)])
-    position, before = touching[flank], int(np.argmax(flank))
+    position, before = contact_position[flank], int(np.argmax(flank))
     return ProfileGrid(
         breaks,
         first,
@@ -217,7 +217,7 @@ def profile_grid(
         position,
         phase[flank],
         weight[flank],
-        touching,
+        contact_position,
         before,
         pairs[-1],
         int(np.ceil(ratio - SAME_PHASE)),

@@ -32,7 +32,7 @@ def plane_of(asked: str, pair: GearPair) -> Plane:
 def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteElement:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
     plane = plane_of(asked.plane, pair)
-    recess = float(grid.touching[-1] - grid.position[-1])
+    recess = float(grid.contact_position[-1] - grid.position[-1])
     own, shared = pair_compliance(
         pair, grid.position, grid.n_pairs, Options(plane=plane, refinement=REFINEMENT), recess=recess
     )
@@ -108,7 +108,7 @@ BODIES = {"sainsot": foundation_compliance, "annulus": body_compliance, "none": 
 
 def _coupling(given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid) -> tuple[Array, Index]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
-    n = len(grid.touching)
+    n = len(grid.contact_position)
     if not given.bodies_shared:
         return np.zeros((0, 2, n)), np.zeros((0, n), dtype=np.int64)
     ratios, partners = [], []

@@ -115,7 +115,7 @@ def _respond(matrix, gap, active, unit, offset, work, index):  # type: ignore[no
 
 
 @jit_inner
-def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped-def]
+def _first_in_contact(compliance_diagonal_finite, gap):  # type: ignore[no-untyped-def]
     first = -1
     for p in range(len(gap)):
         if compliance_diagonal_finite[p, p] < np.inf and gap[p] < np.inf:
@@ -130,7 +130,7 @@ def _first_to_touch(compliance_diagonal_finite, gap):  # type: ignore[no-untyped
 
 
 @jit_inner
-def _touches_at(matrix, gap, active, unit, offset, p):  # type: ignore[no-untyped-def]
+def _contact_at(matrix, gap, active, unit, offset, p):  # type: ignore[no-untyped-def]
     """Return the δ at which slot ``p`` engages while the active ones bear, inf where it does not."""
     slope, level = 1.0, gap[p]
     for q in range(len(gap)):
@@ -141,13 +141,13 @@ def _touches_at(matrix, gap, active, unit, offset, p):  # type: ignore[no-untype
 
 
 @jit_inner
-def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
+def _next_in_contact(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
     """Return the slot that engages next as δ grows, and the δ at which it does."""
     nearest, where = -1, np.inf
     for p in range(len(gap)):
         if active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
             continue
-        at = _touches_at(matrix, gap, active, unit, offset, p)
+        at = _contact_at(matrix, gap, active, unit, offset, p)
         if at < where:
             nearest, where = p, at
     return nearest, where
@@ -156,7 +156,7 @@ def _next_to_touch(matrix, gap, active, unit, offset):  # type: ignore[no-untype
 @jit_inner
 def _share_coupled(matrix, gap, load, active, unit, offset, work, index, force):  # type: ignore[no-untyped-def]
     active[:] = False
-    first = _first_to_touch(matrix, gap)
+    first = _first_in_contact(matrix, gap)
     if first >= 0:
         active[first] = True
     deflection, stiffness = np.inf, 0.0
@@ -164,7 +164,7 @@ def _share_coupled(matrix, gap, load, active, unit, offset, work, index, force):
         _respond(matrix, gap, active, unit, offset, work, index)
         stiffness, moment = unit.sum(), offset.sum()
         deflection = (load + moment) / stiffness
-        following, where = _next_to_touch(matrix, gap, active, unit, offset)
+        following, where = _next_in_contact(matrix, gap, active, unit, offset)
         if following < 0 or where > deflection:
             break
         active[following] = True
@@ -233,7 +233,7 @@ def equivalent_springs(
             p = order[slot]
             if p < 0 or not (compliance[i, p] < np.inf and gap[i, p] < np.inf):
                 continue
-            gap_out[i, slot] = _touches_at(matrix, gap[i], active, unit, offset, p)
+            gap_out[i, slot] = _contact_at(matrix, gap[i], active, unit, offset, p)
             active[p] = True
             _respond(matrix, gap[i], active, unit, offset, work, index)
             stiffness_out[i, slot] = unit.sum() - earlier.sum()
@@ -247,10 +247,10 @@ def equivalent_springs(
 def _order_of(matrix, gap, active, unit, offset, work, index, order):  # type: ignore[no-untyped-def]
     """Fill the slots in their order of engagement, −1 after the last."""
     active[:], order[:] = False, -1
-    following = _first_to_touch(matrix, gap)
+    following = _first_in_contact(matrix, gap)
     for slot in range(len(gap)):
         if following < 0:
             break
         order[slot], active[following] = following, True
         _respond(matrix, gap, active, unit, offset, work, index)
-        following, _ = _next_to_touch(matrix, gap, active, unit, offset)
+        following, _ = _next_in_contact(matrix, gap, active, unit, offset)

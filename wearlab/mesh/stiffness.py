@@ -356,6 +356,6 @@ class GivenStiffness(PairStiffness):
         phases, _ = self.grid.phase_nodes
         segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
         pairs = self.grid.pairs_at_phase_nodes
-        nodal = np.empty(len(self.grid.touching))
+        nodal = np.empty(len(self.grid.contact_position))
         nodal[pairs[pairs >= 0]] = self.at_phases(lookup(self.grid, phases, segment))[pairs >= 0]
         return 1.0 / nodal

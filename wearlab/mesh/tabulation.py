@@ -8,13 +8,13 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.clock import Mesh, Sampling, of_kind
-from wearlab.mesh.excitation import Touching
-from wearlab.mesh.face.curves import FaceTouching
+from wearlab.mesh.excitation import MeshFlanks
+from wearlab.mesh.face.curves import FaceFlanks
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.sharing import equivalent_springs
 from wearlab.mesh.stages import Springs, StageTables
 
-Flanks = Touching | FaceTouching
+Flanks = MeshFlanks | FaceFlanks
 """The flanks of one kind of mesh: pairs, or with a width."""
 
 
@@ -29,7 +29,7 @@ def stage_tables(kinds: Sequence[Flanks], sampling: Sampling, fluctuation: Array
     """
     steps, meshes = len(sampling.grid.width), sampling.meshes
     flanks = kinds[0]
-    if len(kinds) == 1 and not isinstance(flanks, FaceTouching) and uncoupled(flanks):
+    if len(kinds) == 1 and not isinstance(flanks, FaceFlanks) and uncoupled(flanks):
         where = sampling.where[0]
         shape = (steps, 3, len(meshes), flanks.analysis.grid.n_pairs)
         stiffness, gap, pair_rate = np.empty((3, *shape))
@@ -99,7 +99,7 @@ def of_meshes(
     return table
 
 
-def uncoupled(flanks: Touching) -> bool:
+def uncoupled(flanks: MeshFlanks) -> bool:
     """Whether a mesh is a number of springs on their own, one a pair."""
     return flanks.series is None and len(flanks.nodes.cross) == 0 and flanks.analysis.engagement_gap == np.inf
 
@@ -183,7 +183,7 @@ def gap_rates_at(first: Any, where: Any, intervals: Any, width: Any, gap: Any, o
             out[i, p] = total if np.isfinite(total) else 0.0
 
 
-def gap_rates(flanks: Touching, where: Lookup) -> Array:
+def gap_rates(flanks: MeshFlanks, where: Lookup) -> Array:
     """Return the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
     grid = flanks.analysis.grid
     rates = np.empty((len(where.phase), grid.n_pairs))
@@ -193,7 +193,7 @@ def gap_rates(flanks: Touching, where: Lookup) -> Array:
 
 def share_a_body(flanks: Flanks) -> bool:
     """Say whether pairs of a kind of mesh are coupled, so that they engage in an order."""
-    return not isinstance(flanks, FaceTouching) and len(flanks.nodes.cross) > 0
+    return not isinstance(flanks, FaceFlanks) and len(flanks.nodes.cross) > 0
 
 
 def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
@@ -201,7 +201,7 @@ def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
 
     ``stages`` phases one after another have one order of engagement, see `equivalent_springs`.
     """
-    if isinstance(flanks, FaceTouching):
+    if isinstance(flanks, FaceFlanks):
         return flanks.springs(where.phase)
     if flanks.series is not None:
         stiffness = flanks.series.stiffness.value(where.phase)[:, None]

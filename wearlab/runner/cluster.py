@@ -107,7 +107,9 @@ def wait_for_living(asked: Mapping[Any, str], present: Present) -> None:
                 future.cancel()
 
 
-def wait_looking(flow: Any, named: Mapping[Any, Sequence[str]], present: Present, bounded: bool) -> None:
+def wait_while_present(
+    flow: Any, named: Mapping[Any, Sequence[str]], present: Present, bounded: bool
+) -> None:
     """Wait until a future came back; call off those that were asked of workers that have all gone.
 
     Parameters
@@ -250,7 +252,7 @@ class Cluster:
         """Wait for batches and return the outcomes of all that came back."""
         finished: list[Outcome] = []
         alone = len(flight.in_progress) == 1 and flight.on_trial
-        wait_looking(flight.flow, flight.named, self.workers, bounded=self.crew is None)
+        wait_while_present(flight.flow, flight.named, self.workers, bounded=self.crew is None)
         for future in flight.flow.next_batch():
             result = result_of(future)
             if isinstance(result, TimeoutError):  # it went with its worker, and is computed again

@@ -54,7 +54,7 @@ class Progress:
         """Show what is known now."""
 
     @property
-    def words(self) -> str:
+    def description(self) -> str:
         """What is being done, and how far the case is that was heard of last."""
         last = f" ({list(self.at.values())[-1]})" if self.at else ""
         return self.text or f"{self.what}{last}"
@@ -141,7 +141,7 @@ class ProgressBar(Progress):
     def show(self) -> None:
         """Move the bar."""
         trouble = ", ".join(self.trouble)
-        self._bar.update(self._task, completed=self.done, description=self.words, trouble=trouble)
+        self._bar.update(self._task, completed=self.done, description=self.description, trouble=trouble)
 
 
 LEAST = 0.2  # s between two drawings
@@ -180,7 +180,7 @@ class NotebookBar(Progress):
             self._draw()
 
     def _repr_html_(self) -> str:
-        told = [escape(self.words)]
+        told = [escape(self.description)]
         if self.total:
             told = [
                 f'<progress value="{self.done}" max="{self.total}"></progress>',
@@ -191,7 +191,7 @@ class NotebookBar(Progress):
         return f"<span>{' · '.join(told)}</span>"
 
     def __repr__(self) -> str:
-        return f"{self.done} of {self.total} {self.what}" if self.total else self.words
+        return f"{self.done} of {self.total} {self.what}" if self.total else self.description
 
     def _times(self) -> str:
         passed = time.monotonic() - self._begun

@@ -18,7 +18,15 @@ from wearlab.runner.plan import (
     with_parents,
 )
 from wearlab.runner.progress import CASES, Progress, watched
-from wearlab.runner.worker import SIMULATE, CheckpointRelay, Task, execute, in_words, reporting_to, warm_up
+from wearlab.runner.worker import (
+    SIMULATE,
+    CheckpointRelay,
+    Task,
+    execute,
+    progress_text,
+    reporting_to,
+    warm_up,
+)
 from wearlab.sources import source_hash
 from wearlab.store.catalogue import Head
 from wearlab.store.files import StoreError
@@ -229,7 +237,7 @@ class _Work:
         if message["id"] not in self.finished:
             reached = ReachedCycle(message["cycle"], message["depth"])
             self.store.checkpoints.write(message["id"], message["image"], self.code, reached)
-            self.bar.in_progress(message["id"], in_words(message))
+            self.bar.in_progress(message["id"], progress_text(message))
 
     def _free(self, entry: Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""

@@ -132,7 +132,7 @@ class SchedulerCheckpoints:
             self._client.set_metadata([KEPT, run_id], None)
 
 
-def in_words(message: dict[str, Any]) -> str:
+def progress_text(message: dict[str, Any]) -> str:
     """Return how far a run is, for a line of progress."""
     return f"{message['id'][:8]}: {1e6 * message['depth']:.3g} µm at {message['cycle']:.4g} cycles"
 

@@ -137,10 +137,10 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
     """Return mesh and bearing forces of a response at instants that lie in steps of equal length."""
     vibration = parts.vibration
     assert vibration is not None
-    touching = parts.coupling.touching(state)
+    kinds = parts.coupling.flanks_of(state)
     motions = vibration.motions(response, when)
     mesh = np.stack(
-        [_mesh_force(parts, touching, mesh, when, motions) for mesh in range(len(parts.meshes))],
+        [_mesh_force(parts, kinds, mesh, when, motions) for mesh in range(len(parts.meshes))],
         axis=1,
     )
     supports = [support for support in vibration.system.supports if support.bears]
@@ -152,13 +152,13 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
 
 
 def _mesh_force(
-    parts: Parts, touching: list[excitation.Touching], mesh: int, when: Instants, motions: force.Deflections
+    parts: Parts, kinds: list[excitation.MeshFlanks], mesh: int, when: Instants, motions: force.Deflections
 ) -> Array:
     """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
     own_mesh, vibration = parts.meshes[mesh], parts.vibration
     assert vibration is not None
     inside = when.phase.reshape(-1, NODES)
-    where = look_within(touching[own_mesh.kind].analysis.grid, [own_mesh.lag], inside, inside.mean(axis=1))
+    where = look_within(kinds[own_mesh.kind].analysis.grid, [own_mesh.lag], inside, inside.mean(axis=1))
     motion = force.Deflections(*(values[:, mesh] for values in motions))
-    flanks = touching[own_mesh.kind]
+    flanks = kinds[own_mesh.kind]
     return mesh_forces.mesh_forces(vibration.system, mesh, flanks, where, motion, vibration.period).elastic

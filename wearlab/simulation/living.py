@@ -93,15 +93,15 @@ def _set_apart(position: Array, span: float) -> Array:
 STATES_OF_A_FACE = 12
 """Wear states that are kept of flanks with a width where nobody asked: each takes half a megabyte."""
 MOST_WORK = 2e9
-"""Bound on the work of a march over cycles, units of about 15 ns. Kept states, estimates and the search for
-other attractors come on top."""
+"""Bound on the work of an integration over cycles, units of about 15 ns. Kept states, estimates and the
+search for other attractors come on top."""
 KEPT_SHARE = 0.1
 """Work on kept states that nobody asked for, over the former; what is read off them takes as long again."""
 SEARCH_SHARE = 0.4
 """Work of all searches for other attractors in one condition of operation, over the former."""
 RHS_PER_STEP = 4
 USUAL = 1e-4
-"""Tolerance below which a march may do more, as it has to."""
+"""Tolerance below which an integration may do more, as it has to."""
 IN_REGISTERS = 8.0
 """Units of a right-hand side of a system in registers, of one coordinate or four: 0.04 µs where flanks hardly
 part, 0.25 µs where they chatter."""
@@ -139,16 +139,16 @@ def units(system: System) -> float:
 
 
 def live(scene: Scene, parts: Parts) -> history.History:
-    """March the wear of a scene in one condition to its end, or evaluate its one state."""
+    """Integrate the wear of a scene in one condition to its end, or evaluate its one state."""
     wear = initial_wear(scene, parts)
     if scene.wear is None or scene.wear.until is None:
         return history.single_state(parts.coupling, wear)
     limits = build_limits(scene, parts.gears, parts.coupling)
-    return _marched(scene, parts, parts.coupling, wear, limits)
+    return _integrated(scene, parts, parts.coupling, wear, limits)
 
 
-def marched(scene: Scene, parts: Parts, rate: history.SetRate, wear: Wear) -> record.Life | None:
-    """March a wear rate of a scene in one condition to its end, no state kept; None where nothing wears on.
+def life_at_rate(scene: Scene, parts: Parts, rate: history.SetRate, wear: Wear) -> record.Life | None:
+    """Integrate a wear rate of a scene in one condition to its end, no state kept; None: nothing wears on.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def cycle_tolerance(scene: Scene) -> float:
 
 
 def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.History:
-    """March the wear of a scene through all its stages, or evaluate its one state.
+    """Integrate the wear of a scene through all its stages, or evaluate its one state.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
     for stage in stages:
         limits, ends = _limits(scene, stage, cycles, seconds)
         try:
-            lived = _marched(scene, stage.first, stage.coupling, wear, limits, cycles)
+            lived = _integrated(scene, stage.first, stage.coupling, wear, limits, cycles)
         except StopWear as stop:
             if not histories:
                 raise
@@ -228,7 +228,7 @@ def _limits(scene: Scene, stage: operating.Stage, cycles: float, seconds: float)
     return limits._replace(cycles=stage.cycles), False
 
 
-def _marched(
+def _integrated(
     scene: Scene, parts: Parts, coupling: coupled.Coupled, wear: Wear, limits: Limits, before: float = 0.0
 ) -> history.History:
     assert scene.wear is not None
@@ -281,7 +281,7 @@ def _life(lived: history.History) -> record.Life:
 
 
 def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Life:
-    """Return marches one after another as one."""
+    """Return integrations one after another as one."""
     if len(lives) == 1:
         return lives[0]
     end = np.cumsum([0.0, *(float(life.accumulated_error[-1]) for life in lives[:-1])])

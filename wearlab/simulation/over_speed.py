@@ -75,8 +75,8 @@ def _described(wanted: modes.OverSpeed, point: Point) -> Values:
     where, when = parts.look(0, phases), vibration.look(phases)
     motion = Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
-    touching = parts.coupling.touching(wanted.state)
-    force = mesh_forces.mesh_forces(vibration.system, 0, touching[0], where, motion, vibration.period).elastic
+    kinds = parts.coupling.flanks_of(wanted.state)
+    force = mesh_forces.mesh_forces(vibration.system, 0, kinds[0], where, motion, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
     poincare = _strobed(vibration, point)

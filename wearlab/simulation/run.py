@@ -116,7 +116,7 @@ def _dataset(
         values["attractor"] = vibrating.attractor(lived)
     values |= trust.trust_values(reached, lived, estimates, others, calibration, inherited)
     values["model_error"] = label.diagnosed(
-        "model error", partial(trust.departures, scene, first), "", failures
+        "model error", partial(trust.model_errors, scene, first), "", failures
     )
     values |= calibrated_values(calibration)
     rating: Values = label.diagnosed("rating", partial(rated, scene, first), {}, failures)

@@ -170,7 +170,7 @@ def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
 
 TABLE = "tests/validation/defaults_table.py"
 SHARE_OFF, ERROR_OFF, FORCE_OFF = 0.027, 0.007, 0.08
-"""Largest departures of the defaults from elements: of the share of a pair, of the mean static transmission
+"""Largest model errors of the defaults from elements: of the share of a pair, of the mean static transmission
 error, of the largest vibrating mesh force [1]."""
 EXTENDED = (
     f"onset of contact: pairs carry within {100 * SHARE_OFF:.2g} % of the load of what elements alone give "
@@ -191,8 +191,8 @@ OVER_FACE = "load over the face: every tooth alike, isothermal; bodies of the ge
 """What is known of the load of flanks with a width, before what their coupling leaves out."""
 
 
-def departures(scene: Scene, parts: Parts) -> str:
-    """Return the known departures of a scene's models with size and source, one a line."""
+def model_errors(scene: Scene, parts: Parts) -> str:
+    """Return the known model errors of a scene's models with size and source, one a line."""
     return "\n".join(dict.fromkeys(_lines(scene, parts)))
 
 
@@ -201,16 +201,16 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
     for section, part in sections.items():
         mesh = scene.mesh.of(section)
         name = " and ".join(gear.name for gear in part.pair.gears)
-        stiffness = f"stiffness: {mesh.stiffness.departure}"
+        stiffness = f"stiffness: {mesh.stiffness.model_error}"
         yield f"{name}, {stiffness}" if len(sections) > 1 else stiffness
         if mesh.excitation.by_pairs:
             yield EXTENDED if mesh.extended_contact else JUMP
         else:
             yield SERIES
-        if mesh.contact.departure and scene.wear is not None:
-            yield f"gaps: {mesh.contact.departure}"
+        if mesh.contact.model_error and scene.wear is not None:
+            yield f"gaps: {mesh.contact.model_error}"
     if scene.wear is not None and scene.wear.coefficient is not None:
-        told = getattr(scene.wear.coefficient, "departure", CoefficientModel.departure)
+        told = getattr(scene.wear.coefficient, "model_error", CoefficientModel.model_error)
         yield f"wear coefficient: {told}"
     if parts.face is None:
         yield EVERYWHERE
@@ -220,7 +220,7 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
 
 def _coupling(scene: Scene, contact: FaceContact) -> str:
     """Return what the coupling along the face leaves out, and how it yields beside plane elements."""
-    told = face_coupling(scene.mesh).departure
+    told = face_coupling(scene.mesh).model_error
     if contact.solid is None:
         return told
     softer = 100.0 * (contact.solid.even / contact.section.body - 1.0)

@@ -75,7 +75,7 @@ def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
     where = lookup(fine, phases, segment)
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
-    depths = np.empty((len(values), len(rough.touching)))
+    depths = np.empty((len(values), len(rough.contact_position)))
     for row, removed in zip(depths, fine.beyond(values), strict=True):
         at_phases = np.empty(pairs.shape)
         interpolate(fine.first, where, np.ascontiguousarray(removed), 0.0, at_phases)
@@ -95,7 +95,7 @@ def rougher(
     if not is_periodic(state):
         return None
     start = responses
-    if before is not None and _touch_all_along(responses) and _touch_all_along(before.state.responses):
+    if before is not None and _permanent_contact(responses) and _permanent_contact(before.state.responses):
         start = before.state.responses
     try:
         wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
@@ -112,7 +112,7 @@ def rougher(
     return Rougher(cycle, flat, rate, flank_of_nodes(rough), rough, again, between=between)
 
 
-def _touch_all_along(responses: vibration.Responses) -> bool:
+def _permanent_contact(responses: vibration.Responses) -> bool:
     """Whether one pass was exact: no flank parted."""
     return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 

@@ -62,9 +62,9 @@ def _response_values(
     when = vibration.look(parts.phase)
     motions = vibration.motions(response, when)
     position, velocity = vibration.coordinates(response, when)
-    touching = parts.coupling.touching(state)
+    kinds = parts.coupling.flanks_of(state)
     meshes = [
-        _mesh_response(parts, vibration, touching, mesh, _of_mesh(motions, mesh))
+        _mesh_response(parts, vibration, kinds, mesh, _of_mesh(motions, mesh))
         for mesh in range(len(parts.meshes))
     ]
     pairs = max((each_mesh["pair_force"].shape[0] for each_mesh in meshes if parts.face is None), default=0)
@@ -78,7 +78,7 @@ def _response_values(
     values["dynamic_transmission_error"] = np.moveaxis(transmission, 1, 0)
     values["dte_harmonics"] = np.stack([own.amplitude for own in series])
     values["dte_rms"] = [own.rms for own in series]
-    means = [mean_moments(parts, vibration, touching, kind, response) for kind in range(len(touching))]
+    means = [mean_moments(parts, vibration, kinds, kind, response) for kind in range(len(kinds))]
     if parts.gears.shares:
         of_kinds = zip(parts.gears.kinds, means, strict=True)
         values["mesh_load_factor"] = np.concatenate(
@@ -89,7 +89,7 @@ def _response_values(
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
         "residual_mean_force": mesh_forces.mean_force_residual(
-            parts.gears.kinds, [mine.analysis.load for mine in touching], means, parts.friction is not None
+            parts.gears.kinds, [mine.analysis.load for mine in kinds], means, parts.friction is not None
         ),
         "residual_orbit": response.residual,
         **energy_values(parts, vibration, response),
@@ -114,10 +114,10 @@ def phase_forces(parts: Parts, state: state.WearState, response: Response) -> Ar
     vibration = parts.vibration
     assert vibration is not None
     motions = vibration.motions(response, vibration.look(parts.phase))
-    touching = parts.coupling.touching(state)
+    kinds = parts.coupling.flanks_of(state)
     each = [
         mesh_forces.mesh_forces(
-            vibration.system, mesh, touching[own.kind], parts.look(mesh, parts.phase),
+            vibration.system, mesh, kinds[own.kind], parts.look(mesh, parts.phase),
             _of_mesh(motions, mesh), vibration.period,
         ).elastic
         for mesh, own in enumerate(parts.meshes)
@@ -133,13 +133,13 @@ def _of_mesh(motions: force.Deflections, mesh: int) -> force.Deflections:
 def _mesh_response(
     parts: Parts,
     vibration: vibration.Vibration,
-    touching: list[excitation.Touching],
+    kinds: list[excitation.MeshFlanks],
     mesh: int,
     motion: force.Deflections,
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
-    mine = touching[own_mesh.kind]
+    mine = kinds[own_mesh.kind]
     forces = mesh_forces.mesh_forces(vibration.system, mesh, mine, where, motion, vibration.period)
     deflection, rate = motion
     values = {
@@ -183,12 +183,12 @@ def extreme_values(parts: Parts, response: Response) -> Values:
 def mean_moments(
     parts: Parts,
     vibration: vibration.Vibration,
-    touching: list[excitation.Touching],
+    kinds: list[excitation.MeshFlanks],
     kind: int,
     response: Response,
 ) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
-    mine, grid = touching[kind], vibration.sampling.grid
+    mine, grid = kinds[kind], vibration.sampling.grid
     phase, segment, weight = mesh_forces.within_steps(grid)
     middle = grid.start + 0.5 * grid.width
     motions = vibration.motions(response, clock.Instants(phase, segment))

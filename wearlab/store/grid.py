@@ -105,7 +105,7 @@ def open_grid(
     reasons = ["" if run is None else outcome.last_line(run.reason) for run in cases]
     variables = _states(campaign, axes, grid, points, status, reasons)
     coordinates = _axis_coordinates(campaign, axes)
-    if words := _base_words(campaign, scenes):
+    if words := _base_text(campaign, scenes):
         coordinates["case"][2]["base"] = words
     if "case" in axes and campaign.axes:
         coordinates["computed"] = _computed(
@@ -145,7 +145,7 @@ def named_runs(campaign: "Campaign") -> list[str]:
     return list({case.label: case.id for case in reversed(campaign.cases)}.values())
 
 
-def _base_words(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
+def _base_text(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
     """Return what the base is beside the other cases: what it has for what they change, or what is swept.
 
     Cases that change little come first; those that change too much to be told are left out.
@@ -407,19 +407,19 @@ def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Va
     for axis in campaign.axes:
         for name, values in _along(axis).items():
             units = {} if not values.units else {"units": values.units}
-            told = {"long_name": words_of_key(values.key or name), **units, "key": values.key}
+            told = {"long_name": key_text(values.key or name), **units, "key": values.key}
             coordinates[name] = (axis.name, list(values.values), told)
     if "case" in axes:
         coordinates["case"] = ("case", axes["case"], {"long_name": "case"})
     return coordinates
 
 
-def words_of_key(key: str) -> str:
+def key_text(key: str) -> str:
     """Return what stands under a key in words: its last word, and what it is of where that says too little.
 
     Examples
     --------
-    >>> words_of_key("operation.speed"), words_of_key("wear.coefficient.value")
+    >>> key_text("operation.speed"), key_text("wear.coefficient.value")
     ('speed', 'wear coefficient')
     """
     words = key.split(".")

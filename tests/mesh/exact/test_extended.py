@@ -38,18 +38,18 @@ def reach_of(pair, share=0.3):
 def test_the_grid_reaches_beyond_and_keeps_its_flank(make, name):
     pair = make.pairs[name]
     plain, grid = profile_grid(pair, 151), profile_grid(pair, 151, extension=reach_of(pair))
-    assert grid.touching[0] == pytest.approx(pair.path.A - 0.3 * pair.base_pitch)
-    assert grid.touching[-1] == pytest.approx(pair.path.E + 0.3 * pair.base_pitch)
+    assert grid.contact_position[0] == pytest.approx(pair.path.A - 0.3 * pair.base_pitch)
+    assert grid.contact_position[-1] == pytest.approx(pair.path.E + 0.3 * pair.base_pitch)
     assert grid.position[[0, -1]] == pytest.approx([pair.path.A, pair.path.E])
-    np.testing.assert_array_equal(grid.touching[grid.on_flank], grid.position)
+    np.testing.assert_array_equal(grid.contact_position[grid.on_flank], grid.position)
     assert np.sum(grid.weight) == pytest.approx(np.sum(plain.weight))
     phases, _ = grid.phase_nodes
     for phase, nodes in zip(phases, grid.pairs_at_phase_nodes, strict=True):
         for number, node in zip(grid.pair_numbers, nodes, strict=True):
             if node >= 0:
                 where = pair.path.A + (phase + number) * pair.base_pitch
-                assert grid.touching[node] == pytest.approx(where, abs=1e-12)
-    assert plain.touching is plain.position or len(plain.touching) == len(plain.position)
+                assert grid.contact_position[node] == pytest.approx(where, abs=1e-12)
+    assert plain.contact_position is plain.position or len(plain.contact_position) == len(plain.position)
 
 
 @pytest.mark.parametrize("gaps", [ExactGaps, DisplacementBeyond])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from exact_extension import Deflections, extension
 
-from wearlab.mesh.corners import FoldedFlank, reach_beyond
+from wearlab.mesh.corners import OverhangingFlank, reach_beyond
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.profile import profile_grid
 
@@ -39,5 +39,5 @@ def test_a_flank_that_overhangs_is_refused(make):
     grid = profile_grid(pair, 151)
     depth = np.zeros((2, len(grid.position)))
     depth[0, 40:] = 1e-3  # a step down over one interval, steeper than it is long
-    with pytest.raises(FoldedFlank):
+    with pytest.raises(OverhangingFlank):
         reach_beyond(pair, grid.position, depth, (1e-5, 1e-5))

@@ -208,7 +208,7 @@ def test_algorithm_1_converges_in_first_order_to_the_exact_relation(make):
 def test_algorithm_1_serves_every_kind_of_pair(make, name):
     flanks = make.flanks_of(make.pairs[name])
     h = make.smooth_wear(flanks, 20e-6)
-    middle = np.abs(flanks.grid.touching) < 0.004
+    middle = np.abs(flanks.grid.contact_position) < 0.004
     exact, searched = ExactGaps(flanks).at(h)[middle], AlgorithmOneGaps(flanks, 901).at(h)[middle]
     step = (flanks.pair.path.E - flanks.pair.path.A) / 900
     assert np.abs(searched - exact).max() < step

@@ -38,14 +38,14 @@ def width_of(overlap, degrees):
 @pytest.mark.parametrize(("degrees", "overlap"), [(12.0, 0.7), (12.0, 1.0), (25.0, 5.0), (1.0, 0.02)])
 def test_every_node_of_every_slice_is_met_exactly_once(degrees, overlap):
     face, *_ = face_of(degrees, width_of(overlap, degrees))
-    count = np.zeros((len(face.position), len(face.profile.touching)), int)
+    count = np.zeros((len(face.position), len(face.profile.contact_position)), int)
     phase, line, where = np.nonzero(face.node >= 0)
     np.add.at(count, (where, face.node[phase, line, where]), 1)
     assert (count == 1).all()
     assert face.width.sum() == pytest.approx(width_of(overlap, degrees), rel=1e-12)
     assert (np.diff(face.position) > 0.0).all()
     load = np.where(face.node >= 0, face.node, 0).astype(float)
-    assert (face.at_nodes(load) == np.arange(len(face.profile.touching))).all()
+    assert (face.at_nodes(load) == np.arange(len(face.profile.contact_position))).all()
 
 
 def test_a_line_runs_along_the_face_as_the_base_helix_does():
@@ -54,7 +54,7 @@ def test_a_line_runs_along_the_face_as_the_base_helix_does():
     line = face.node[10].max(axis=0) >= 0
     where = np.flatnonzero(face.node[10, 1] >= 0)
     assert line.any() and len(where) > 5
-    s = face.profile.touching[face.node[10, 1, where]]
+    s = face.profile.contact_position[face.node[10, 1, where]]
     slope = np.diff(s[1:-1]) / np.diff(face.position[where][1:-1])
     assert slope == pytest.approx(np.full(len(slope), -math.tan(turned.base_angle)), rel=1e-9)
     assert step * nodes_per_pitch(pair.contact_ratio, 101) == pytest.approx(pair.base_pitch)

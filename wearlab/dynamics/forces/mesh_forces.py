@@ -15,7 +15,7 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, accelerations, coordinates_at, step_of
 from wearlab.dynamics.system import System
 from wearlab.gears.gear import GearPair
-from wearlab.mesh.excitation import Touching
+from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.force import Dashpot, Deflections, NormalForces, flank_forces
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import Lookup, interpolate
@@ -23,7 +23,7 @@ from wearlab.mesh.stages import StageGrid, parabola
 
 
 def mesh_forces(
-    system: System, mesh: int, flanks: Touching, where: Lookup, motion: Deflections, period: float
+    system: System, mesh: int, flanks: MeshFlanks, where: Lookup, motion: Deflections, period: float
 ) -> NormalForces:
     """Return the forces of a mesh, (n_periods, n[, n_pairs]).
 
@@ -47,7 +47,7 @@ def dashpot_of_mesh(system: System, mesh: int) -> Dashpot:
     return Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash, law)
 
 
-def friction_force(forces: NormalForces, flanks: Touching, where: Lookup, coefficient: float) -> Array:
+def friction_force(forces: NormalForces, flanks: MeshFlanks, where: Lookup, coefficient: float) -> Array:
     """Return ``Σ_j Λμ N_j`` on the driving flank, positive in recess, (n_periods, n) [N].
 
     Parameters
@@ -64,7 +64,7 @@ def friction_force(forces: NormalForces, flanks: Touching, where: Lookup, coeffi
 
 
 def moments(
-    forces: NormalForces, flanks: Touching, pair: GearPair, where: Lookup, coefficient: float | None
+    forces: NormalForces, flanks: MeshFlanks, pair: GearPair, where: Lookup, coefficient: float | None
 ) -> Array:
     """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
 
@@ -86,7 +86,7 @@ def moments(
         return np.stack([plain, plain])
     grid = flanks.analysis.grid
     s = np.zeros(forces.pair.shape[1:])
-    interpolate(grid.first, where, grid.touching, 0.0, s)
+    interpolate(grid.first, where, grid.contact_position, 0.0, s)
     rubs = coefficient * grid.sliding_sense[where.segment]
     of_gears = []
     for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from wearlab.dynamics.system import System
     from wearlab.mesh.gear_set import GearSet
 
-METHOD = "how the steady response is found; periodic is shooting, the others march as the papers do"
+METHOD = "how the steady response is found; periodic is shooting, the others integrate as the papers do"
 Method = Literal["periodic", "rk4", "rk45", "newmark"]
 
 
@@ -50,7 +50,7 @@ class ResponseOverSpeed(Part):
     direction: Literal["up", "down", "both"] = option(
         "both", "whether the speed rises, falls, or rises and then falls"
     )
-    transient: Annotated[Count, POSITIVE] = option(200, "mesh periods marched at a speed before it counts")
+    transient: Annotated[Count, POSITIVE] = option(200, "mesh periods integrated at a speed before it counts")
     strobe: Annotated[Count, POSITIVE] = option(64, "mesh periods whose strobed states are kept")
 
     @property
@@ -94,7 +94,7 @@ class DynamicModel(Variant):
 
     @property
     def follows_orbits(self) -> bool:
-        """Whether the steady response is found as an orbit, not marched to."""
+        """Whether the steady response is found as an orbit, not by integration until steady."""
         return self.method == "periodic"
 
     @property

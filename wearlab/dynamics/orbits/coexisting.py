@@ -102,7 +102,7 @@ def coexisting(
     starts, wanted = 0, tries.releases
     try:
         rival = None if tries.near is None else hunt.like(tries.near)
-        states = releases(response, hunt.home.deflection, tries.first)
+        states = releases(response, hunt.attractor.deflection, tries.first)
         while rival is None and starts < wanted:
             before = hunt.maps
             rival = hunt.attractor(next(states))
@@ -119,7 +119,7 @@ class _Hunt(Shooting):
 
     def __init__(self, response: Response, method: Periodic, most: int) -> None:
         super().__init__(response.system, response.tables, response.mesh_period)
-        self.home, self.method, self.most = Home(response, self.rate), method, most
+        self.attractor, self.method, self.most = Attractor(response, self.rate), method, most
         self.patience = sum(method.transients(self))
 
     @property
@@ -152,14 +152,14 @@ class _Hunt(Shooting):
             self.balance.size[:] = 0.0  # integration moves the loads that keep a free set at its speed
         done, look = 0, LONG
         while done < self.patience:
-            away = self.home.away(state)
+            away = self.attractor.away(state)
             if not away > 1.0:  # back, or beyond all bounds
                 return None
             if done >= look:
                 look *= 2
                 if (rival := self._led_to(state)) is not None:
                     return rival
-            block = int(np.clip(np.ceil(self.home.periods_to(away)), 1, BLOCK))
+            block = int(np.clip(np.ceil(self.attractor.periods_to(away)), 1, BLOCK))
             self.integrate(state, block)
             done += block
         return self._settled(state)
@@ -176,17 +176,21 @@ class _Hunt(Shooting):
     def _beside(self, periods: int, state: Array) -> Response | None:
         """Return the other orbit near ``state`` (2n,), None where none attracts."""
         orbit = self.shoot(periods, state.copy(), most=PASSES)
-        if orbit is None or orbit.largest >= 1.0 - self.method.margin or self.home.is_at(orbit.state[0, 0]):
+        if (
+            orbit is None
+            or orbit.largest >= 1.0 - self.method.margin
+            or self.attractor.is_at(orbit.state[0, 0])
+        ):
             return None
         return self._periodic(orbit) if self._attracts(orbit) else None
 
     def _attracts(self, orbit: Orbit) -> bool:
         """Whether a motion pushed off an orbit stays near it."""
         pushed, n = orbit.state[0, 0].copy(), self.rows // 2
-        pushed[:n] += PUSHED * self.home.deflection * np.sign(self.system.direction.sum(axis=0))
+        pushed[:n] += PUSHED * self.attractor.deflection * np.sign(self.system.direction.sum(axis=0))
         count = WATCHED // orbit.periods + 1
         strobe, _ = self.integrate(pushed, count * orbit.periods)
-        limit = 10.0 * PUSHED * self.home.deflection
+        limit = 10.0 * PUSHED * self.attractor.deflection
         return self.distance(strobe[-1], orbit.state[0, 0]) <= limit
 
     def _settled(self, state: Array) -> Response | None:
@@ -196,8 +200,8 @@ class _Hunt(Shooting):
         for periods in periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
-                return None if self.home.is_at(orbit.state[0, 0]) else self._periodic(orbit)
-        return None if self.home.is_at(strobe[-1]) else self.aperiodic(path, 0.0)
+                return None if self.attractor.is_at(orbit.state[0, 0]) else self._periodic(orbit)
+        return None if self.attractor.is_at(strobe[-1]) else self.aperiodic(path, 0.0)
 
     def _periodic(self, orbit: Orbit) -> Response:
         attracting = orbit.largest < 1.0 - self.method.margin
@@ -264,7 +268,7 @@ KEPT = 0.5
 touch, the motion is that of a linear system, and nothing but the response attracts it."""
 
 
-class Home:
+class Attractor:
     """A response to which released flanks may return, by its states once a mesh period.
 
     Parameters
@@ -284,7 +288,7 @@ class Home:
         largest = float(abs(response.multipliers[0])) ** (1.0 / response.period)
         self.decay = -np.log(largest) if 0.0 < largest < 1.0 else 0.0
         least = step_forces(response).elastic.min(axis=(0, 1, 2)) / response.tables.mean_stiffness
-        self.touching = bool(least.min() > 0.0)
+        self.permanent_contact = bool(least.min() > 0.0)
         self.spare = max(KEPT * float(least.min()), NEAR * self.deflection)
         self._see_modes(response)
 
@@ -310,7 +314,7 @@ class Home:
 
     def away(self, state: Array) -> float:
         """Return how many times farther a strobed state is than where it is as good as back [1]."""
-        return self._swing(state) / self.spare if self.touching else self.distance(state) / NEAR
+        return self._swing(state) / self.spare if self.permanent_contact else self.distance(state) / NEAR
 
     def _swing(self, state: Array) -> float:
         """Return the amplitude of the deflection that the state adds, all modes in phase [m]."""

@@ -134,15 +134,15 @@ class Verdict(NamedTuple):
     converged: bool
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def deviations(self) -> tuple[str, ...]:
         """The verdict in words: what deviates from a unique, attracting periodic orbit; () when nothing."""
-        words = {
+        found = {
             "aperiodic": not self.periodic,
             "not attracting": self.attracting is False,
             "non-unique": not self.unique,
             "not converged": not self.converged,
         }
-        return tuple(word for word, holds in words.items() if holds)
+        return tuple(word for word, holds in found.items() if holds)
 
 
 ATTRACTING, NEUTRAL = Verdict(True, True, True, True), Verdict(True, False, True, True)

@@ -66,7 +66,7 @@ def exchange(balance: Any, start: Any) -> None:
     """Let the sizes of the unknown loads and the coordinates held change places in ``start``."""
     for row in range(len(balance.held)):
         at = balance.held[row]
-        balance.home[row] = start[at]
+        balance.position[row] = start[at]
         start[at] = balance.size[row]
 
 
@@ -76,16 +76,16 @@ def restore(balance: Any, start: Any) -> None:
     for row in range(len(balance.held)):
         at = balance.held[row]
         balance.size[row] = start[at]
-        start[at] = balance.home[row]
+        start[at] = balance.position[row]
 
 
 @jit_inner
 def set_balance(balance: Any, states: Any, start: Any, w: int) -> None:
-    """Hold the coordinates at home and set the loads; the tangent by a load starts from rest."""
+    """Hold the coordinates in place and set the loads; the tangent by a load starts from rest."""
     for row in range(len(balance.held)):
         at = balance.held[row]
         balance.size[row] = start[at]
-        states[at * w] = balance.home[row]
+        states[at * w] = balance.position[row]
         if w > at + 1:
             states[at * w + at + 1] = 0.0
 
@@ -108,7 +108,7 @@ def read_balance(balance: Any, states: Any, at_end: int, w: int, matrix: Any, st
     for row in range(len(balance.held)):
         at = balance.held[row]
         matrix[at, at] -= 1.0
-        step[at] = states[at_end + at * w] - balance.home[row]
+        step[at] = states[at_end + at * w] - balance.position[row]
 
 
 @jit_inner

@@ -376,7 +376,7 @@ def channel_force(mesh: Any, force: Any, channels: int, c: int, place: float, sp
 
 
 @jit_inner
-def touch_anew(
+def renew_contact(
     kernel: Any, tables: Any, step: int, x: float, period: float, m: int, p: int, state: Any, s: Any
 ) -> None:
     """Let a spring of mesh ``m`` begin or cease to touch at fraction ``x``; move the tangents.
@@ -467,7 +467,7 @@ def step_with_changes(
         changes += 1
         a += u * (end - a)
         if f <= pairs:
-            touch_anew(kernel, tables, step, a, period, m, f, state, s)
+            renew_contact(kernel, tables, step, a, period, m, f, state, s)
         else:
             p = f - pairs - 1
             s.pushes[m, p] = not s.pushes[m, p]

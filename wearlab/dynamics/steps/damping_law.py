@@ -26,7 +26,7 @@ from wearlab.dynamics.steps.mesh_law import (
     within,
 )
 from wearlab.dynamics.steps.one_step import fill_load, step_of
-from wearlab.mesh.damping import apart_force, touching_force
+from wearlab.mesh.damping import apart_force, contact_force
 
 ROUNDS = 4
 """Most corrections of a motion within a step."""
@@ -69,13 +69,13 @@ def tangents_of_flanks(
         if touches:
             part = law[p, 1]
             force = law[p, 0] * place - law[p, 2] + part * (speed - approach)
-            normal, k, b = touching_force(damping, m, force, law[p, 0], part, approach)
+            normal, k, b = contact_force(damping, m, force, law[p, 0], part, approach)
         else:
             normal, k, b = apart_force(damping, m, clearance, approach)
         law[p, 0], law[p, 1], law[p, 2] = k, b, k * place + b * speed - normal
     if s.touch[m, pairs]:
         every = -law[pairs, 0]
-        normal, k, b = touching_force(damping, m, -every * behind, every, -law[pairs, 1], -rate)
+        normal, k, b = contact_force(damping, m, -every * behind, every, -law[pairs, 1], -rate)
         law[pairs, 0], law[pairs, 1], law[pairs, 2] = -k, -b, -k * place - b * speed - normal
     elif behind < np.inf and lead >= 0:
         normal, k, b = apart_force(damping, m, behind, -rate)

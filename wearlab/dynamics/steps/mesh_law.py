@@ -67,7 +67,9 @@ def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride:
 
 
 @jit_inner(counted=False)
-def see_touch(meshes: Any, tables: Any, step: int, stage: int, m: int, deflection: float, touch: Any) -> None:
+def note_contact(
+    meshes: Any, tables: Any, step: int, stage: int, m: int, deflection: float, touch: Any
+) -> None:
     """Set which springs of mesh ``m`` touch, from its ``deflection`` at a stage of the step."""
     pairs = len(meshes.pairs)
     for p in range(pairs):
@@ -239,7 +241,7 @@ def see_start(
     d = kernel.structure.direction
     for m in range(len(meshes.damping)):
         place = row_product(d, m, n, states, i, w)
-        see_touch(meshes, tables, step, START, m, place - tables.error[step, 0, m], s.touch)
+        note_contact(meshes, tables, step, START, m, place - tables.error[step, 0, m], s.touch)
     flank_law(meshes, tables, step, 0.0, 1.0, period, s, law, rub)
     for m in range(len(meshes.damping)):
         place = row_product(d, m, n, states, i, w)

@@ -89,29 +89,29 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
     return series
 
 
-def _states(run: Run, ask: Ask, name: str, by: str, labels: dict[str, Label], words: str) -> Iterator[Series]:
+def _states(run: Run, ask: Ask, name: str, by: str, labels: dict[str, Label], label: str) -> Iterator[Series]:
     for piece in slices(run, name, ask, "update"):
-        yield _line(run, ask, piece._replace(key={**piece.key, **labels}), by, words)
+        yield _line(run, ask, piece._replace(key={**piece.key, **labels}), by, label)
 
 
-def _line(run: Run, ask: Ask, piece: Slice, by: str, words: str) -> Series:
+def _line(run: Run, ask: Ask, piece: Slice, by: str, label: str) -> Series:
     x, across = companion(run, ask.x or by, dict(piece.place), ask)
     if x.ndim > 1:  # the flank that is worn most
         x = x.max(axis=1)
     held = np.isfinite(x) & np.isfinite(piece.values)
-    up = Scale(words, piece.scale.units)
+    up = Scale(label, piece.scale.units)
     return Series(piece.key, x[held], piece.values[held], across, up, "line-points")
 
 
 ROLES: tuple[tuple[Role, str], ...] = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))
 
 
-def _over_wear(prefix: str, subject: str, title: str, words: str) -> Kind:
+def _over_wear(prefix: str, subject: str, title: str, label: str) -> Kind:
     return kind(
         f"{prefix}-harmonics", f"{title} and its harmonics over wear",
         (f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"), ("update",), roles=ROLES,
         also=(f"{prefix}_mean",),
-        shows=f"mean, RMS and first three harmonics of the {words} over the largest wear depth",
+        shows=f"mean, RMS and first three harmonics of the {label} over the largest wear depth",
     )(_of(prefix, subject, "max_wear_depth"))  # fmt: skip
 
 

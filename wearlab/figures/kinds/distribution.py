@@ -178,7 +178,7 @@ def _probabilities(series: list[plot.Series]) -> list[plot.Series]:
 
 
 def _logarithm(scale: plot.Scale) -> plot.Scale:
-    return plot.Scale(f"log₁₀ of {scale.words}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
+    return plot.Scale(f"log₁₀ of {scale.label}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
 
 
 def _over_life(run: runs.Run, ask: Ask) -> Iterator[plot.Series]:

@@ -55,7 +55,7 @@ def _curves(run: runs.Run, name: str, ask: Ask) -> Iterator[plot.Series]:
 def _over_sweep(run: runs.Run, name: str, ask: Ask, axis: str) -> Iterator[plot.Series]:
     """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
     x, own = run.abscissa(axis)
-    across = plot.Scale(run.words.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
+    across = plot.Scale(run.labels.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
     for piece in slices(thinned(run), name, ask):
         y = np.atleast_1d(piece.values)
         point = plot.Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)

@@ -168,7 +168,7 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
     once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
     if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
         at, own = run.abscissa(ask.x)
-        across = Scale(run.words.get(ask.x, ask.x.replace("_", " ")), run.units.get(ask.x, "1"))
+        across = Scale(run.labels.get(ask.x, ask.x.replace("_", " ")), run.units.get(ask.x, "1"))
         for piece in slices(thinned(run), name, ask, once):
             y = piece.values[np.isfinite(piece.values)]
             x = np.full(len(y), own if own is not None else at)
@@ -221,7 +221,7 @@ def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
         every = max(1, -(-len(places) // SPECTRA))
         gap = float(np.ptp(places)) / max(len(places) - 1, 1) * every or 1.0
         most = float(np.nanmax(piece.values[:, seen])) or 1.0
-        above = SPEED if along == "response_speed" else up.words
+        above = SPEED if along == "response_speed" else up.label
         words = f"{above}; highest peak {most:.3g} {typeset(piece.scale.units)}".rstrip()
         drawn = range(0, len(places), every)
         said = f"{len(drawn)} of {len(places)} {WHAT[along]} are drawn; select.{along} names others."

@@ -116,7 +116,7 @@ def _abscissa(run: runs.Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, floa
         raise FigureError(f"{ask.name}: x must name an axis or a result; {choices('', run.data.data_vars)}")
     if name in run.place or name in run.beside:
         x, own = run.abscissa(name)
-        scale = Scale(run.words.get(name, name.replace("_", " ")), run.units.get(name, "1"))
+        scale = Scale(run.labels.get(name, name.replace("_", " ")), run.units.get(name, "1"))
         return np.array([x]), scale, own
     if name not in run.data.variables:
         raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
@@ -156,7 +156,7 @@ def _polyline(run: runs.Run, ask: Ask) -> Iterator[Series]:
             continue
         values = np.array([*(float(run.along(name).value) for name in names), float(result[0])])
         marks = [Mark(float(at), _head(run, name)) for at, name in enumerate(names)]
-        marks.append(Mark(float(len(names)), f"{piece.scale.words}|{piece.scale.units}"))
+        marks.append(Mark(float(len(names)), f"{piece.scale.label}|{piece.scale.units}"))
         key = {n: label for n, label in piece.key.items() if n not in run.place}
         colour = wording.Label(
             float(result[0]), f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
@@ -167,7 +167,7 @@ def _polyline(run: runs.Run, ask: Ask) -> Iterator[Series]:
 
 
 def _head(run: runs.Run, name: str) -> str:
-    return f"{run.words.get(name, name.replace('_', ' '))}|{run.units.get(name, '1')}"
+    return f"{run.labels.get(name, name.replace('_', ' '))}|{run.units.get(name, '1')}"
 
 
 def _ranged(series: list[Series]) -> list[Series]:
@@ -221,7 +221,7 @@ def _case(run: runs.Run, ask: Ask) -> Iterator[Series]:
     what = what if between else "" if label == runs.BASE else label
     # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
     everything = {**run.place, **run.beside}
-    axes = {} if what else {run.words.get(n, n): x.value for n, x in everything.items() if n != "case"}
+    axes = {} if what else {run.labels.get(n, n): x.value for n, x in everything.items() if n != "case"}
     key = {"influence": wording.Label(what, what)}
     yield Dependence(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points", places=axes)
 

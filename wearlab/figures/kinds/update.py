@@ -161,11 +161,11 @@ def logs(values: xr.DataArray) -> tuple[Array, plot.Scale]:
     scale = convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
     told = f" in {wording.typeset(shown)}" if shown not in ("1", "") else ""
     return np.log10(np.maximum(scale * held, 1e-300)), plot.Scale(
-        f"log₁₀ of {words(str(values.name))}{told}", "1"
+        f"log₁₀ of {spelled(str(values.name))}{told}", "1"
     )
 
 
-def words(name: str) -> str:
+def spelled(name: str) -> str:
     """Return a variable's name as words."""
     return name.replace("_", " ")
 
@@ -189,7 +189,7 @@ def marginals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
                 continue
             x, y = density(values)
             y = y / y.max()
-            key = {**update.key, "variable": wording.Label(name, words(name))}
+            key = {**update.key, "variable": wording.Label(name, spelled(name))}
             if look == "line":
                 outline = np.concatenate([x, x[::-1]]), np.concatenate([y, np.zeros_like(y)])
                 yield plot.Series(key, *outline, across, DENSITY, "area")
@@ -207,7 +207,7 @@ def pairs(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     names = names if len(names) > 1 else ["factor", "life"]
     for a, b in combinations(names, 2):
         (x, across), (y, up) = logs(data[a]), logs(data[b])
-        key = {**update.key, "variable": wording.Label(f"{a}, {b}", f"{words(a)}, {words(b)}")}
+        key = {**update.key, "variable": wording.Label(f"{a}, {b}", f"{spelled(a)}, {spelled(b)}")}
         yield plot.Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
 
 
@@ -219,8 +219,8 @@ def residuals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
         x, y = _left_over(update, name)
-        key = {**update.key, "variable": wording.Label(name, words(name))}
-        up = plot.Scale(f"{words(name)}: what is left over, in standard deviations", "1")
+        key = {**update.key, "variable": wording.Label(name, spelled(name))}
+        up = plot.Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
         yield plot.Series(key, x, y, CYCLES, up, "points")
         for level in (-2.0, 0.0, 2.0):
             ends = np.array([0.0, float(x.max(initial=1.0))])

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from wearlab.arrays import Array
     from wearlab.life.load import Forces, Load
     from wearlab.mesh.contact import Quasistatic
-    from wearlab.mesh.excitation import Touching
+    from wearlab.mesh.excitation import MeshFlanks
 
 
 class LoadModel(Variant):
@@ -19,7 +19,7 @@ class LoadModel(Variant):
     line.
     """
 
-    slot: ClassVar[Slot] = Slot("wear.load", __name__, words=True)
+    slot: ClassVar[Slot] = Slot("wear.load", __name__, by_name=True)
     moving: ClassVar[bool] = True
     needs_slope: ClassVar[bool] = False
 
@@ -34,6 +34,6 @@ class LoadModel(Variant):
         """Return which force wears the flanks; ``wohler_slope`` is that of ``[wear]`` [1]."""
         return self
 
-    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "MeshFlanks", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, as `wearlab.life.load.Load` does [N]."""
         raise NotImplementedError(f"{type(self).__name__} has neither build nor at_nodes")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from wearlab.arrays import Array
     from wearlab.life.load import Forces
     from wearlab.mesh.contact import Quasistatic
-    from wearlab.mesh.excitation import Touching
+    from wearlab.mesh.excitation import MeshFlanks
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Equivalent:
 
     wohler_slope: float
 
-    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "MeshFlanks", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, (1, n) [N]."""
         from wearlab.life.load import equivalent_force
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from wearlab.arrays import Array
     from wearlab.life.load import Forces
     from wearlab.mesh.contact import Quasistatic
-    from wearlab.mesh.excitation import Touching
+    from wearlab.mesh.excitation import MeshFlanks
 
 
 class InstantLoad(LoadModel):
@@ -19,6 +19,6 @@ class InstantLoad(LoadModel):
 
     model: Literal["instant"] = option("instant", "when the point is in contact", source="L16")
 
-    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "MeshFlanks", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, (n_rows, n) [N]."""
         return np.stack([flanks.analysis.force_at_nodes(pair) for pair in force.pair])

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from wearlab.arrays import Array
     from wearlab.life.load import Forces
     from wearlab.mesh.contact import Quasistatic
-    from wearlab.mesh.excitation import Touching
+    from wearlab.mesh.excitation import MeshFlanks
 
 
 class StaticLoad(LoadModel):
@@ -24,6 +24,6 @@ class StaticLoad(LoadModel):
         """Ask nothing."""
         return iter(())
 
-    def at_nodes(self, flanks: "Touching", static: "Quasistatic", force: "Forces") -> "Array":
+    def at_nodes(self, flanks: "MeshFlanks", static: "Quasistatic", force: "Forces") -> "Array":
         """Return the force on a pair at every node, (1, n) [N]."""
         return flanks.analysis.force_at_nodes(static.force)[None]

@@ -17,7 +17,7 @@ class ContactModel(Variant):
 
     slot: ClassVar[Slot] = Slot("mesh.contact", __name__)
     tip_corners: ClassVar[bool] = True
-    departure: ClassVar[str] = ""
+    model_error: ClassVar[str] = ""
     """How far its gaps are known to be off, with the source of that; "": they are not."""
 
     engagement: Literal["load", "threshold"] = option(
@@ -56,7 +56,7 @@ class ContactModel(Variant):
 class DisplacementContact(ContactModel):
     """Worn flanks touch on the line of action: gaps are wear depths and modifications added up."""
 
-    departure: ClassVar[str] = (
+    model_error: ClassVar[str] = (
         "first order in wear; the unloaded error of Y23's internal flanks is 13 to 63 % too large at 20 to "
         '100 um (mesh.contact = "exact" has no such error)'
     )

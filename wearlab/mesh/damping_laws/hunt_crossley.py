@@ -23,7 +23,7 @@ class HuntCrossley(NamedTuple):
     loss: "Array"
 
 
-def touching(
+def in_contact(
     law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
 ) -> tuple[float, float, float]:
     """Return ``F (1 + χ ẋ)`` and its derivatives, nothing where that pulls."""
@@ -66,7 +66,7 @@ class HuntCrossleyDamping(DampingLaw):
         """
         from wearlab.mesh.damping import register
 
-        register(HuntCrossley, touching, apart)
+        register(HuntCrossley, in_contact, apart)
         if self.loss is not None:
             return HuntCrossley(np.full(len(meshes.damping), self.loss))
         if not meshes.force.all():

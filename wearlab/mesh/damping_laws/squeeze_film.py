@@ -29,7 +29,7 @@ class SqueezeFilm(NamedTuple):
     thickness: "Array"
 
 
-def touching(
+def in_contact(
     law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
 ) -> tuple[float, float, float]:
     """Return ``F + c ẋ`` and its derivatives, nothing where that pulls."""
@@ -74,7 +74,7 @@ class SqueezeFilmDamping(DampingLaw):
         """
         from wearlab.mesh.damping import register
 
-        register(SqueezeFilm, touching, apart)
+        register(SqueezeFilm, in_contact, apart)
         if not meshes.damping.all():
             raise GearError("mesh.damping_law: 'squeeze-film' needs mesh.damping above nought")
         assert meshes.viscosity is not None

@@ -34,7 +34,7 @@ OFF_BASE_CIRCLE = 0.5
 """Radius of curvature down to which it is, over that where its active part begins."""
 
 
-class FoldedFlank(ValueError):
+class OverhangingFlank(ValueError):
     """A worn flank that is no flank any more: it overhangs, or wear reaches its base circle."""
 
 
@@ -136,7 +136,7 @@ def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: P
 
     Raises
     ------
-    FoldedFlank
+    OverhangingFlank
         Where the flank overhangs, or wear reaches the base circle.
     """
     signed = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
@@ -210,13 +210,13 @@ def _check(flank: Flank) -> None:
     """Refuse a flank that folds back on itself (1 + dw/ds ≤ 0) or reaches its base circle."""
     steepest = steepest_shift(flank.width, flank.shift, flank.slope)
     if steepest <= -1.0:
-        raise FoldedFlank(
+        raise OverhangingFlank(
             f"the worn flank overhangs: its wear changes by {-steepest:.3g} m per m of path; give wear "
             "that varies over a longer part of the flank"
         )
     rho = flank.curvature + flank.side * flank.reached
     if rho.min() <= 0.0:
-        raise FoldedFlank(f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle")
+        raise OverhangingFlank(f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle")
 
 
 @jit

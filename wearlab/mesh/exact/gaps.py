@@ -10,7 +10,15 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh.corners import Corner, corner
-from wearlab.mesh.exact.flank import Flank, FoldedFlank, Pieces, local_points, pieces, position_of, worn_flank
+from wearlab.mesh.exact.flank import (
+    Flank,
+    OverhangingFlank,
+    Pieces,
+    local_points,
+    pieces,
+    position_of,
+    worn_flank,
+)
 from wearlab.mesh.exact.kinematics import FlankContact
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import ProfileGrid
@@ -53,7 +61,7 @@ def algorithm_1(
     gamma1, R1, lam1 = local_points(pair, 0, driving, s)
     gamma2, R2, lam2 = local_points(pair, 1, driven, s)
     side = driving.side * driven.side
-    touching = FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
+    contact = FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
     for begin in range(0, points, BLOCK):
         rows = np.arange(begin, min(begin + BLOCK, points))
         turned = gamma2 + lam2 - lam1[rows, None]
@@ -66,10 +74,10 @@ def algorithm_1(
         # line 11, the line of centres as the driving tooth sees it, counted counter-clockwise
         phi1 = -np.arctan2(driven.side * u[at], driven.side * n[at])
         phi2 = phi1 + lam2[at[1]] - lam1[rows]
-        touching.driven[rows] = s[at[1]]
-        touching.x_driving[rows] = position_of(pair, 0, driving.side * phi1)
-        touching.x_driven[rows] = position_of(pair, 1, driven.side * phi2)
-    return touching
+        contact.driven[rows] = s[at[1]]
+        contact.x_driving[rows] = position_of(pair, 0, driving.side * phi1)
+        contact.x_driven[rows] = position_of(pair, 1, driven.side * phi2)
+    return contact
 
 
 @dataclass(frozen=True)
@@ -111,7 +119,7 @@ class WornFlanks:
         depth, s = wear + self.modification, self.grid.position
         try:
             first, second = (worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
-        except FoldedFlank as error:
+        except OverhangingFlank as error:
             raise SectionVanished(str(error)) from error
         return first, second
 
@@ -149,7 +157,7 @@ class Gaps(ABC):
 
     @abstractmethod
     def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
+        """Return the gap at every touching node for wear (2, n), (n_contact,) [m]."""
 
 
 class MeetingGaps(Gaps):
@@ -165,8 +173,8 @@ class MeetingGaps(Gaps):
         """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
 
     def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_touching,) [m]."""
-        return self.contact(wear, self.flanks.grid.touching).gap
+        """Return the gap at every touching node for wear (2, n), (n_contact,) [m]."""
+        return self.contact(wear, self.flanks.grid.contact_position).gap
 
 
 class ExactGaps(MeetingGaps):
@@ -189,7 +197,7 @@ class DisplacementBeyond(Gaps):
         """The nodes beyond each end, and the corner that touches there; its last position is the end."""
         grid, inside, pair = self.flanks.grid, self.flanks.grid.on_flank, self.flanks.pair
         return tuple(
-            (part, corner(pair, end, np.append(grid.touching[part], tip), grid.position))
+            (part, corner(pair, end, np.append(grid.contact_position[part], tip), grid.position))
             for end, tip, part in (
                 ("A", grid.position[0], slice(0, inside.start)),
                 ("E", grid.position[-1], slice(inside.stop, None)),
@@ -197,7 +205,7 @@ class DisplacementBeyond(Gaps):
         )
 
     def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_touching,) [m].
+        """Return the gap at every touching node for wear (2, n), (n_contact,) [m].
 
         Raises
         ------
@@ -230,11 +238,11 @@ class AlgorithmOneGaps(MeetingGaps):
 
         Between the points found it is interpolated; beyond the last of them their points and gap are kept.
         """
-        touching = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
-        have = np.flatnonzero(np.isfinite(touching.gap))
-        order = have[np.argsort(touching.x_driving[have])]
-        at = touching.x_driving[order]
+        contact = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
+        have = np.flatnonzero(np.isfinite(contact.gap))
+        order = have[np.argsort(contact.x_driving[have])]
+        at = contact.x_driving[order]
         first, second, gap = (
-            np.interp(x, at, values[order]) for values in (touching.driving, touching.driven, touching.gap)
+            np.interp(x, at, values[order]) for values in (contact.driving, contact.driven, contact.gap)
         )
         return FlankContact(first, second, x, x - gap)

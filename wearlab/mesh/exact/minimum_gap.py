@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import FlankContact, corner_gap, rotation_gap
-from wearlab.mesh.exact.trace import may_touch, smallest_within, trace, traced_gap
+from wearlab.mesh.exact.trace import may_lie_lower, smallest_within, trace, traced_gap
 
 
 def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
@@ -53,13 +53,13 @@ def _search(driving, driven, traced, x, s1, s2, x2):  # type: ignore[no-untyped-
         right[middle] = _at_end(driving, driven, x[i], middle, 1)
         best = min(left[middle], right[middle])
         low, high = middle, middle
-        while low > 0 and may_touch(driving.start[low] - x[i], parts, below[low - 1], best):
+        while low > 0 and may_lie_lower(driving.start[low] - x[i], parts, below[low - 1], best):
             low -= 1
             same = driving.shift[low, 1] == driving.shift[low + 1, 0]
             right[low] = left[low + 1] if same else _at_end(driving, driven, x[i], low, 1)
             left[low] = _at_end(driving, driven, x[i], low, 0)
             best = min(best, left[low], right[low])
-        while high < m - 1 and may_touch(driving.start[high + 1] - x[i], parts, above[high + 1], best):
+        while high < m - 1 and may_lie_lower(driving.start[high + 1] - x[i], parts, above[high + 1], best):
             high += 1
             same = driving.shift[high, 0] == driving.shift[high - 1, 1]
             left[high] = right[high - 1] if same else _at_end(driving, driven, x[i], high, 0)

@@ -64,16 +64,16 @@ def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: Index) 
     ----------
     Y23, Algorithm 1; solved by roots, not by its search.
     """
-    pair, reach = gaps.flanks.pair, gaps.flanks.grid.touching
+    pair, reach = gaps.flanks.pair, gaps.flanks.grid.contact_position
     x = pair.path.A + (phase + np.asarray(numbers)[:, None]) * pair.base_pitch
     near = (x >= reach[0]) & (x <= reach[-1])
-    touching = gaps.contact(wear, x[near])
+    contact = gaps.contact(wear, x[near])
     driving, driven, x_driven, gap = (np.full(x.shape, fill) for fill in (np.nan, np.nan, np.nan, np.inf))
     driving[near], driven[near], x_driven[near], gap[near] = (
-        touching.driving,
-        touching.driven,
-        touching.x_driven,
-        touching.gap,
+        contact.driving,
+        contact.driven,
+        contact.x_driven,
+        contact.gap,
     )
     return MeshRelation(
         np.stack([contact_angle(pair, i, where) for i, where in enumerate((driving, driven))]),
@@ -131,9 +131,9 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
         _where_partners_end(worn, position[inside], position[min(max(outside, 0), LONE_POINTS - 1)])
         for inside, outside in ((have[0], have[0] - 1), (have[-1], have[-1] + 1))
     ]
-    touching = tangency(*worn, np.array(ends))
-    touched = [contact_angle(pair, i, s) for i, s in enumerate((touching.driving, touching.driven))]
-    turned = [rotation_angle(pair, i, x) for i, x in enumerate((touching.x_driving, touching.x_driven))]
+    contact = tangency(*worn, np.array(ends))
+    touched = [contact_angle(pair, i, s) for i, s in enumerate((contact.driving, contact.driven))]
+    turned = [rotation_angle(pair, i, x) for i, x in enumerate((contact.x_driving, contact.x_driven))]
     return np.stack(touched), np.stack(turned)
 
 
@@ -165,8 +165,8 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     Y23, the multi-tooth mesh rule of 3.2.1.
     """
     pair, worn = flanks.pair, flanks.worn(wear)
-    touching = tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
-    alone = touching.x_driving[np.isfinite(touching.gap)]
+    contact = tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
+    alone = contact.x_driving[np.isfinite(contact.gap)]
     if not len(alone):
         return float("nan")
     phase = (np.arange(SHARE_PHASES) + 0.5) / SHARE_PHASES
@@ -230,7 +230,7 @@ def errors_in_both_forms(flanks: WornFlanks, wear: Array) -> Errors:
     """
     grid = flanks.grid
     displacement = grid.beyond((wear + flanks.modification).sum(axis=0))
-    exact = minimum_gap(*flanks.worn(wear), grid.touching).gap
+    exact = minimum_gap(*flanks.worn(wear), grid.contact_position).gap
     pairs = grid.pairs_at_phase_nodes
     return Errors(*(np.where(pairs >= 0, gap[pairs], np.inf).min(axis=1) for gap in (displacement, exact)))
 

@@ -131,12 +131,12 @@ def trace(driving: Flank, driven: Flank) -> Trace:
         np.flatnonzero(sense == 0),
         _edges(driving),
         _edges(driven),
-        parting(driving, driven),
+        gap_curvature(driving, driven),
         _single_valued(driving, driven),
     )
 
 
-def parting(driving: Flank, driven: Flank) -> float:
+def gap_curvature(driving: Flank, driven: Flank) -> float:
     """Return the smallest c of ``½ c Δs²``, by which unworn flanks part Δs from their contact [1/m].
 
     ``c = (ρ1/r_b1)² (1/ρ1 + 1/ρ2)`` external, ``1/ρ1 − 1/ρ2`` for internal pairs.
@@ -300,20 +300,20 @@ def traced_gap(
         k += 1
     for i in range(len(traced.driving.position)):
         s, w = traced.driving.position[i], traced.driving.shift[i]
-        if may_touch(s - x, traced.parts, least[1] - w, gap):
+        if may_lie_lower(s - x, traced.parts, least[1] - w, gap):
             value, s2 = rotation_gap(driving, driven, x, s, w)
             if value < gap:
                 gap, where, partner = value, s, s2
     for i in range(len(traced.driven.position)):
         s2, w = traced.driven.position[i], traced.driven.shift[i]
-        if may_touch(s2 - x, traced.parts, least[0] + w, gap):
+        if may_lie_lower(s2 - x, traced.parts, least[0] + w, gap):
             value, s = corner_gap(driving, driven, x, s2, s2 + w)
             if value < gap:
                 gap, where, partner = value, s, s2
     for j in traced.unknown:
         before, after = driving.start[j] - x, x - driving.start[j] - driving.width[j]
         removed = least[1] - max(driving.shift[j, 0], driving.shift[j, 1])
-        if may_touch(max(before, after, 0.0), traced.parts, removed, gap):
+        if may_lie_lower(max(before, after, 0.0), traced.parts, removed, gap):
             for end in range(2):
                 s = driving.start[j] + end * driving.width[j]
                 value, s2 = rotation_gap(driving, driven, x, s, driving.shift[j, end])
@@ -327,7 +327,7 @@ def traced_gap(
 
 
 @jit_inner
-def may_touch(away, parts, deepest, best):  # type: ignore[no-untyped-def]
+def may_lie_lower(away, parts, deepest, best):  # type: ignore[no-untyped-def]
     """Whether points further away than this from x may lie lower than the best found so far."""
     return not best < math.inf or SAFETY * 0.5 * parts * away * away + deepest < best
 

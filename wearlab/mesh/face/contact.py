@@ -45,9 +45,9 @@ class Section(NamedTuple):
 
     Parameters
     ----------
-    body : (n_touching,) compliance of teeth and bodies [m²/N]
-    cross : (n_apart, n_touching) what pairs share of their bodies [m/N]
-    hertz : (n_touching,) compliance of the contact at the least load [m²/N]
+    body : (n_contact,) compliance of teeth and bodies [m²/N]
+    cross : (n_apart, n_contact) what pairs share of their bodies [m/N]
+    hertz : (n_contact,) compliance of the contact at the least load [m²/N]
     softening : by how much it falls as the load grows e-fold [m²/N]
     least : load below which it no longer changes [N/m]
     """
@@ -73,7 +73,7 @@ def section(analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR) 
     turned : the helix
     """
     stiffness = analysis.stiffness
-    unworn = np.zeros((2, len(analysis.grid.touching)))
+    unworn = np.zeros((2, len(analysis.grid.contact_position)))
     body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
     least = LEAST_LOADED * (analysis.load or LIGHT)
     softening = stiffness.softening * face_width
@@ -187,13 +187,15 @@ class FaceContact:
         loads : which tell what touches
         """
         grid, given = self.grid, self.section
-        position = grid.profile.touching
+        position = grid.profile.contact_position
         apart = np.append(True, np.diff(position) > 0.0)
         slope = np.gradient(self.gap(wear)[:, apart], position[apart], axis=1)
         slope = slope[:, np.cumsum(apart) - 1] * self.pitch
-        touching = loads.load > 0.0
+        in_contact = loads.load > 0.0
         node = np.where(grid.node >= 0, grid.node, 0)
-        stiffness = np.where(touching, grid.width * grid.filled[node] / (given.body + given.hertz)[node], 0.0)
+        stiffness = np.where(
+            in_contact, grid.width * grid.filled[node] / (given.body + given.hertz)[node], 0.0
+        )
         rate = slope[np.arange(len(grid.position)), node]
         total = stiffness.sum(axis=(1, 2))
         summed = (stiffness * rate).sum(axis=(1, 2))

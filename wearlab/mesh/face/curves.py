@@ -38,7 +38,7 @@ class Curves(NamedTuple):
     rate: Array
 
 
-class FaceTouching(NamedTuple):
+class FaceFlanks(NamedTuple):
     """The flanks of one kind of mesh in one wear state, as dynamics see them.
 
     Parameters

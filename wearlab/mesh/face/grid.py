@@ -32,7 +32,7 @@ class FaceGrid(NamedTuple):
     weight : (n_phases,) of each phase in a mean over the mesh period, summing to 1 [1]
     phase : (n_phases,) mesh phase at mid-face [1]
     node : (n_phases, n_lines, n_face) touching node of the profile that each line meets, −1 beyond
-    filled : (n_touching,) share of the slice that touches there: half at the ends of a lattice [1]
+    filled : (n_contact,) share of the slice that touches there: half at the ends of a lattice [1]
     even : whether the phases are equally far apart
     """
 
@@ -69,7 +69,7 @@ class FaceGrid(NamedTuple):
 
     def at_nodes(self, load: Array) -> Array:
         """Carry loads of lines (n_phases, n_lines, n_face) to the wear nodes, (n_face, n_profile)."""
-        nodal = np.zeros((len(self.position), len(self.profile.touching)))
+        nodal = np.zeros((len(self.position), len(self.profile.contact_position)))
         phase, line, slice_ = np.nonzero(self.node >= 0)
         nodal[slice_, self.node[phase, line, slice_]] = load[phase, line, slice_]
         return nodal[:, self.profile.on_flank]
@@ -119,7 +119,7 @@ def lattice(pair: GearPair, per_pitch: int, extension: Extension = NO_EXTENSION)
         position=np.asarray(start + step * np.arange(inside + 1)),
         phase=(np.arange(inside + 1) % per_pitch) / per_pitch,
         weight=weight,
-        touching=np.asarray(start + step * places),
+        contact_position=np.asarray(start + step * places),
         before=before,
         leading=pairs[-1],
         most_pairs=math.ceil(inside / per_pitch),
@@ -152,7 +152,7 @@ def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
     node = np.repeat(profile.pairs_at_phase_nodes[:, :, None], slices, axis=2)
     width = np.full(slices, face_width / slices)
     position = (np.arange(slices) - 0.5 * (slices - 1)) * face_width / slices
-    filled = np.ones(len(profile.touching))
+    filled = np.ones(len(profile.contact_position))
     return FaceGrid(profile, position, width, weight / weight.sum(), phase, node, filled, even=False)
 
 
@@ -191,12 +191,12 @@ def helical_face(profile: ProfileGrid, pair: GearPair, turned: Helix, slices: in
         shift = apart * offset
     shift = shift if turned.sense > 0.0 else -shift
     phases = np.arange(per_pitch)
-    furthest = math.ceil((len(profile.touching) + np.abs(shift).max()) / per_pitch) + 1
+    furthest = math.ceil((len(profile.contact_position) + np.abs(shift).max()) / per_pitch) + 1
     lines = np.arange(furthest, -furthest - 1, -1)
     number = phases[:, None, None] + lines[None, :, None] * per_pitch - shift[None, None, :] + profile.before
-    node = np.where((number >= 0) & (number < len(profile.touching)), number, -1)
+    node = np.where((number >= 0) & (number < len(profile.contact_position)), number, -1)
     node = node[:, (node >= 0).any(axis=(0, 2))]
-    filled = np.ones(len(profile.touching))
+    filled = np.ones(len(profile.contact_position))
     filled[[0, -1]] = 0.5
     middle = float(shift.mean()) / per_pitch
     weight = np.full(per_pitch, 1.0 / per_pitch)

@@ -30,7 +30,7 @@ class SolidLines(NamedTuple):
     Parameters
     ----------
     compliance : (n_phases, n_lines, n_face, n_face) deflection of slices under forces on slices [m/N]
-    even : (n_touching,) compliance of teeth and bodies at a node under an even load, per width [m²/N]
+    even : (n_contact,) compliance of teeth and bodies at a node under an even load, per width [m²/N]
     """
 
     compliance: Array
@@ -47,7 +47,7 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
     turned : the helix
     """
     edges = np.concatenate([[0.0], np.cumsum(grid.width)])
-    position = np.clip(grid.profile.touching, pair.path.A, pair.path.E)
+    position = np.clip(grid.profile.contact_position, pair.path.A, pair.path.E)
     rows, which = np.unique(grid.node.reshape(-1, grid.node.shape[-1]), axis=0, return_inverse=True)
     found = np.zeros((len(rows), grid.node.shape[-1], grid.node.shape[-1]))
     even, evenly = np.zeros(len(position)), grid.width / grid.face_width

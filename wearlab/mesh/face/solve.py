@@ -48,13 +48,13 @@ def solve_phases(
     node : (n_phases, n_lines, n_face) touching node of the profile, −1 where a line does not reach
     width : (n_face,) of the slices [m]
     spacing : (n_face − 1,) between their middles [m]
-    filled : (n_touching,) share of a slice that touches at a node [1]
-    body : (n_touching,) compliance of teeth and bodies to a load per width [m²/N]
-    cross : (n_apart, n_touching) what a pair shares with that 1, 2 … base pitches ahead [m/N]
-    hertz : (n_touching,) compliance of the contact at the least load [m²/N]
+    filled : (n_contact,) share of a slice that touches at a node [1]
+    body : (n_contact,) compliance of teeth and bodies to a load per width [m²/N]
+    cross : (n_apart, n_contact) what a pair shares with that 1, 2 … base pitches ahead [m/N]
+    hertz : (n_contact,) compliance of the contact at the least load [m²/N]
     softening : by how much it falls as the load grows e-fold [m²/N]
     least : load per width below which it no longer changes [N/m]
-    gap : (n_face, n_touching) [m]
+    gap : (n_face, n_contact) [m]
     shear : ℓ², square of the length over which slices hold each other, 0: they do not [m²]
     force : (n_phases,) F [N]
     line_load : (n_phases, n_lines, n_face) filled with w; what is in it is the start, all 0: none [N/m]
@@ -68,7 +68,7 @@ def solve_phases(
     """
     n_phases, n_lines, n_face = node.shape
     slots = (n_lines, n_face)
-    touching = np.zeros(slots, np.bool_)
+    in_contact = np.zeros(slots, np.bool_)
     unit, offset, spring, free = np.zeros(slots), np.zeros(slots), np.zeros(slots), np.zeros(slots)
     layer, factor = np.zeros((5, n_face)), np.zeros((n_face, n_face))
     shared, system = np.zeros((n_lines, n_lines)), np.zeros((n_lines, n_lines + 2))
@@ -77,13 +77,13 @@ def solve_phases(
     for i in range(n_phases):
         load, reach = line_load[i], node[i]
         _share(reach, width, cross, shared)
-        _start(reach, load, gap, force[i], touching)
+        _start(reach, load, gap, force[i], in_contact)
         mean = force[i] / width.sum()
         settled = False
         for iteration in range(MOST_ITERATIONS + 1):  # the last time about what the contact yields, held
             for line in range(n_lines):
                 _straighten(
-                    reach[line], width, filled, hertz, softening, least, gap, load[line], touching[line],
+                    reach[line], width, filled, hertz, softening, least, gap, load[line], in_contact[line],
                     spring[line], free[line], 0.0 if settled else 1.0,
                 )  # fmt: skip
                 if solid is None:
@@ -99,7 +99,7 @@ def solve_phases(
                 break
             deflection[i], _ = _balance(slope, preload, shared, force[i], system, at)
             change, moved = _update(
-                reach, gap, at, unit, offset, spring, free, width, filled, force[i], load, touching
+                reach, gap, at, unit, offset, spring, free, width, filled, force[i], load, in_contact
             )
             most = max(most, iteration + 1)
             settled = (not moved and change <= SETTLED * mean) or iteration + 1 == MOST_ITERATIONS
@@ -125,19 +125,19 @@ def _share(reach, width, cross, shared):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _start(reach, load, gap, force, touching):  # type: ignore[no-untyped-def]
+def _start(reach, load, gap, force, in_contact):  # type: ignore[no-untyped-def]
     """Say where to begin: where load was; without any, everywhere. Without a force, nowhere."""
     known = force > 0.0 and load.max() > 0.0
     for line in range(reach.shape[0]):
         for j in range(reach.shape[1]):
-            touching[line, j] = reach[line, j] >= 0 and (load[line, j] > 0.0 or not known)
-            if not touching[line, j]:
+            in_contact[line, j] = reach[line, j] >= 0 and (load[line, j] > 0.0 or not known)
+            if not in_contact[line, j]:
                 load[line, j] = 0.0
 
 
 @jit_inner
 def _straighten(  # type: ignore[no-untyped-def]
-    reach, width, filled, hertz, softening, least, gap, load, touching, spring, free, straightened
+    reach, width, filled, hertz, softening, least, gap, load, in_contact, spring, free, straightened
 ):
     """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
 
@@ -145,7 +145,7 @@ def _straighten(  # type: ignore[no-untyped-def]
     """
     for j in range(len(width)):
         spring[j], free[j] = 0.0, 0.0
-        if touching[j]:
+        if in_contact[j]:
             k = reach[j]
             straight = straightened * softening if load[j] > least else 0.0
             yielding = hertz[k] - softening * np.log(max(load[j], least) / least) - straight
@@ -303,7 +303,7 @@ def _balance(slope, preload, shared, force, system, at):  # type: ignore[no-unty
 
 @jit_inner
 def _update(  # type: ignore[no-untyped-def]
-    reach, gap, at, unit, offset, spring, free, width, filled, force, load, touching
+    reach, gap, at, unit, offset, spring, free, width, filled, force, load, in_contact
 ):
     """Put new loads and contacts in place; return the largest change of a load and whether contacts changed.
 
@@ -319,14 +319,14 @@ def _update(  # type: ignore[no-untyped-def]
             under = unit[line, j] * at[line] - offset[line, j]
             if gap[j, k] < least_gap:
                 least_gap, best_line, best = gap[j, k], line, j
-            if touching[line, j]:
+            if in_contact[line, j]:
                 new = spring[line, j] * (at[line] - free[line, j] - under) / (filled[k] * width[j])
                 if new < 0.0:
-                    touching[line, j], moved, new = False, True, 0.0
+                    in_contact[line, j], moved, new = False, True, 0.0
                 largest = max(largest, abs(new - load[line, j]))
                 load[line, j] = new
             elif at[line] - gap[j, k] - under > 0.0:
-                touching[line, j], moved = True, True
-    if best >= 0 and not touching.any():
-        touching[best_line, best] = True
+                in_contact[line, j], moved = True, True
+    if best >= 0 and not in_contact.any():
+        in_contact[best_line, best] = True
     return largest, moved

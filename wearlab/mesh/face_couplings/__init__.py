@@ -22,10 +22,10 @@ class FaceCouplingModel(Variant):
     elements go with it.
     """
 
-    slot: ClassVar[Slot] = Slot("mesh.face_coupling", __name__, words=True)
+    slot: ClassVar[Slot] = Slot("mesh.face_coupling", __name__, by_name=True)
     of_contact: ClassVar[bool] = True
     of_elements: ClassVar[bool] = False
-    departure: ClassVar[str] = ""
+    model_error: ClassVar[str] = ""
     """How far it is known to be off, with the source of that."""
 
     def shear_length(self, module: float) -> float:
@@ -41,7 +41,7 @@ class NoFaceCoupling(FaceCouplingModel):
     """Slices that yield each for itself."""
 
     of_contact: ClassVar[bool] = False
-    departure: ClassVar[str] = (
+    model_error: ClassVar[str] = (
         "slices apart: too soft at the ends of the face, by 2 to 44 % under a tilted load and 30 to 160 % "
         "under one on the last eighth, most on faces of 5 modules"
     )
@@ -52,7 +52,7 @@ class NoFaceCoupling(FaceCouplingModel):
 class PasternakCoupling(FaceCouplingModel):
     """Slices joined by a layer in shear, free at the ends of the face."""
 
-    departure: ClassVar[str] = (
+    model_error: ClassVar[str] = (
         "a shear layer: against solid teeth with free ends up to 11 % off under a tilted load and 13 % under "
         "one on the last eighth of faces of 5 modules, 3 and 10 % of 10 modules"
     )

@@ -16,7 +16,7 @@ class ElementsCoupling(FaceCouplingModel):
     """The section's elements extruded along the face, obliquely for helical teeth, with free ends."""
 
     of_elements: ClassVar[bool] = True
-    departure: ClassVar[str] = (
+    model_error: ClassVar[str] = (
         "teeth of solid elements with free ends: within 2 % of a finer mesh under even and tilted loads and "
         "one on the last eighth of the face (tests/validation/face_elements.py)"
     )

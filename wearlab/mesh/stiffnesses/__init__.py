@@ -26,7 +26,7 @@ class StiffnessModel(Variant):
         return False
 
     @property
-    def departure(self) -> str:
+    def model_error(self) -> str:
         """How far it is known to be off, with the source of that (docs/model_error.md)."""
         return "as prescribed; nothing here tells how far it is off"
 
@@ -62,7 +62,7 @@ class PrescribedStiffness(StiffnessModel):
 
 
 STIFFNESS_OFF = 0.026
-"""Largest departure of the default from converged elements [1]."""
+"""Largest difference of the default from converged elements [1]."""
 
 
 class FiniteElementStiffness(StiffnessModel):
@@ -88,7 +88,7 @@ class FiniteElementStiffness(StiffnessModel):
     )
 
     @property
-    def departure(self) -> str:
+    def model_error(self) -> str:
         """How far it is known to be off: its contact decides."""
         table = "tests/validation/defaults_table.py"
         if self.hertz == "weber":
@@ -161,7 +161,7 @@ class PotentialEnergyStiffness(StiffnessModel):
         return self.bodies_yield and self.coupling == "shared"
 
     @property
-    def departure(self) -> str:
+    def model_error(self) -> str:
         """How far it is known to be off: whether pairs share the bodies decides."""
         table = "tests/validation/defaults_table.py"
         if self.coupling == "shared":

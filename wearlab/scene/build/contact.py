@@ -8,7 +8,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.gears import gear, outline, specification, tolerances
 from wearlab.mesh import contact, gear_set, profile
-from wearlab.mesh.corners import FURTHEST, FoldedFlank, reach_beyond, unworn_extension
+from wearlab.mesh.corners import FURTHEST, OverhangingFlank, reach_beyond, unworn_extension
 from wearlab.mesh.errors import AT_REST, MemberError, MeshError, Realisation, mesh_error, realised
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.scene import Scene
@@ -187,7 +187,10 @@ def contact_flags(
     mesh = scene.mesh.of(section)
     flags = list(mesh.contact.flags())
     if mesh.extended_contact:
-        before, after = pair.path.A - analysis.grid.touching[0], analysis.grid.touching[-1] - pair.path.E
+        before, after = (
+            pair.path.A - analysis.grid.contact_position[0],
+            analysis.grid.contact_position[-1] - pair.path.E,
+        )
         flags.append(
             f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A and {1e3 * after:.3g} "
             "mm after E; tip corners do not wear, and the force they carry there wears no flank"
@@ -209,16 +212,16 @@ def reached_limits(
     ----------
     pair, analysis : the gears and their contact
     wear : (2, n) wear depth, (driving, driven) [m]
-    gap : (n_touching,) gaps at the nodes [m]
+    gap : (n_contact,) gaps at the nodes [m]
     deflection : (n_phase_nodes,) static deflection δ at the phase nodes [m]
     """
-    if len(analysis.grid.touching) > len(analysis.grid.position):
+    if len(analysis.grid.contact_position) > len(analysis.grid.position):
         if not _cut_off(analysis, gap, float(deflection.max())):
             return ()
         return (f"extended contact is cut off at a deflection of {1e6 * deflection.max():.3g} µm",)
     try:
         share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
-    except FoldedFlank:
+    except OverhangingFlank:
         return ("flanks are worn too steeply to tell how far deflection extends their contact",)
     if share <= EXTENDED_CONTACT:
         return ()
@@ -243,7 +246,7 @@ def cut_short(
         engaged = analysis.quasistatic(nodes, analysis.at_nodes).force
     along = analysis.force_at_nodes(engaged)
     ends = [letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0]
-    if len(analysis.grid.touching) > len(along) or not ends:
+    if len(analysis.grid.contact_position) > len(along) or not ends:
         return ()
     return (
         f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at "

@@ -100,7 +100,7 @@ class OverSpeed:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = self.vibration(speed)
         tables = tabulation.stage_tables(
-            self.parts.coupling.touching(self.state), moving.sampling, moving.fluctuation
+            self.parts.coupling.flanks_of(self.state), moving.sampling, moving.fluctuation
         )
         return moving.system, tables, moving.period
 

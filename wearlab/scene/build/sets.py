@@ -195,7 +195,9 @@ def _of_planetary(scene: Scene) -> GearSet:
         input_teeth=built.sun.teeth * abs(train.speeds(1.0).sun_relative),
         speed=turning["sun"],
         bodies=bodies,
-        turning=_nominal_speeds(speeds, mirrored * float(np.sign(speeds.sun_relative)), bodies, angles),
+        coordinate_speeds=_nominal_speeds(
+            speeds, mirrored * float(np.sign(speeds.sun_relative)), bodies, angles
+        ),
         angles=tuple(float(angle) for angle in angles),
         sense=mirrored,
         notes=(APART,),
@@ -250,7 +252,7 @@ def _of_pair(scene: Scene) -> GearSet:
         input_teeth=pair.driving.teeth,
         speed=driving_speed * pair.driving.teeth / teeth,
         bodies={gear.name: _body(gear) for gear in pair.gears},
-        turning={f"{gear.name}.u": driving_speed * pair.driving.base_radius for gear in pair.gears},
+        coordinate_speeds={f"{gear.name}.u": driving_speed * pair.driving.base_radius for gear in pair.gears},
     )
 
 

@@ -58,7 +58,7 @@ STABILITY_OF_RK4 = 2.78
 MOST_STEPS = 30_000
 """Steps of a mesh period beyond which a motion is refused: it is quasi-static."""
 AFFORDED = 4_000
-"""Steps of a mesh period up to which marches are as long as the method wants them."""
+"""Steps of a mesh period up to which integrations are as long as the method wants them."""
 AFFORDED_DENSE = 250
 """The same for systems too large for registers, whose steps take some twenty times as long."""
 TAKEN_UP = 1e-9
@@ -136,7 +136,7 @@ def build_vibration(
         period=gears.period,
         fluctuation=fluctuation(scene, grid, hunting, gears.period),
         hunting=hunting,
-        turning=scene.errors is not None and scene.errors.slow.turns,
+        revolving=scene.errors is not None and scene.errors.slow.turns,
         slow=slow,
         nominal=nominal_motion(gears, system),
     )
@@ -201,7 +201,7 @@ def nominal_motion(gears: gear_set.GearSet, system: system.System) -> Array | No
     """Return speeds (n,) of the nominal rotation, which no mesh resists; None where x alone moves [m/s]."""
     if not system.turns.any():
         return None
-    return np.array([gears.turning.get(name, 0.0) for name in system.coordinates])
+    return np.array([gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates])
 
 
 def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
@@ -225,9 +225,9 @@ def _check_stable(scene: Scene, turned: float) -> None:
 
 
 def patient(method: methods.Method, system: system.System, steps: int) -> methods.Method:
-    """Return the method with marches that take a bounded number of steps, however many a period has.
+    """Return the method with integrations that take a bounded number of steps, however many a period has.
 
-    Steps follow the fastest mode: a march of as many lasts about as long in time, in which motions die out.
+    Steps follow the fastest mode: an integration of as many lasts as long in time, in which motions die out.
     """
     afforded = AFFORDED if kernel.is_small(system) else AFFORDED_DENSE
     if not isinstance(method, methods.Periodic) or steps <= afforded:

@@ -69,7 +69,7 @@ class CoefficientModel(Variant):
     per_member: ClassVar[bool] = True
     may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ()
-    departure: ClassVar[str] = "usually known within a decade; depth and 1/life are proportional to it"
+    model_error: ClassVar[str] = "usually known within a decade; depth and 1/life are proportional to it"
     """How far it is known to be off."""
 
     film: Film = option(
@@ -169,7 +169,7 @@ class CalibrationLife(NamedTuple):
 class CalibratedCoefficient(CoefficientModel):
     """The constant with which these gears have one given life, from unworn flanks."""
 
-    departure: ClassVar[str] = "from one life; right at that torque and speed, predicted elsewhere"
+    model_error: ClassVar[str] = "from one life; right at that torque and speed, predicted elsewhere"
 
     model: Literal["calibrated"] = option(
         ..., "the constant that reproduces one life; all other lives are predicted with it", source="W23"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class ProjectionModel(Variant):
     """Any direction of the depth."""
 
-    slot: ClassVar[Slot] = Slot("wear.projection", __name__, words=True)
+    slot: ClassVar[Slot] = Slot("wear.projection", __name__, by_name=True)
 
     def factor(self, path: "WearPath") -> "Array":
         """Return the depth over that along the flank normal, (2, n) [1]."""

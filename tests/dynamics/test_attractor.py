@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 
-from wearlab.dynamics.orbits.coexisting import KEPT, Home
+from wearlab.dynamics.orbits.coexisting import KEPT, Attractor
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, step_forces
 from wearlab.dynamics.orbits.shooting import Shooting
@@ -13,28 +13,28 @@ PAIR = BenchmarkPair()
 LIGHT = PAIR._replace(torque=60.0, mesh_damping=300.0, bearing_damping=2000.0, amplitude=8e-6)
 
 
-def at_home(pair: BenchmarkPair, rpm: float) -> tuple[Response, Shooting, Home]:
+def at_attractor(pair: BenchmarkPair, rpm: float) -> tuple[Response, Shooting, Attractor]:
     response = Periodic().solve(pair.system(), pair.tables(pair.grid(100)), mesh_period(rpm))
     shooting = Shooting(response.system, response.tables, response.mesh_period)
-    return response, shooting, Home(response, shooting.rate)
+    return response, shooting, Attractor(response, shooting.rate)
 
 
-def moved(response: Response, home: Home, away: float, rng: np.random.Generator) -> np.ndarray:
+def moved(response: Response, attractor: Attractor, away: float, rng: np.random.Generator) -> np.ndarray:
     """Return a state off the response in a random direction, so far away."""
     sizes = np.abs(response.state[0]).max(axis=0)
     start = response.state[0, 0]
     direction = sizes * rng.normal(size=len(start))
-    return start + away / home.away(start + direction) * direction
+    return start + away / attractor.away(start + direction) * direction
 
 
 @pytest.mark.parametrize(("pair", "rpm"), [(PAIR, 800.0), (PAIR, 1860.0), (LIGHT, 4000.0)])
 def test_what_counts_as_back_parts_no_more(pair: BenchmarkPair, rpm: float) -> None:
-    response, shooting, home = at_home(pair, rpm)
-    assert home.touching
+    response, shooting, attractor = at_attractor(pair, rpm)
+    assert attractor.permanent_contact
     rng = np.random.default_rng(3)
     for _ in range(20):
-        state = moved(response, home, 1.0, rng)
-        assert home.away(state) == pytest.approx(1.0)
+        state = moved(response, attractor, 1.0, rng)
+        assert attractor.away(state) == pytest.approx(1.0)
         _, path = shooting.integrate(state.copy(), 40, 40)
         deflection = (
             path[:, :, :3] @ response.system.direction[0]
@@ -44,25 +44,25 @@ def test_what_counts_as_back_parts_no_more(pair: BenchmarkPair, rpm: float) -> N
 
 
 def test_flanks_can_part_where_a_motion_takes_away_more() -> None:
-    response, shooting, home = at_home(LIGHT, 4000.0)
+    response, shooting, attractor = at_attractor(LIGHT, 4000.0)
     rng, parted = np.random.default_rng(3), 0
     for _ in range(20):
         before = shooting.integrator.changes
-        shooting.integrate(moved(response, home, 3.0 / KEPT, rng), 2)
+        shooting.integrate(moved(response, attractor, 3.0 / KEPT, rng), 2)
         parted += shooting.integrator.changes > before
     assert parted > 10
 
 
 def test_a_state_of_the_response_is_not_away() -> None:
-    response, _, home = at_home(LIGHT, 9750.0)
-    assert response.period == 4 and not home.touching
+    response, _, attractor = at_attractor(LIGHT, 9750.0)
+    assert response.period == 4 and not attractor.permanent_contact
     for state in response.state[:, 0]:
-        assert home.away(state) == home.distance(state) == 0.0 and home.is_at(state)
+        assert attractor.away(state) == attractor.distance(state) == 0.0 and attractor.is_at(state)
 
 
 def test_the_swing_is_that_of_modes_in_phase() -> None:
     """One mode that swings by so much adds so much deflection, at any phase."""
-    response, _, home = at_home(PAIR, 1860.0)
+    response, _, attractor = at_attractor(PAIR, 1860.0)
     square, shapes = np.linalg.eig(
         np.linalg.solve(response.system.mass, response.system.in_contact(response.tables.mean_stiffness))
     )
@@ -70,18 +70,18 @@ def test_the_swing_is_that_of_modes_in_phase() -> None:
         felt = abs(float(response.system.direction[0] @ shape))
         for phase in (0.0, 1.0, 2.0):
             swing = np.concatenate([np.cos(phase) * shape, -np.sin(phase) * rate * shape]) * 1e-7
-            away = home.away(response.state[0, 0] + swing)
-            assert away * home.spare == pytest.approx(felt * 1e-7, rel=1e-9, abs=1e-16)
+            away = attractor.away(response.state[0, 0] + swing)
+            assert away * attractor.spare == pytest.approx(felt * 1e-7, rel=1e-9, abs=1e-16)
 
 
 def test_the_slowest_vibration_shrinks_in_the_periods_told() -> None:
-    response, _, home = at_home(PAIR, 1860.0)
-    periods = home.periods_to(1000.0)
+    response, _, attractor = at_attractor(PAIR, 1860.0)
+    periods = attractor.periods_to(1000.0)
     assert abs(response.multipliers[0]) ** periods == pytest.approx(1e-3)
-    assert home.periods_to(0.5) == 0.0
+    assert attractor.periods_to(0.5) == 0.0
 
 
 def test_mean_force_of_the_response_over_mean_stiffness_is_near_its_mean_deflection() -> None:
-    response, _, home = at_home(PAIR, 800.0)
+    response, _, attractor = at_attractor(PAIR, 800.0)
     mean = step_forces(response).elastic.mean() / response.tables.mean_stiffness[0]
-    assert home.deflection == pytest.approx(mean, rel=0.1)
+    assert attractor.deflection == pytest.approx(mean, rel=0.1)
