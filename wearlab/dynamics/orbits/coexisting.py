@@ -102,7 +102,7 @@ def coexisting(
     starts, wanted = 0, tries.releases
     try:
         rival = None if tries.near is None else hunt.like(tries.near)
-        states = releases(response, hunt.attractor.deflection, tries.first)
+        states = releases(response, hunt.known.deflection, tries.first)
         while rival is None and starts < wanted:
             before = hunt.maps
             rival = hunt.attractor(next(states))
@@ -119,7 +119,7 @@ class _Hunt(Shooting):
 
     def __init__(self, response: Response, method: Periodic, most: int) -> None:
         super().__init__(response.system, response.tables, response.mesh_period)
-        self.attractor, self.method, self.most = Attractor(response, self.rate), method, most
+        self.known, self.method, self.most = Attractor(response, self.rate), method, most
         self.patience = sum(method.transients(self))
 
     @property
@@ -152,14 +152,14 @@ class _Hunt(Shooting):
             self.balance.size[:] = 0.0  # integration moves the loads that keep a free set at its speed
         done, look = 0, LONG
         while done < self.patience:
-            away = self.attractor.away(state)
+            away = self.known.away(state)
             if not away > 1.0:  # back, or beyond all bounds
                 return None
             if done >= look:
                 look *= 2
                 if (rival := self._led_to(state)) is not None:
                     return rival
-            block = int(np.clip(np.ceil(self.attractor.periods_to(away)), 1, BLOCK))
+            block = int(np.clip(np.ceil(self.known.periods_to(away)), 1, BLOCK))
             self.integrate(state, block)
             done += block
         return self._settled(state)
@@ -176,21 +176,17 @@ class _Hunt(Shooting):
     def _beside(self, periods: int, state: Array) -> Response | None:
         """Return the other orbit near ``state`` (2n,), None where none attracts."""
         orbit = self.shoot(periods, state.copy(), most=PASSES)
-        if (
-            orbit is None
-            or orbit.largest >= 1.0 - self.method.margin
-            or self.attractor.is_at(orbit.state[0, 0])
-        ):
+        if orbit is None or orbit.largest >= 1.0 - self.method.margin or self.known.is_at(orbit.state[0, 0]):
             return None
         return self._periodic(orbit) if self._attracts(orbit) else None
 
     def _attracts(self, orbit: Orbit) -> bool:
         """Whether a motion pushed off an orbit stays near it."""
         pushed, n = orbit.state[0, 0].copy(), self.rows // 2
-        pushed[:n] += PUSHED * self.attractor.deflection * np.sign(self.system.direction.sum(axis=0))
+        pushed[:n] += PUSHED * self.known.deflection * np.sign(self.system.direction.sum(axis=0))
         count = WATCHED // orbit.periods + 1
         strobe, _ = self.integrate(pushed, count * orbit.periods)
-        limit = 10.0 * PUSHED * self.attractor.deflection
+        limit = 10.0 * PUSHED * self.known.deflection
         return self.distance(strobe[-1], orbit.state[0, 0]) <= limit
 
     def _settled(self, state: Array) -> Response | None:
@@ -200,8 +196,8 @@ class _Hunt(Shooting):
         for periods in periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
-                return None if self.attractor.is_at(orbit.state[0, 0]) else self._periodic(orbit)
-        return None if self.attractor.is_at(strobe[-1]) else self.aperiodic(path, 0.0)
+                return None if self.known.is_at(orbit.state[0, 0]) else self._periodic(orbit)
+        return None if self.known.is_at(strobe[-1]) else self.aperiodic(path, 0.0)
 
     def _periodic(self, orbit: Orbit) -> Response:
         attracting = orbit.largest < 1.0 - self.method.margin
