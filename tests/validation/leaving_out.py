@@ -72,8 +72,8 @@ PARTS = (
         {},
         0.0,
     ),
-    # Flanks part: power series know no steps, of Runge–Kutta's as many that they agree.
-    Part("events (contact proven linear)", FINE | {"dynamics.method": "rk4"}, FINE, 1e-5),
+    # Steps of Runge–Kutta's method as many that both agree.
+    Part("integration until steady (contact proven linear)", FINE | {"dynamics.method": "rk4"}, FINE, 1e-5),
     Part("wear over cycles", {"wear.until": {"cycles": 1e6}}, {}, 1e-12),
     Part("the wear law", {}, {"wear": None}, 0.0),
 )

@@ -39,7 +39,7 @@ def test_an_effect_that_is_not_zero_is_seen():
 
 
 def test_proven_linear_contact_takes_one_period_map_a_state():
-    part = {part.name: part for part in PARTS}["events (contact proven linear)"]
+    part = {part.name: part for part in PARTS}["integration until steady (contact proven linear)"]
     maps = []
     for change in (part.absent, part.present):
         parts = build(scene({**change, "mesh.extended_contact": False}))
