@@ -119,22 +119,3 @@ def test_what_does_not_go_with_a_face_is_refused_with_what_to_give(changes, path
     with pytest.raises(SceneError) as caught:
         scene(mesh__misalignment="20 um").replace(changes)
     assert f"scene.{path}: " in str(caught.value) and instead in str(caught.value)
-
-
-def test_planetary_sets_are_refused():
-    with pytest.raises(SceneError, match=r"gears\.helix_angle: flanks with a width are those of pairs"):
-        Scene.from_mapping(
-            {
-                "gears": {
-                    "kind": "planetary",
-                    "module": "2 mm",
-                    "face_width": "20 mm",
-                    "helix_angle": "10 deg",
-                    "planets": 3,
-                    "sun": {"teeth": 20},
-                    "planet": {"teeth": 28},
-                    "ring": {"teeth": 76, "rim_diameter": "190 mm"},
-                },
-                "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
-            }
-        )

@@ -120,7 +120,7 @@ def test_worn_volume_is_that_of_the_work_of_sliding():
     state = parts.coupling.evaluate(parts.coupling.unworn())
     contact = parts.face.kinds[0].contact
     grid, path = contact.grid, parts.kinds[0].path
-    volume = worn_volume(parts, state.kind[0].rate[None])[0] / path.passes
+    volume = worn_volume(parts, 0, state.kind[0].rate[None])[0] / path.passes
     speed = np.abs(sliding_velocity(path))
     step = np.full(len(grid.profile.position), grid.profile.position[1] - grid.profile.position[0])
     step[[0, -1]] *= 0.5
@@ -141,7 +141,7 @@ def test_worn_volume_is_that_of_the_work_of_sliding():
 def test_a_patch_keeps_the_worn_volume():
     points, spread = (build(helical().replace("wear.contact_patch", patch)) for patch in ("none", "two-way"))
     volumes = [
-        worn_volume(parts, parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None])
+        worn_volume(parts, 0, parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None])
         for parts in (points, spread)
     ]
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-9)

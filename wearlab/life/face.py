@@ -1,6 +1,7 @@
 """One wear state of flanks with a width, evaluated: line loads → wear rate at every slice and node."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, cast
 
@@ -51,13 +52,18 @@ class FaceKind:
     contact : of the worn flanks
     law : the wear law at all nodes of the face, slice after slice; None: no wear
     patch : over which width along the profile wear is spread and felt, None: point by point
+    lags : γ of each mesh of this kind, by its number in the set [1]
     """
 
     contact: FaceContact
     law: PreparedLaw | None
     patch: Patch | None
+    lags: dict[int, float]
 
-    meshes = (0,)
+    @property
+    def meshes(self) -> tuple[int, ...]:
+        """Which meshes of the set are of this kind."""
+        return tuple(self.lags)
 
     def flanks(self, table: Curves) -> FaceFlanks:
         """Return the flanks as dynamics see them."""
@@ -100,32 +106,41 @@ class FaceCoupling(Coupled):
         StopWear
             When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
-        (kind,), (depth,) = self.kinds, wear
-        clock, worn = time.perf_counter(), felt(kind.patch, depth)
+        clock = time.perf_counter()
+        worn = [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
+        near = self._last or [None] * len(self.kinds)
         try:
-            static = kind.contact.solve(worn, self._last[0] if self._last else None)
+            static = [
+                kind.contact.solve(own, last) for kind, own, last in zip(self.kinds, worn, near, strict=True)
+            ]
         except SectionVanished as error:
             raise StopWear(str(error)) from error
-        self._last[:] = [static]
+        self._last[:] = static
         self.account.counts["contact_analyses"] += 1
-        table = None if self.vibration is None else curves(kind.contact, worn, static)
+        found: list[FaceState] = []
+        for kind, depth, own, loads in zip(self.kinds, wear, worn, static, strict=True):
+            table = None if self.vibration is None else curves(kind.contact, own, loads)
+            found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, table))
         clock = self._spent("contact", clock)
         responses: Responses = ()
-        line_load = kind.contact.grid.at_nodes(static.load)
-        if table is not None:
-            responses = self._respond(kind.flanks(table), start or None)
+        if self.vibration is not None:
+            responses = self._respond(self.vibration, self._flanks(found), start or None)
             if self.moving:
-                line_load = self._moving_load(kind, table, worn, static, responses[0])
+                found = [
+                    state._replace(line_load=self._moving_load(kind, state, own, responses[0]))
+                    for kind, state, own in zip(self.kinds, found, worn, strict=True)
+                ]
             clock = self._spent("dynamics", clock)
-        rate = None if kind.law is None else face_rate(kind, kind.law, depth, line_load)
+        states = [
+            state if kind.law is None else state._replace(rate=face_rate(kind, kind.law, state))
+            for kind, state in zip(self.kinds, found, strict=True)
+        ]
         self._spent("wear", clock)
-        state = FaceState(depth, static, line_load, rate, table)
-        return WearState(cast("tuple[KindState, ...]", (state,)), responses, 0.0)
+        return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
 
-    def _respond(self, flanks: FaceFlanks, start: Responses | None) -> Responses:
-        assert self.vibration is not None
+    def _respond(self, vibration: Vibration, flanks: list[FaceFlanks], start: Responses | None) -> Responses:
         try:
-            responses = self.vibration.solve([cast("MeshFlanks", flanks)], start)
+            responses = vibration.solve(cast("list[MeshFlanks]", flanks), start)
         except Unbounded as error:
             raise StopWear("unbounded motion") from error
         for response in responses:
@@ -133,36 +148,44 @@ class FaceCoupling(Coupled):
             self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
         return responses
 
-    def _moving_load(
-        self, kind: FaceKind, table: Curves, worn: Array, static: LineLoads, response: Response
-    ) -> Array:
-        """Return the load per width when a node is in contact, of every mesh period in the mean, (n_face, n).
+    def _moving_load(self, kind: FaceKind, state: FaceState, worn: Array, response: Response) -> Array:
+        """Return the load per width when a node is in contact, (n_face, n) [N/m].
 
-        The force of the moment is spread over the face as a static one of its size.
+        Of every mesh of the kind and every mesh period in the mean; the force of the moment is spread over
+        the face as a static one of its size.
         """
         vibration, grid = self.vibration, kind.contact.grid
-        assert vibration is not None
-        phase = grid.inside % 1.0
-        motion = vibration.motions(response, vibration.look(phase))
-        springs = kind.flanks(table).springs(phase).per(vibration.period)
-        dashpot = dashpot_of_mesh(vibration.system, 0)
-        mean = np.zeros(grid.shape)
-        periods = len(motion.rate)
-        for row in zip(motion.deflection[:, 0], motion.rate[:, 0], strict=True):
-            drive = normal_forces(springs, Deflections(*row), dashpot).pair_normal.sum(axis=-1)
-            mean += grid.at_nodes(kind.contact.solve(worn, static, drive).load) / periods
-        return mean
+        assert vibration is not None and state.curves is not None
+        springs = kind.flanks(state.curves).springs(grid.inside % 1.0).per(vibration.period)
+        mean, rows = np.zeros(grid.shape), 0
+        for mesh, lag in kind.lags.items():
+            dashpot = dashpot_of_mesh(vibration.system, mesh)
+            when = vibration.look((grid.inside + lag) % 1.0)
+            motion = vibration.motions(response, when, slice(mesh, mesh + 1))
+            for row in zip(motion.deflection[:, 0], motion.rate[:, 0], strict=True):
+                drive = normal_forces(springs, Deflections(*row), dashpot).pair_normal.sum(axis=-1)
+                mean += grid.at_nodes(kind.contact.solve(worn, state.loads, drive).load)
+                rows += 1
+        return np.asarray(mean / rows)
 
     def flanks_of(self, state: WearState) -> list[FaceFlanks]:
-        """Return the flanks in a wear state, as dynamics see them."""
-        known = cast("FaceState", state.kind[0])
-        assert known.curves is not None
-        return [self.kinds[0].flanks(known.curves)]
+        """Return the flanks of every kind of mesh in a wear state, as dynamics see them."""
+        return self._flanks([cast("FaceState", known) for known in state.kind])
+
+    def _flanks(self, states: Sequence[FaceState]) -> list[FaceFlanks]:
+        return [
+            kind.flanks(cast("Curves", state.curves)) for kind, state in zip(self.kinds, states, strict=True)
+        ]
 
     def _spent(self, stage: str, since: float) -> float:
         now = time.perf_counter()
         self.account.seconds[stage] += now - since
         return now
+
+    @property
+    def slope(self) -> float:
+        """Signed tan β_b of the gears, 0 of spur gears [1]."""
+        return self.kinds[0].contact.helix.slope
 
     @property
     def work(self) -> int:
@@ -178,7 +201,7 @@ class FaceCoupling(Coupled):
     def shared(self) -> tuple[Any, ...]:
         """The moving system, its stages, and the contact."""
         moves = self.vibration
-        return () if moves is None else (moves.system, moves.sampling, self.kinds[0].contact)
+        return () if moves is None else (moves.system, moves.sampling, *(kind.contact for kind in self.kinds))
 
     def resting(self) -> "FaceCoupling | None":
         """Return what wears under the static load alone, None where it does so already."""
@@ -196,17 +219,16 @@ def felt(patch: Patch | None, depth: Array) -> Array:
     return np.stack([patch.felt(depth[:, j]) for j in range(depth.shape[1])], axis=1)
 
 
-def face_rate(kind: FaceKind, law: PreparedLaw, depth: Array, line_load: Array) -> Array:
+def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
     """Return the wear rate at every slice and node, (2, n_face, n) [m per cycle].
 
     Parameters
     ----------
     kind : of mesh
     law : its wear law
-    depth : (2, n_face, n) wear [m]
-    line_load : (n_face, n) load per width when the node is in contact [N/m]
+    state : its wear and its line loads
     """
-    force = line_load * law.path.face_width
+    depth, force = state.wear, state.line_load * law.path.face_width
     pointwise = wear_rate(law, force.ravel(), depth.reshape(2, -1)).reshape(depth.shape)
     patch = kind.patch
     if patch is None:

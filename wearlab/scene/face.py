@@ -1,7 +1,8 @@
 """What gives the flanks of a scene a width, and what does not go together with it."""
 
 from collections.abc import Iterator
-from typing import Any
+from itertools import accumulate, pairwise
+from operator import mul
 
 from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.face_couplings import FaceCouplingModel, NoFaceCoupling, PasternakCoupling
@@ -36,19 +37,20 @@ def face_coupling(mesh: OneMesh) -> FaceCouplingModel:
 
 
 def hands(scene: sections.Sections) -> dict[str, str]:
-    """Return the hand of each gear of a helical pair: as said, or opposite outside, the same in a ring."""
-    gears, driving = scene.gears.gears(), str(scene.operation.input)
-    mate = next(name for name in gears if name != driving)
-    first, second = gears[driving].hand, gears[mate].hand
-    internal = "ring" in gears
-    first = first or (_of_mate(second, internal) if second is not None else "right")
-    derived = {driving: first, mate: second or _of_mate(first, internal)}
-    return {name: derived[name] for name in gears}
+    """Return the hand of each helical gear: as said, or opposite outside, the same in a ring.
 
-
-def _of_mate(hand: str, internal: bool) -> Any:
-    """Return the hand that meshes with one: the same in a ring, else the other."""
-    return hand if internal else {"left": "right", "right": "left"}[hand]
+    Where none is said the driving gear is right-handed, of a planetary set the sun.
+    """
+    gears = scene.gears.gears()
+    chain = list(gears)  # each meshes with the one before it
+    turns = accumulate((1 if name == "ring" else -1 for name in chain[1:]), mul, initial=1)
+    alike = dict(zip(chain, turns, strict=True))
+    first = str(scene.operation.input) if scene.gears.descriptor.is_pair else chain[0]
+    told = [name for name in (first, *chain) if gears[name].hand is not None]
+    known, hand = (told[0], gears[told[0]].hand) if told else (first, "right")
+    other = {"left": "right", "right": "left"}[str(hand)]
+    derived = {name: str(hand) if alike[name] == alike[known] else other for name in chain}
+    return {name: gears[name].hand or derived[name] for name in chain}
 
 
 def face_rules(scene: sections.Sections) -> Problems:
@@ -57,14 +59,10 @@ def face_rules(scene: sections.Sections) -> Problems:
     if not keys:
         return
     without = WITHOUT.format(keys=" and ".join(keys))
-    if not scene.gears.descriptor.is_pair:
-        yield (
-            keys[0],
-            f"flanks with a width are those of pairs: give external-pair or internal-pair, {without}",
-        )
-        return
     yield from _hands(scene)
-    yield from _of_mesh(scene, keys[0])
+    yield from _widths(scene, keys[0])
+    for section in scene.gears.descriptor.sections:
+        yield from _of_mesh(scene.mesh.of(section), f"mesh.{section}".rstrip("."), keys[0])
     yield from _in_motion(scene, keys[0])
     if scene.errors is not None:
         yield "errors", f"are not known over the face ({keys[0]}): leave [errors] out, {without}"
@@ -82,7 +80,7 @@ def _in_motion(scene: sections.Sections, key: str) -> Problems:
         yield "dynamics.friction", f"is not known over the face ({key}): leave it out"
     if scene.dynamics.response is not None:
         yield "dynamics.response", f"is not followed over the face ({key}): sweep operation.speed instead"
-    if not scene.mesh.excitation.by_pairs:
+    if not all(mesh.excitation.by_pairs for mesh in scene.mesh.each(scene.gears.kind)):
         yield "mesh.excitation", f"of flanks with a width ({key}) is their own: give 'pairs', or leave it out"
     if scene.wear is not None and (scene.wear.load.needs_slope or scene.wear.wohler_slope is not None):
         yield (
@@ -93,43 +91,59 @@ def _in_motion(scene: sections.Sections, key: str) -> Problems:
 
 
 def _hands(scene: sections.Sections) -> Problems:
-    """Hands belong to a helix, and those of two gears must mesh."""
+    """Hands belong to a helix, and those of gears in mesh must fit."""
     gears = scene.gears.gears()
     if scene.gears.helix_angle is None:
         for name, gear in gears.items():
             if gear.hand is not None:
                 yield f"gears.{name}.hand", "is that of a helix: give gears.helix_angle, or leave it out"
         return
-    (first, one), (second, two) = hands(scene).items()
-    if (one == two) != ("ring" in gears):
-        wanted = "the same hand" if "ring" in gears else "opposite hands"
+    for (first, one), (second, two) in pairwise(hands(scene).items()):
+        if (one == two) != (second == "ring"):
+            wanted = "the same hand" if second == "ring" else "opposite hands"
+            yield (
+                f"gears.{second}.hand",
+                f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}",
+            )
+
+
+def _widths(scene: sections.Sections, key: str) -> Problems:
+    """The meshes of a set are told over one face."""
+    given = scene.gears.gears()
+    own = {name: gear.face_width or scene.gears.face_width for name, gear in given.items()}
+    meshes = {min(own[first], own[second]) for first, second in pairwise(own)}
+    if len(meshes) > 1:
+        narrowest = min(own, key=lambda name: own[name])
         yield (
-            f"gears.{second}.hand",
-            f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}",
+            f"gears.{narrowest}.face_width",
+            f"gives the meshes of this set faces of {' and '.join(f'{1e3 * b:.4g}' for b in sorted(meshes))} "
+            f"mm, and flanks with a width ({key}) are told over one: give the planets the narrowest",
         )
 
 
-def _of_mesh(scene: sections.Sections, key: str) -> Problems:
-    mesh = scene.mesh
+def _of_mesh(mesh: OneMesh, path: str, key: str) -> Problems:
     if mesh.face_load_factor != 1.0:
         yield (
-            "mesh.face_load_factor",
+            f"{path}.face_load_factor",
             f"is of scenes without a face, and {key} gives this one a face, of which it is a result: leave "
             "one out",
         )
     if mesh.stiffness.of_mesh:
-        yield "mesh.stiffness.of", f"'mesh' has no pairs to share out over the face ({key}): give 'pair'"
+        yield f"{path}.stiffness.of", f"'mesh' has no pairs to share out over the face ({key}): give 'pair'"
     if face_coupling(mesh).of_contact and isinstance(mesh.stiffness, PrescribedStiffness):
         yield (
-            "mesh.face_coupling",
+            f"{path}.face_coupling",
             f"{face_coupling(mesh).chosen!r} must know what the contact itself yields, and a prescribed "
             "stiffness does not tell: give 'none', or another mesh.stiffness",
         )
     if face_coupling(mesh).of_elements and not isinstance(mesh.stiffness, FiniteElementStiffness):
         yield (
-            "mesh.face_coupling",
+            f"{path}.face_coupling",
             f"{face_coupling(mesh).chosen!r} goes with mesh.stiffness = 'finite-element': give that, or "
             "'pasternak'",
         )
     if not isinstance(mesh.contact, DisplacementContact) or mesh.contact.by_threshold:
-        yield "mesh.contact", f"flanks with a width ({key}) meet on the line of action: give 'displacement'"
+        yield (
+            f"{path}.contact",
+            f"flanks with a width ({key}) meet on the line of action: give 'displacement'",
+        )

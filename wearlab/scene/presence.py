@@ -66,7 +66,8 @@ def _face(scene: Scene) -> str | None:
         return None
     beta = scene.gears.helix_angle
     helical = "" if beta is None else f"helix angle {math.degrees(beta):.4g} deg, "
-    return f"{helical}coupling {face_coupling(scene.mesh).chosen}"
+    meshes = scene.mesh.each(scene.gears.kind)
+    return f"{helical}coupling {_chosen(face_coupling(mesh).chosen for mesh in meshes)}"
 
 
 def _chosen(models: Iterable[str]) -> str:

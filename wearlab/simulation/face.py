@@ -1,5 +1,6 @@
 """The arrays of flanks with a width, named as the dataset names them."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -13,6 +14,7 @@ from wearlab.life.state import WearState
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.harmonics import harmonics
 from wearlab.scene.build import Parts
+from wearlab.simulation.label import padded
 from wearlab.simulation.static import by_flank, counts, harmonic_values
 from wearlab.wear.path import mean_pressure, sliding_velocity, worn_area
 
@@ -20,59 +22,84 @@ Values = dict[str, Any]
 
 
 def coordinates(parts: Parts) -> Values:
-    """Return where the slices lie, nothing where flanks have no width."""
-    return {} if parts.face is None else {"face_position": _of(parts).contact.grid.position}
+    """Return where the slices lie, nothing where flanks have no width; they are those of every mesh."""
+    return {} if parts.face is None else {"face_position": _kinds(parts)[0].contact.grid.position}
 
 
-def _of(parts: Parts) -> FaceKind:
-    """Return the one kind of mesh of a pair."""
+def _kinds(parts: Parts) -> tuple[FaceKind, ...]:
+    """Return the kinds of mesh of a set whose flanks have a width."""
     assert parts.face is not None
-    return parts.face.kinds[0]
+    return parts.face.kinds
 
 
-def states_of(states: Sequence[WearState]) -> list[FaceState]:
-    """Return the states of the one mesh."""
-    return [cast("FaceState", state.kind[0]) for state in states]
+def states_of(states: Sequence[WearState], kind: int) -> list[FaceState]:
+    """Return the states of one kind of mesh."""
+    return [cast("FaceState", state.kind[kind]) for state in states]
 
 
 def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
-    """Return what the contact over the face says of the mesh, at the stored phases and over the face."""
-    contact, own = _of(parts).contact, states_of(states)
-    grid, gears = contact.grid, parts.gears
-    clock = grid.phase + float(gears.mesh_lags[0])
-    load = contact.analysis.load
-    stored = parts.phase - float(gears.mesh_lags[0])
+    """Return what the contact over the face says of the meshes, at the stored phases and over the face."""
+    gears = parts.gears
+    each = [_of_mesh(parts, mesh, states_of(states, own.kind)) for mesh, own in enumerate(parts.meshes)]
+    values: Values = {name: padded([own[name] for own in each], 1) for name in each[0]}
+    values |= {
+        "mesh_frequency": [gears.mesh_frequency] * len(each),
+        "contact_ratio": [gears.kinds[mesh.kind].pair.contact_ratio for mesh in parts.meshes],
+        "mesh_phase_offset": gears.mesh_lags,
+        "static_mesh_force": [gears.kinds[mesh.kind].load for mesh in parts.meshes],
+    }
+    contacts = [_kinds(parts)[mesh.kind].contact for mesh in parts.meshes]
+    values["base_helix_angle"] = [contact.helix.sense * contact.helix.base_angle for contact in contacts]
+    values["overlap_ratio"] = [
+        overlap_ratio(contact.grid.face_width, contact.helix.angle, normal_module(parts))
+        for contact in contacts
+    ]
+    if all(kind.load > 0.0 for kind in gears.kinds):
+        values["residual_line_load"] = [
+            max(
+                np.abs(kind.contact.residuals(cast("FaceState", own).loads, kind.contact.analysis.load)).max()
+                for kind, own in zip(_kinds(parts), state.kind, strict=True)
+            )
+            for state in states
+        ]
+    return values
+
+
+def normal_module(parts: Parts) -> float:
+    """Return the module of the normal section [m]."""
+    return parts.kinds[0].pair.driving.module * math.cos(_kinds(parts)[0].contact.helix.angle)
+
+
+def _of_mesh(parts: Parts, mesh: int, own: list[FaceState]) -> dict[str, Array]:
+    """Return the contact of one mesh, every array with the updates first."""
+    contact, lag = _kinds(parts)[parts.meshes[mesh].kind].contact, parts.meshes[mesh].lag
+    grid, load = contact.grid, contact.analysis.load
+    clock, stored = grid.phase + lag, (parts.phase - lag) % 1.0
 
     def at_stored(each: list[Array]) -> Array:
-        return np.stack([grid.at_phases(values, stored % 1.0) for values in each])[:, None]
+        return np.stack([grid.at_phases(values, stored) for values in each])
 
     deflection, tangent = [one.loads.deflection for one in own], [one.loads.tangent for one in own]
     of_stiffness = [harmonics(clock, grid.weight, values, parts.harmonics) for values in tangent]
     of_error = [harmonics(clock, grid.weight, values, parts.harmonics) for values in deflection]
     means = [mean_line_load(grid, one.loads.load) for one in own]
-    normal_module = gears.kinds[0].pair.driving.module * np.cos(contact.helix.angle)
-    found = harmonic_values("stiffness", of_stiffness) | harmonic_values("ste", of_error)
-    values: Values = {name: value[:, None] for name, value in found.items()}
-    values |= {
+    values = {
+        **harmonic_values("stiffness", of_stiffness),
+        **harmonic_values("ste", of_error),
         "mesh_stiffness": at_stored(tangent),
         "static_transmission_error": at_stored(deflection),
         "unloaded_transmission_error": at_stored([one.loads.unloaded for one in own]),
-        "ste_peak_to_peak": np.array([[np.ptp(values)] for values in deflection]),
-        "ste_max": np.array([[values.max()] for values in deflection]),
-        "mesh_frequency": [gears.mesh_frequency],
-        "contact_ratio": [gears.kinds[0].pair.contact_ratio],
-        "mesh_phase_offset": gears.mesh_lags,
-        "static_mesh_force": [load],
-        "base_helix_angle": [contact.helix.sense * contact.helix.base_angle],
-        "overlap_ratio": [overlap_ratio(grid.face_width, contact.helix.angle, normal_module)],
-        "line_load": np.stack([one.line_load for one in own])[:, None],
-        "mean_line_load": np.stack(means)[:, None],
+        "ste_peak_to_peak": np.array([np.ptp(values) for values in deflection]),
+        "ste_max": np.array([values.max() for values in deflection]),
+        "line_load": np.stack([one.line_load for one in own]),
+        "mean_line_load": np.stack(means),
     }
     if load > 0.0:
         values |= {
-            "face_load_factor": [[face_load_factor(grid, mean, normal_module)] for mean in means],
-            "peak_line_load_factor": [[one.loads.load.max() * grid.face_width / load] for one in own],
-            "residual_line_load": [np.abs(contact.residuals(one.loads, load)).max() for one in own],
+            "face_load_factor": np.array(
+                [face_load_factor(grid, mean, normal_module(parts)) for mean in means]
+            ),
+            "peak_line_load_factor": np.array([one.loads.load.max() * grid.face_width / load for one in own]),
         }
     return values
 
@@ -113,64 +140,69 @@ def face_load_factor(grid: FaceGrid, mean: Array, window: float) -> float:
 
 def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return pressures and sliding where the flanks touch."""
-    kind, section = _of(parts), parts.kinds[0]
-    width = section.path.face_width
-    wide = np.stack(
-        [
-            parts.pressure_factor * mean_pressure(one.line_load * width, section.path)
-            for one in states_of(states)
-        ]
-    )
-    steady = np.ones((len(states), 1, 1))
-    both = np.stack([wide] * len(parts.gears.flanks), axis=1)
-    assert both.shape[2:] == kind.shape
+    steady, wide = np.ones((len(states), 1, 1)), []
+    for kind, section in enumerate(parts.kinds):
+        width = section.path.face_width
+        own = [mean_pressure(one.line_load * width, section.path) for one in states_of(states, kind)]
+        wide.append(parts.pressure_factor * np.stack([np.stack(own)] * 2, axis=1))
     return {
-        "contact_pressure": both,
-        "sliding_velocity": steady * by_flank(parts, [sliding_velocity(section.path)]),
-        "specific_sliding": steady * by_flank(parts, [section.path.specific_sliding]),
+        "contact_pressure": over_flanks(parts, wide),
+        "sliding_velocity": steady * by_flank(parts, [sliding_velocity(kind.path) for kind in parts.kinds]),
+        "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in parts.kinds]),
     }
 
 
-def over_flanks(parts: Parts, values: Array) -> Array:
-    """Return values of the mesh (…, 2, n_face, n) in the order of the flanks of datasets."""
-    order = [gear for _, gear in parts.gears.flank_places]
-    return np.take(values, order, axis=-3)
+def over_flanks(parts: Parts, of_kinds: Sequence[Array]) -> Array:
+    """Return values of every kind of mesh (…, 2, n_face, n) flank after flank, (…, n_flanks, n_face, n)."""
+    return padded([of_kinds[kind][..., gear, :, :] for kind, gear in parts.gears.flank_places], -3)
 
 
 def wear_values(parts: Parts, lived: History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time, (n_updates, …)."""
-    own, contact = states_of(lived.state), _of(parts).contact
-    depth = np.stack([one.wear for one in own])
-    on_purpose = parts.kinds[0].modification * contact.helix.cosine
-    removed = depth + contact.lead + on_purpose[:, None, :]
+    depths, deviations, rates = [], [], []
+    for number, kind in enumerate(_kinds(parts)):
+        own, contact = states_of(lived.state, number), kind.contact
+        depths.append(np.stack([one.wear for one in own]))
+        on_purpose = parts.kinds[number].modification * contact.helix.cosine
+        deviations.append(-(depths[-1] + contact.lead + on_purpose[:, None, :]))
+        rates.append([one.rate for one in own if one.rate is not None])
     values: Values = {
-        "wear_depth": over_flanks(parts, depth),
-        "flank_deviation": -over_flanks(parts, removed),
-        "worn_mass": worn_masses(parts, depth),
+        "wear_depth": over_flanks(parts, depths),
+        "flank_deviation": over_flanks(parts, deviations),
+        "worn_mass": worn_masses(parts, depths),
         **counts(parts, lived),
     }
-    if all(one.rate is not None for one in own):
-        values["wear_rate"] = over_flanks(parts, np.stack([np.asarray(one.rate) for one in own]))
+    if all(state.wears for state in lived.state):
+        values["wear_rate"] = over_flanks(parts, [np.stack(each) for each in rates])
     return values
 
 
-def worn_volume(parts: Parts, depth: Array) -> Array:
+def worn_volume(parts: Parts, kind: int, depth: Array) -> Array:
     """Return the volume worn off one tooth of each gear, ``Σ h dL_p dy/cos β_b``, (n_updates, 2) [m³].
 
     Parameters
     ----------
     parts : the physics
+    kind : of mesh
     depth : (n_updates, 2, n_face, n) along the normal [m]
     """
-    contact = _of(parts).contact
-    area = worn_area(np.moveaxis(depth, 2, 1), parts.kinds[0].path)
+    contact = _kinds(parts)[kind].contact
+    area = worn_area(np.moveaxis(depth, 2, 1), parts.kinds[kind].path)
     return np.asarray(np.tensordot(area, contact.grid.width, (1, 0)) / contact.helix.cosine)
 
 
-def worn_masses(parts: Parts, depth: Array) -> Array:
-    """Return the mass worn off every member, every tooth alike, (n_updates, n_members) [kg]."""
-    volume, total = worn_volume(parts, depth), np.zeros((len(depth), len(parts.gears.members)))
-    for number, gear in enumerate(parts.kinds[0].pair.gears):
-        for column in parts.gears.columns_of(gear.name):
-            total[:, column] += volume[:, number] * gear.teeth * gear.material.density
+def worn_masses(parts: Parts, depths: Sequence[Array]) -> Array:
+    """Return the mass worn off every member, every tooth alike, (n_updates, n_members) [kg].
+
+    Parameters
+    ----------
+    parts : the physics
+    depths : of each kind of mesh, (n_updates, 2, n_face, n) along the normal [m]
+    """
+    total = np.zeros((len(depths[0]), len(parts.gears.members)))
+    for kind, depth in enumerate(depths):
+        volume = worn_volume(parts, kind, depth)
+        for number, gear in enumerate(parts.kinds[kind].pair.gears):
+            for column in parts.gears.columns_of(gear.name):
+                total[:, column] += volume[:, number] * gear.teeth * gear.material.density
     return total

@@ -5,23 +5,20 @@ rate changes by there, relative to the fastest, counts for all that was worn.
 """
 
 import time
-from typing import cast
 
 import numpy as np
 from scipy.interpolate import interp1d
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.life.face import FaceState
 from wearlab.life.history import History
-from wearlab.life.state import WearState
+from wearlab.life.state import Wear, WearState
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.face import slices_of
 from wearlab.scene.build.mesh import profile_points
 from wearlab.simulation.estimates import Estimates, ForcesOfStates
-from wearlab.simulation.face import states_of
 from wearlab.simulation.operating import Stage, coupled
 
 WEIGHT = 0.5
@@ -34,8 +31,11 @@ BUSY = 0.5
 
 def rougher(scene: Scene, parts: Parts) -> Parts:
     """Return the physics of a scene on half the nodes and half the slices."""
-    slices = max(3, slices_of(scene, parts.gears.kinds[0]) // 2)
-    mesh = scene.mesh.model_copy(update={"face_points": slices})
+    mesh = scene.mesh
+    for kind in parts.gears.kinds:
+        fewer = {"face_points": max(3, slices_of(scene, kind) // 2)}
+        own = scene.mesh.of(kind.section).model_copy(update=fewer)
+        mesh = mesh.model_copy(update={kind.section: own} if kind.section else fewer)
     numerics = scene.numerics.model_copy(update={"profile_points": profile_points(scene) // 2})
     return build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
 
@@ -52,41 +52,48 @@ def estimated_over_face(stage: Stage, lived: History, inherited: float = 0.0) ->
     if lived.life is None:
         return Estimates(None, None, None)
     clock = time.perf_counter()
-    own = states_of(lived.state)
     twins = tuple(rougher(scene, parts) for scene, parts in zip(stage.scenes, stage.parts, strict=True))
     together = coupled(twins, stage.shares)
-    rough = [together.evaluate((_moved(stage.first, twins[0], own[k].wear),)) for k in (0, -1)]
-    share = max(_apart(stage.first, twins[0], own[k], rough[k]) for k in (0, -1))
+    ends = [lived.state[0], lived.state[-1]]
+    rough = [together.evaluate(_moved(stage.first, twins[0], state.wear)) for state in ends]
+    share = max(_apart(stage.first, twins[0], fine, twin) for fine, twin in zip(ends, rough, strict=True))
     force = _forces(lived, rough)
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     steps = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
-    worn = np.array([float((one.wear - own[0].wear).max()) for one in own])
+    start = lived.state[0].wear
+    worn = np.array(
+        [
+            max(float((own - before).max()) for own, before in zip(state.wear, start, strict=True))
+            for state in lived.state
+        ]
+    )
     life = None
     if lived.life.worn_out:
         life = lived.life.error_estimate_life + WEIGHT * share * float(lived.life.cycle[-1])
     return Estimates(inherited + steps + WEIGHT * share * worn, force, life)
 
 
-def _moved(parts: Parts, twin: Parts, wear: Array) -> Array:
-    """Return the wear of a state at the slices and nodes of the rougher twin, (2, n_face, n) [m]."""
-    return moved(wear, *_grids(parts, twin))
+def _moved(parts: Parts, twin: Parts, wear: Wear) -> Wear:
+    """Return the wear of a state at the slices and nodes of the rougher twin, each (2, n_face, n) [m]."""
+    return tuple(
+        moved(own, fine, rough) for own, fine, rough in zip(wear, _grids(parts), _grids(twin), strict=True)
+    )
 
 
-def _grids(parts: Parts, twin: Parts) -> tuple[FaceGrid, FaceGrid]:
-    assert parts.face is not None and twin.face is not None
-    return parts.face.kinds[0].contact.grid, twin.face.kinds[0].contact.grid
+def _grids(parts: Parts) -> list[FaceGrid]:
+    assert parts.face is not None
+    return [kind.contact.grid for kind in parts.face.kinds]
 
 
-def _apart(parts: Parts, twin: Parts, fine: FaceState, rough: WearState) -> float:
+def _apart(parts: Parts, twin: Parts, fine: WearState, rough: WearState) -> float:
     """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
-    of_twin = cast("FaceState", rough.kind[0]).rate
-    assert fine.rate is not None and of_twin is not None
-    grid, other = _grids(parts, twin)
-    fastest = float(fine.rate.max())
+    fastest = max(float(rate.max()) for rate in fine.rate)
     if fastest == 0.0:
         return 0.0
-    busy = fine.rate >= BUSY * fastest
-    return float(np.abs(moved(of_twin, other, grid) - fine.rate)[busy].max() / fastest)
+    off = [0.0]
+    for own, other, grid, its in zip(fine.rate, rough.rate, _grids(parts), _grids(twin), strict=True):
+        off += np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].tolist()
+    return max(off) / fastest
 
 
 def _forces(lived: History, rough: list[WearState]) -> tuple[ForcesOfStates, ...] | None:

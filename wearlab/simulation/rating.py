@@ -16,7 +16,7 @@ def rated(scene: Scene, parts: Parts) -> Values:
     """Return the stiffnesses and, where a misalignment is known, the face load factors, (n_mesh,) each."""
     if scene.rating is None:
         return {}
-    asked, pair, turned = scene.rating, parts.kinds[0].pair, helix_of(scene)
+    asked, pair, turned = scene.rating, parts.kinds[0].pair, helix_of(scene, parts.gears)
     module, cosine = scene.gears.module, math.cos(turned.angle)
     gears = sorted(pair.gears, key=lambda gear: gear.teeth)
     first, second = (tooth(gear, cosine) for gear in gears)

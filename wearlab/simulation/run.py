@@ -28,7 +28,7 @@ __all__ = ["initial_wear", "live", "simulate"]
 
 Values = dict[str, Any]
 
-LABELS: dict[str, Any] = {"axis": ["x", "y"], "part": ["real", "imaginary"]}
+LABELS: dict[str, Any] = {"axis": ["x", "y", "z"], "part": ["real", "imaginary"]}
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
 ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
 
@@ -124,7 +124,7 @@ def _dataset(
     coordinates = {"cycle": lived.cycle, **named.coordinates(first), **condition_coordinates(scene, lived)}
     coordinates |= face.coordinates(first)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
-    coordinates |= {name: labels for name, labels in LABELS.items() if name in sizes}
+    coordinates |= {name: labels[: sizes[name]] for name, labels in LABELS.items() if name in sizes}
     if "mode" in sizes:
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock

@@ -215,12 +215,13 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
     if parts.face is None:
         yield EVERYWHERE
     else:
-        yield f"{OVER_FACE}: {_coupling(scene, parts.face.kinds[0].contact)}"
+        for section, kind in zip(sections, parts.face.kinds, strict=True):
+            yield f"{OVER_FACE}: {_coupling(scene, section, kind.contact)}"
 
 
-def _coupling(scene: Scene, contact: FaceContact) -> str:
+def _coupling(scene: Scene, section: str, contact: FaceContact) -> str:
     """Return what the coupling along the face leaves out, and how it yields beside plane elements."""
-    told = face_coupling(scene.mesh).model_error
+    told = face_coupling(scene.mesh.of(section)).model_error
     if contact.solid is None:
         return told
     softer = 100.0 * (contact.solid.even / contact.section.body - 1.0)

@@ -14,6 +14,7 @@ from wearlab.gears.specification import GearError
 from wearlab.life import history, load, state, vibration
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, harmonics
+from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build, modes
 from wearlab.simulation import label, monitoring, static
@@ -106,7 +107,40 @@ def _response_values(
     if has_bearings(parts):
         force = bearing_forces(vibration.system.supports, parts.gears.members, position, velocity)
         values["bearing_force"] = force * _sense_of_axes(parts)
+        if parts.face is not None and parts.face.slope:
+            axial = axial_bearing_forces(parts.gears, parts.face.slope, values["normal_mesh_force"])
+            values["bearing_force"] = np.concatenate([values["bearing_force"], axial[:, None]], axis=1)
     return values
+
+
+def axial_bearing_forces(gears: GearSet, slope: float, normal: Array) -> Array:
+    """Return the axial force of the bearings on each member, ``± F tan β_b`` of its meshes [N].
+
+    Shafts stand still along their axes: what the mesh pushes there the bearing holds at once, on the pins of
+    planets, too, and all of them at the carrier's.
+
+    Parameters
+    ----------
+    gears : the gear set
+    slope : signed tan β_b of :class:`wearlab.gears.helix.Helix` [1]
+    normal : (n_mesh, n_periods, n_phases) force in the plane of action [N]
+
+    Returns
+    -------
+    (n_members, n_periods, n_phases), towards positive face positions [N]
+
+    References
+    ----------
+    ISO 21771:2007, 4.3, for the angle; the balance of forces along the axis.
+    """
+    total = np.zeros((len(gears.members), *normal.shape[1:]))
+    for mesh, kind in enumerate(gears.mesh_kinds):
+        for sign, gear in zip((1.0, -1.0), gears.kinds[kind].pair.gears, strict=True):
+            columns = gears.columns_of(gear.name)
+            total[columns[mesh % len(columns)]] += sign * slope * normal[mesh]
+    for carrier in gears.columns_of("carrier"):
+        total[carrier] = total[gears.columns_of("planet")].sum(axis=0)
+    return total
 
 
 def phase_forces(parts: Parts, state: state.WearState, response: Response) -> Array:

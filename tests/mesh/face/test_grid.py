@@ -27,7 +27,7 @@ def overlap_of(pair, turned):
 
 def face_of(degrees, face_width, *, points=101, slices=41, sense=1.0, extension=(0.0, 0.0)):
     pair, turned = helical(degrees, face_width, sense)
-    profile = lattice(pair, nodes_per_pitch(pair.contact_ratio, points), Extension(*extension))
+    profile = lattice(pair, nodes_per_pitch([pair.contact_ratio], points), Extension(*extension))
     return helical_face(profile, pair, turned, slices), pair, turned
 
 
@@ -57,7 +57,7 @@ def test_a_line_runs_along_the_face_as_the_base_helix_does():
     s = face.profile.contact_position[face.node[10, 1, where]]
     slope = np.diff(s[1:-1]) / np.diff(face.position[where][1:-1])
     assert slope == pytest.approx(np.full(len(slope), -math.tan(turned.base_angle)), rel=1e-9)
-    assert step * nodes_per_pitch(pair.contact_ratio, 101) == pytest.approx(pair.base_pitch)
+    assert step * nodes_per_pitch([pair.contact_ratio], 101) == pytest.approx(pair.base_pitch)
 
 
 def test_the_other_hand_is_the_mirror_image():

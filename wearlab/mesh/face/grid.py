@@ -6,6 +6,7 @@ interpolated. A spur pair keeps the nodes of its path, with two sides where load
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -126,17 +127,17 @@ def lattice(pair: GearPair, per_pitch: int, extension: Extension = NO_EXTENSION)
     )
 
 
-def nodes_per_pitch(contact_ratio: float, points: int) -> int:
-    """Return how many nodes to lay to a base pitch so that E is nearly one of them.
+def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
+    """Return how many nodes to lay to a base pitch so that E of every mesh is nearly one of them.
 
     Parameters
     ----------
-    contact_ratio : ε_α [1]
-    points : nodes wanted on the path
+    contact_ratios : ε_α of each kind of mesh of a set, which have one base pitch [1]
+    points : nodes wanted on the shortest path
     """
-    least = max(8, round(points / contact_ratio))
+    least = max(8, round(points / min(contact_ratios)))
     choices = range(least, int(MORE * least) + 2)
-    return min(choices, key=lambda m: (round((contact_ratio * m) % 1.0, 9), m))
+    return min(choices, key=lambda m: (round(max((ratio * m) % 1.0 for ratio in contact_ratios), 9), m))
 
 
 def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:

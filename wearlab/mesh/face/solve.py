@@ -213,7 +213,7 @@ def _respond(  # type: ignore[no-untyped-def]
         for j in range(n_face):
             unit[j], offset[j] = 0.0, 0.0
         return 0.0, 0.0
-    rising = _rising(reach)
+    rising = _rising(reach, last)
     for j in range(n_face):
         k = _nearest(reach, j, last, rising)
         part = filled[k] if shear == 0.0 and reach[j] >= 0 else 1.0
@@ -248,14 +248,16 @@ def _respond(  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _rising(reach):  # type: ignore[no-untyped-def]
-    """Whether a line meets later nodes at larger y."""
-    first, last = -1, -1
+def _rising(reach, last):  # type: ignore[no-untyped-def]
+    """Whether a line meets later nodes at larger y; one that meets a single node does so in a corner."""
+    first_slice, last_slice = -1, -1
     for j in range(len(reach)):
         if reach[j] >= 0:
-            first = reach[j] if first < 0 else first
-            last = reach[j]
-    return last > first
+            first_slice = j if first_slice < 0 else first_slice
+            last_slice = j
+    if first_slice == last_slice:
+        return (2 * reach[first_slice] < last) == (first_slice > 0)
+    return reach[last_slice] > reach[first_slice]
 
 
 @jit_inner

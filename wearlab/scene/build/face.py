@@ -1,8 +1,10 @@
 """``helix_angle``, lead modifications and ``[mesh] misalignment`` → contact and wear over the face."""
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from wearlab.life.face import FaceKind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact, section
 from wearlab.mesh.face.grid import FaceGrid, helical_face, spur_face
-from wearlab.mesh.gear_set import PairOfSet
+from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import build_law
 from wearlab.scene.face import face_coupling, hands
@@ -25,16 +27,40 @@ SLICES_AT_DEFAULT, LEAST_SLICES, MOST_SLICES = 41, 11, 161
 DEFAULT_TOLERANCE = 1e-3
 
 
-def helix_of(scene: Scene) -> Helix:
+def helix_of(scene: Scene, gears: GearSet) -> Helix:
     """Return the helix of a scene's gears, that of spur gears where there is none.
 
-    Of a right-handed driving gear that drives with its right flanks, contact reaches larger y later.
+    Of a right-handed driving gear that drives with its right flanks, contact reaches larger y later, and so
+    it does in every mesh of a set: the next gear turns the other way with the other hand, or is a ring.
     """
     if not scene.gears.helix_angle:
         return SPUR
-    right = hands(scene)[str(scene.operation.input)] == "right"
+    right = hands(scene)[gears.kinds[0].pair.driving.name] == "right"
     sense = 1.0 if right == (scene.operation.drive_flank == "right") else -1.0
     return helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense)
+
+
+def helix_flags(gears: GearSet, turned: Helix, *, bearings: bool) -> Iterator[str]:
+    """Yield what the helix of gears does that nothing here answers to, in words.
+
+    Parameters
+    ----------
+    gears, turned : the gear set and its helix
+    bearings : whether the dynamics know bearings, which hold the axial force
+    """
+    if not turned.angle:
+        return
+    axial = [abs(turned.slope) * kind.load for kind in gears.kinds]
+    if not bearings:
+        yield f"helix: each mesh pushes its gears {max(axial):.4g} N along their axes; no bearing here holds it"
+    if gears.shares:
+        radius = gears.bodies["planet"].radius
+        arms = sum(radius / math.cos(kind.pair.working_pressure_angle) for kind in gears.kinds)
+        yield (
+            f"helix: the two meshes of a planet tilt it by {axial[0] * arms:.4g} N m, and how its bearing "
+            "gives way is not computed: give mesh.sun_planet.misalignment and mesh.planet_ring.misalignment, "
+            "over torque"
+        )
 
 
 def slices_of(scene: Scene, kind: PairOfSet) -> int:
@@ -46,18 +72,15 @@ def slices_of(scene: Scene, kind: PairOfSet) -> int:
     return int(np.clip(wanted, LEAST_SLICES, MOST_SLICES))
 
 
-def build_face_grid(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis) -> FaceGrid:
-    """Return slices and nodes of one kind of mesh."""
-    turned, slices = helix_of(scene), slices_of(scene, kind)
-    if turned.angle:
-        return helical_face(analysis.grid, kind.pair, turned, slices)
-    return spur_face(analysis.grid, kind.pair.face_width, slices)
-
-
-def build_face_contact(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis) -> FaceContact:
+def build_face_contact(
+    scene: Scene, kind: PairOfSet, analysis: ContactAnalysis, turned: Helix
+) -> FaceContact:
     """Return the contact over the face of one kind of mesh."""
-    turned, mesh = helix_of(scene), scene.mesh.of(kind.section)
-    grid = build_face_grid(scene, kind, analysis)
+    mesh, slices = scene.mesh.of(kind.section), slices_of(scene, kind)
+    if turned.angle:
+        grid = helical_face(analysis.grid, kind.pair, turned, slices)
+    else:
+        grid = spur_face(analysis.grid, kind.pair.face_width, slices)
     given = mesh.misalignment
     torque = scene.operation.torque
     coupling = face_coupling(mesh)
@@ -117,24 +140,32 @@ class FacePatchSetting(PatchSetting):
         return self.mean_static
 
 
-def build_face(
-    scene: Scene, kind: PairOfSet, analysis: ContactAnalysis, path: WearPath, law: PreparedLaw | None
-) -> FaceKind:
-    """Return contact and wear of a pair whose flanks have a width.
+class SectionOfKind(NamedTuple):
+    """The section of one kind of mesh; ``lags``: γ of each of its meshes, by number [1]."""
+
+    analysis: ContactAnalysis
+    path: WearPath
+    law: PreparedLaw | None
+    lags: dict[int, float]
+
+
+def build_face(scene: Scene, kind: PairOfSet, of: SectionOfKind, turned: Helix) -> FaceKind:
+    """Return contact and wear of one kind of mesh whose flanks have a width.
 
     Parameters
     ----------
     scene, kind : the scene and its kind of mesh
-    analysis, path, law : of the section
+    of : the section
+    turned : the helix
     """
-    contact = build_face_contact(scene, kind, analysis)
+    contact = build_face_contact(scene, kind, of.analysis, turned)
     patch = None
     if scene.wear is not None:
         unworn = contact.grid.at_nodes(contact.unworn.load)
         mean = contact.grid.width @ unworn
-        patch = scene.wear.contact_patch.build(FacePatchSetting(analysis, path, law, mean))
-    over_face = build_law(scene, kind.pair, repeated(path, contact.grid.shape[0]))
-    return FaceKind(contact, over_face, patch)
+        patch = scene.wear.contact_patch.build(FacePatchSetting(of.analysis, of.path, of.law, mean))
+    over_face = build_law(scene, kind.pair, repeated(of.path, contact.grid.shape[0]))
+    return FaceKind(contact, over_face, patch, of.lags)
 
 
 def repeated(path: WearPath, slices: int) -> WearPath:

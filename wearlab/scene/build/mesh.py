@@ -40,16 +40,25 @@ def build_analyses(
     reach : how far beyond A and E the nodes of every kind reach, in base pitches; None: as far as their load
         asks for
     """
-    points = profile_points(scene)
+    points, even = profile_points(scene), lattice_nodes(scene, [kind.pair for kind in gears.kinds])
     if reach is None:
-        reach = [_reach(scene, kind, points) for kind in gears.kinds]
+        reach = [_reach(scene, kind, points, even) for kind in gears.kinds]
     else:
         pitches = [kind.pair.base_pitch for kind in gears.kinds]
         reach = [Extension(p * far.approach, p * far.recess) for p, far in zip(pitches, reach, strict=True)]
-    matched = matched_points([kind.pair for kind in gears.kinds], points, reach)
+    matched = [points] * len(gears.kinds)
+    if even is None:
+        matched = matched_points([kind.pair for kind in gears.kinds], points, reach)
     return tuple(
-        _analysis(scene, kind, n, far) for kind, n, far in zip(gears.kinds, matched, reach, strict=True)
+        _analysis(scene, kind, n, far, even) for kind, n, far in zip(gears.kinds, matched, reach, strict=True)
     )
+
+
+def lattice_nodes(scene: Scene, pairs: Sequence[GearPair], points: int | None = None) -> int | None:
+    """Return how many nodes of helical gears lie on a base pitch of every mesh, None of spur gears."""
+    if not scene.gears.helix_angle:
+        return None
+    return nodes_per_pitch([pair.contact_ratio for pair in pairs], points or profile_points(scene))
 
 
 def matched_points(pairs: Sequence[GearPair], points: int, reach: Sequence[Extension]) -> list[int]:
@@ -69,16 +78,17 @@ def matched_points(pairs: Sequence[GearPair], points: int, reach: Sequence[Exten
 def build_analysis(scene: Scene, kind: gear_set.PairOfSet, points: int | None = None) -> ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
     points = points or profile_points(scene)
-    return _analysis(scene, kind, points, _reach(scene, kind, points))
+    even = lattice_nodes(scene, [kind.pair], points)
+    return _analysis(scene, kind, points, _reach(scene, kind, points, even), even)
 
 
-def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int) -> Extension:
+def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int, even: int | None) -> Extension:
     """Return how far beyond A and E the nodes of a mesh reach."""
     if not scene.mesh.of(kind.section).extended_contact:
         return NO_EXTENSION
     asked = scene.mesh.of(kind.section)
     load = largest_load(scene, kind)
-    options = ContactOptions(asked.stiffness, asked.contact, True, even=bool(scene.gears.helix_angle))
+    options = ContactOptions(asked.stiffness, asked.contact, True, even=even)
     plain = contact_analysis(kind.pair, options, points, NO_EXTENSION, load)
     return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
 
@@ -94,11 +104,12 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
     return next(kinds.load for kinds in build_set(heaviest).kinds if kinds.section == kind.section)
 
 
-def _analysis(scene: Scene, kind: gear_set.PairOfSet, points: int, extension: Extension) -> ContactAnalysis:
+def _analysis(
+    scene: Scene, kind: gear_set.PairOfSet, points: int, extension: Extension, even: int | None
+) -> ContactAnalysis:
     asked = scene.mesh.of(kind.section)
     initial = [None if scene.wear is None else scene.wear.initial_of(flank) for flank in kind.flanks]
     backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
-    even = bool(scene.gears.helix_angle)
     options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact, backs, even)
     return contact_analysis(kind.pair, options, points, extension, kind.load)
 
@@ -111,14 +122,14 @@ class ContactOptions(NamedTuple):
     stiffness, contact : the models
     extended : whether tip corners touch beyond A and E
     backs : initial wear that the back flanks of (driving, driven) carry too, None without
-    even : whether nodes lie equally far apart, as slices of helical gears need them
+    even : nodes to a base pitch where they lie equally far apart, as slices of helical gears need them
     """
 
     stiffness: StiffnessModel
     contact: ContactModel
     extended: bool
     backs: tuple[Any, ...] = (None, None)
-    even: bool = False
+    even: int | None = None
 
 
 @lru_cache(KEPT_ANALYSES)
@@ -141,8 +152,8 @@ def contact_analysis(
 @lru_cache(KEPT_ANALYSES)
 def _unloaded(pair: GearPair, options: ContactOptions, points: int, extension: Extension) -> ContactAnalysis:
     stiffness, contact = options.stiffness, options.contact
-    if options.even:
-        grid = lattice(pair, nodes_per_pitch(pair.contact_ratio, points), extension)
+    if options.even is not None:
+        grid = lattice(pair, options.even, extension)
     else:
         grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
     teeth = stiffness.build(pair, grid)

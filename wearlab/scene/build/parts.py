@@ -8,6 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
+from wearlab.gears.helix import Helix
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
 from wearlab.life.face import FaceCoupling
@@ -16,7 +17,7 @@ from wearlab.mesh import clock, contact, gear_set, profile
 from wearlab.scene import Scene, presence
 from wearlab.scene.build import mesh, sets
 from wearlab.scene.build.contact import class_flags, contact_flags
-from wearlab.scene.build.face import build_face, helix_of
+from wearlab.scene.build.face import SectionOfKind, build_face, helix_flags, helix_of
 from wearlab.scene.build.vibration import StiffnessOfMeshes, build_vibration
 from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
 from wearlab.scene.face import face_keys
@@ -122,9 +123,10 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     analyses = mesh.build_analyses(scene, gears, reach)
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
-    kinds = tuple(_kind(scene, gears, kind, analysis) for kind, analysis in enumerate(analyses))
+    turned = helix_of(scene, gears)
+    kinds = tuple(_kind(scene, gears, kind, analysis, turned) for kind, analysis in enumerate(analyses))
     if face_keys(scene):
-        face = _face(scene, gears, kinds[0], meshes, edges)
+        face = _face(scene, gears, kinds, turned, meshes, edges)
         return _parts(scene, gears, kinds, meshes, edges, cast("Coupling", face), face)
     patches = [
         None
@@ -142,18 +144,28 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
 
 
 def _face(
-    scene: Scene, gears: gear_set.GearSet, section: KindParts, meshes: tuple[clock.Mesh, ...], edges: Array
+    scene: Scene,
+    gears: gear_set.GearSet,
+    sections: Sequence[KindParts],
+    turned: Helix,
+    meshes: tuple[clock.Mesh, ...],
+    edges: Array,
 ) -> FaceCoupling:
-    """Return contact, dynamics and wear over the face of a pair."""
-    kind = build_face(scene, gears.kinds[0], section.analysis, section.path, section.law)
+    """Return contact, dynamics and wear over the face of a gear set."""
+    kinds = []
+    for number, (kind, own) in enumerate(zip(gears.kinds, sections, strict=True)):
+        lags = {mesh: meshes[mesh].lag for mesh in clock.of_kind(meshes, number)}
+        kinds.append(build_face(scene, kind, SectionOfKind(own.analysis, own.path, own.law, lags), turned))
     if scene.dynamics is None:
-        return FaceCoupling((kind,))
-    contact = kind.contact
+        return FaceCoupling(tuple(kinds))
+    contacts = [kinds[mesh.kind].contact for mesh in meshes]
     stiffness = StiffnessOfMeshes(
-        np.array([contact.mean_stiffness]), np.array([contact.unworn.tangent.max()])
+        np.array([contact.mean_stiffness for contact in contacts]),
+        np.array([contact.unworn.tangent.max() for contact in contacts]),
     )
-    vibration = build_vibration(scene, gears, [section.analysis], meshes, edges, stiffness)
-    return FaceCoupling((kind,), vibration, build_load(scene).moving)
+    analyses = [own.analysis for own in sections]
+    vibration = build_vibration(scene, gears, analyses, meshes, edges, stiffness)
+    return FaceCoupling(tuple(kinds), vibration, build_load(scene).moving)
 
 
 def _parts(
@@ -167,6 +179,9 @@ def _parts(
 ) -> Parts:
     """Return what is joined, with what the scene says besides."""
     count = scene.numerics.phase_points or PHASE_POINTS
+    vibration = coupling.vibration
+    bearings = vibration is not None and any(support.bears for support in vibration.system.supports)
+    told = helix_flags(gears, helix_of(scene, gears), bearings=bearings)
     wear: Any = scene.wear
     return Parts(
         gears=gears,
@@ -182,7 +197,7 @@ def _parts(
         wohler_slope=None if wear is None else wear.wohler_slope,
         friction=_friction(scene),
         requested=scene.store.requested,
-        validity=_validity(scene, gears, [kind.analysis for kind in kinds]),
+        validity=(*_validity(scene, gears, [kind.analysis for kind in kinds]), *told),
         face=face,
     )
 
@@ -192,12 +207,14 @@ def _friction(scene: Scene) -> float | None:
     return None if given is None else given.coefficient
 
 
-def _kind(scene: Scene, gears: gear_set.GearSet, kind: int, analysis: contact.ContactAnalysis) -> KindParts:
+def _kind(
+    scene: Scene, gears: gear_set.GearSet, kind: int, analysis: contact.ContactAnalysis, turned: Helix
+) -> KindParts:
     gears_of_kind = gears.kinds[kind]
     path = build_path(
         gears_of_kind, analysis.grid.position, scene.mesh.of(gears_of_kind.section).face_load_factor
     )
-    path = path._replace(equivalent_radius=path.equivalent_radius / helix_of(scene).cosine)
+    path = path._replace(equivalent_radius=path.equivalent_radius / turned.cosine)
     return KindParts(
         pair=gears_of_kind.pair,
         analysis=analysis,

@@ -37,14 +37,19 @@ GIVEN = (
 def build_pair(scene: Scene) -> GearPair:
     """Return the pair of ``[gears]``, driven by ``operation.input``; of helical gears their section."""
     gears: Any = scene.gears
-    specs = [specification(name, member) for name, member in gears.gears().items()]
-    basics, driving = basics_of(gears), scene.operation.input
-    if gears.helix_angle:
-        turned = helix(gears.helix_angle, gears.pressure_angle)
-        specs = [transverse(spec, turned) for spec in specs]
-        basics = transverse_basics(basics, gears.helix_angle)
+    specs, basics = transverse_section(gears)
     make = PAIRS[gears.descriptor]
-    return make(*specs, basics, centre_distance=gears.centre_distance, driving=driving)
+    return make(*specs, basics, centre_distance=gears.centre_distance, driving=scene.operation.input)
+
+
+def transverse_section(gears: Any) -> tuple[list[GearSpec], Basics]:
+    """Return what ``[gears]`` says of each gear and of all, of helical gears in their transverse section."""
+    specs = [specification(name, member) for name, member in gears.gears().items()]
+    if not gears.helix_angle:
+        return specs, basics_of(gears)
+    turned = helix(gears.helix_angle, gears.pressure_angle)
+    basics = transverse_basics(basics_of(gears), gears.helix_angle)
+    return [transverse(spec, turned) for spec in specs], basics
 
 
 def basics_of(gears: Any) -> Basics:
@@ -70,12 +75,13 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet
     gears: Any = scene.gears
     distances = gears.centre_distance
     pins = gears.carrier.pin_circle_diameter
+    (sun, planet, ring), basics = transverse_section(gears)
     return planetary.planetary_set(
-        specification("sun", gears.sun),
-        specification("planet", gears.planet),
-        specification("ring", gears.ring),
+        sun,
+        planet,
+        ring,
         planetary.Carrier(gears.carrier.mass, gears.carrier.inertia, None if pins is None else 0.5 * pins),
-        basics_of(gears),
+        basics,
         planets=gears.planets,
         planet_angles=gears.planet_angles,
         centre_distance=None if distances is None else (distances.sun_planet, distances.planet_ring),

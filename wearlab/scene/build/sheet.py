@@ -91,7 +91,7 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         ("m_n", "module", "mm", 1e3 * scene.gears.module),
         ("α_n", "pressure angle", "°", math.degrees(scene.gears.pressure_angle)),
     ]
-    turned = helix_of(scene)
+    turned = helix_of(scene, gears)
     if turned.angle:
         overlap = overlap_ratio(gears.kinds[0].pair.face_width, turned.angle, scene.gears.module)
         shared += [
@@ -165,7 +165,7 @@ def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Ge
 
 def _tips(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
     """Yield tip alteration, over a normal module, and tooth thickness at the tip, in the normal section."""
-    module, beta = scene.gears.module, helix_of(scene).angle
+    module, beta = scene.gears.module, helix_of(scene, gears).angle
     given: dict[str, Any] = scene.gears.gears()
     alterations, thicknesses = [], []
     for name, gear in gears.gears.items():
