@@ -52,7 +52,8 @@ def helix_flags(gears: GearSet, turned: Helix, *, bearings: bool) -> Iterator[st
         return
     axial = [abs(turned.slope) * kind.load for kind in gears.kinds]
     if not bearings:
-        yield f"helix: each mesh pushes its gears {max(axial):.4g} N along their axes; no bearing here holds it"
+        force = f"{max(axial):.4g} N"
+        yield f"helix: each mesh pushes its gears {force} along their axes; no bearing here holds it"
     if gears.shares:
         radius = gears.bodies["planet"].radius
         arms = sum(radius / math.cos(kind.pair.working_pressure_angle) for kind in gears.kinds)
