@@ -1,6 +1,6 @@
 """Tables that a scene refers to: read once, so that their contents are part of the scene."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,8 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
 
 PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "roll_length": "m", "path_position": "m"}
 PROFILE_ORDINATES = ("depth", "deviation")
+FACE = "face_position"
+"""Where on the face points of a flank lie, from mid-face: beside one of these, or alone in a lead."""
 
 
 def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
@@ -50,22 +52,25 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     """
     if "x" in given and "y" in given and _stored(given.get("abscissa"), given.get("ordinate")):
         return given
-    for key in ("abscissa", "ordinate"):
+    for key in ("abscissa", "ordinate", "across"):
         if key in given:
             raise ValueError(f"{key!r} is read from file, not written")
     if "file" not in given:
         raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'file'"})
     try:
-        x, y, abscissa, ordinate = profile_table(given, base)
+        x, y, abscissa, ordinate, across = profile_table(given, base)
     except TableError as error:
         raise ValueError(str(error)) from None
-    return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate}
+    return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate, "across": across}
 
 
 def profile_table(
     given: dict[str, Any], base: Path | None
-) -> tuple[str, str, tuple[float, ...], tuple[float, ...]]:
+) -> tuple[str, str, tuple[float, ...], tuple[float, ...], tuple[float, ...] | None]:
     """Return what abscissa and ordinate of a measured flank are, and their values [m] or [rad].
+
+    Last where each point lies on the face [m]; None of a profile, which was measured at one place alone, and
+    of a lead, whose abscissa that is.
 
     Raises
     ------
@@ -75,20 +80,53 @@ def profile_table(
     file = named_file(given)
     units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
     mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
-    if unknown := set(mapped) - {*PROFILE_ABSCISSAE, *PROFILE_ORDINATES}:
-        known = ", ".join((*PROFILE_ABSCISSAE, *PROFILE_ORDINATES))
+    if unknown := set(mapped) - {*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES}:
+        known = ", ".join((*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES))
         raise TableError(f"columns: {', '.join(sorted(unknown))}: expected {known}")
     table = read_table(_path(file, base))
-    x = _column(given.get("x"), table, mapped, tuple(PROFILE_ABSCISSAE), "x", file)
+    faced = table.meant(FACE, mapped) is not None
+    alone = faced and not any(name in mapped or table.meant(name, mapped) for name in PROFILE_ABSCISSAE)
+    abscissae = (FACE,) if alone else tuple(PROFILE_ABSCISSAE)
+    x = _column(given.get("x"), table, mapped, abscissae, "x", file)
     y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y", file)
-    abscissa = _of_table(table, mapped, units, x, PROFILE_ABSCISSAE[x])
+    abscissa = _of_table(table, mapped, units, x, PROFILE_ABSCISSAE.get(x, "m"))
     ordinate = _of_table(table, mapped, units, y, "m")
+    across = _of_table(table, mapped, units, FACE, "m") if faced and not alone else None
+    for place, rows in traces(across, len(abscissa)).items():
+        _check_order([abscissa[row] for row in rows], x, _whose(table, across, place, rows))
+    if across is not None and len(set(across)) == 1:
+        raise TableError(
+            f"{file}: {FACE} is {1e3 * across[0]:g} mm in every row: give several traces over the face, or a "
+            "file without that column for a profile that holds all over it"
+        )
+    return x, y, abscissa, ordinate, across
+
+
+def traces(across: Sequence[float] | None, count: int) -> dict[float, list[int]]:
+    """Return the rows of each trace of a measured flank by its place on the face, rising [m].
+
+    >>> traces([0.01, 0.01, -0.01, -0.01], 4)
+    {-0.01: [2, 3], 0.01: [0, 1]}
+    """
+    found: dict[float, list[int]] = {}
+    for row in range(count):
+        found.setdefault(0.0 if across is None else across[row], []).append(row)
+    return dict(sorted(found.items()))
+
+
+def _whose(table: ReadTable, across: Sequence[float] | None, place: float, rows: Sequence[int]) -> str:
+    """Return the file, and of a topography the trace, as messages name it."""
+    if across is None:
+        return table.file
+    return f"{table.file}: lines {table.lines[rows[0]]} to {table.lines[rows[-1]]}, {FACE} {1e3 * place:g} mm"
+
+
+def _check_order(abscissa: Sequence[float], x: str, whose: str) -> None:
     rising = all(b >= a for a, b in pairwise(abscissa))
     if not rising and not all(b <= a for a, b in pairwise(abscissa)):
-        raise TableError(f"{file}: {x} neither rises nor falls throughout; sort the rows by {x}")
+        raise TableError(f"{whose}: {x} neither rises nor falls throughout; sort the rows by {x}")
     if any(c == a for a, c in zip(abscissa, abscissa[2:], strict=False)):
-        raise TableError(f"{file}: {x} has the same value three times; twice marks a step")
-    return x, y, abscissa, ordinate
+        raise TableError(f"{whose}: {x} has the same value three times; twice marks a step")
 
 
 def _of_table(

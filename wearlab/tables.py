@@ -43,6 +43,7 @@ NAMES = {
     "roll_angle": ("roll_angle", "roll angle", "wälzwinkel", "waelzwinkel", "xi", "ξ"),
     "roll_length": ("roll_length", "length of roll", "roll length", "wälzlänge", "wälzweg", "ly"),
     "path_position": ("path_position", "path position"),
+    "face_position": ("face_position", "face position", "lead position", "flankenlinie"),
     "depth": ("depth", "wear depth", "wear", "verschleiß", "verschleisstiefe", "verschleißtiefe"),
     "deviation": ("deviation", "abweichung", "profile deviation", "profilabweichung", "f", "fa"),
 }

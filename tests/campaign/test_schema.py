@@ -146,7 +146,7 @@ def test_every_key_of_a_scene_is_in_the_schema():
     while pending:
         path = pending.pop()
         for key in keys_at(path):
-            assert key in known or key in ("along", "abscissa", "ordinate"), (path, key)
+            assert key in known or key in ("along", "abscissa", "ordinate", "across"), (path, key)
             if parts_at((*path, key)) and key not in path:
                 pending.append((*path, key))
 

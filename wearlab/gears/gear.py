@@ -240,3 +240,8 @@ class GearPair:
             return np.zeros_like(position)
         from_root = position - self.path.A if gear == DRIVING else self.path.E - position
         return item.removed(from_root, self.path.E - self.path.A)
+
+    def from_root(self, gear: int, s: ArrayLike) -> Array:
+        """Return the share of the active profile between its root end and s, (n,) [1]."""
+        share = (np.asarray(s, dtype=float) - self.path.A) / (self.path.E - self.path.A)
+        return np.asarray(share if gear == DRIVING else 1.0 - share)

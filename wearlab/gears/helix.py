@@ -204,3 +204,20 @@ class Lead(NamedTuple):
         ends = np.clip(1.0 - (0.5 * face_width - np.abs(y)) / self.relief_length, 0.0, None)
         along = 4.0 * self.crowning * eta**2 - self.slope * eta + self.relief * ends
         return np.asarray(along - self.bias * eta * (xi - 0.5))
+
+
+class SlicedFlank(NamedTuple):
+    """A flank by slices of its face.
+
+    Parameters
+    ----------
+    position : (n_face,) y of the middle of each slice from mid-face, ascending [m]
+    width : b [m]
+    lead : what is taken off on purpose over the face
+    cosine : of β_b [1]
+    """
+
+    position: Array
+    width: float
+    lead: Lead
+    cosine: float = 1.0

@@ -56,6 +56,7 @@ def hands(scene: sections.Sections) -> dict[str, str]:
 def face_rules(scene: sections.Sections) -> Problems:
     """What flanks with a width cannot go together with, each with what to give instead."""
     keys = face_keys(scene)
+    yield from _measured(scene, keys)
     if not keys:
         return
     without = WITHOUT.format(keys=" and ".join(keys))
@@ -70,6 +71,23 @@ def face_rules(scene: sections.Sections) -> Problems:
         yield "start", "takes wear over by profile alone: give wear.initial instead"
     if scene.wear is not None and isinstance(scene.wear.coefficient, CalibratedCoefficient):
         yield "wear.coefficient", "'calibrated' knows no face: give the coefficient's value"
+
+
+def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
+    """A flank that was measured over its face needs one, and thins its section nowhere alike."""
+    for flank in scene.gears.descriptor.flanks:
+        initial = None if scene.wear is None else scene.wear.initial_of(flank)
+        if initial is None or not getattr(initial, "over_the_face", False):
+            continue
+        path = f"wear.initial.{flank}"
+        if not keys:
+            yield (
+                f"{path}.file",
+                "was measured over the face (face_position), and this scene has none: give mesh.face_points, "
+                "such as 41, or a file of one profile",
+            )
+        if initial.sides == "both":
+            yield f"{path}.sides", "'both' thins every slice alike, and a face is worn unevenly: give 'drive'"
 
 
 def _in_motion(scene: sections.Sections, key: str) -> Problems:

@@ -16,6 +16,7 @@ from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
+from wearlab.scene.build.face import sliced_flank
 from wearlab.scene.build.wear import build_limits, build_snapshots
 from wearlab.scene.wear import is_replaced
 from wearlab.simulation import label, operating
@@ -330,11 +331,15 @@ def initial_wear(scene: Scene, parts: Parts, coupling: coupled.Coupled | None = 
         if flank is None:
             continue
         kind, gear = parts.gears.flank(name)
-        position = parts.kinds[kind].analysis.grid.position
+        pair, position = parts.kinds[kind].pair, parts.kinds[kind].analysis.grid.position
         if flank.by_law:
             by_law[name] = parts.coupling.entries(kind, gear), flank.depth
+        elif parts.face is None:
+            wear[kind][gear] = flank.at_nodes(pair, gear, position)
         else:
-            wear[kind][gear] = flank.at_nodes(parts.kinds[kind].pair, gear, position)
+            slices = parts.face.kinds[kind].contact.grid.position
+            sliced = sliced_flank(scene, parts.gears, (kind, gear), slices)
+            wear[kind][gear] = flank.over_face(pair, gear, position, sliced)
     if not by_law:
         return wear
     try:

@@ -1,6 +1,6 @@
 """Flanks worn before the first cycle as measured: from points of a profile to depths at the nodes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.helix import SlicedFlank
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffness import PiecewiseCurve
 
@@ -71,14 +72,103 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
         When the profile leaves the involute, does not cover the active flank, or stands above its zero.
     """
     s = np.asarray(position, float)
+    nodal = _nodal(profile, pair, gear, s)
+    nodal = nodal - _zero_line(profile.zero, pair, gear, s, nodal)
+    _check_sign(nodal, pair, gear, s, profile.zero)
+    return np.maximum(nodal, 0.0)
+
+
+def _nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:
+    """Return what was measured at the nodes, before its zero, (n,) [m]."""
     where, depth = _along_path(profile, pair, gear)
     where, depth = continued(where, depth, pair.path.A, pair.path.E, profile.continuation)
     _check_cover(where, pair, gear, profile.along)
     if profile.across:
         depth = depth * np.cos(_load_angle(pair, gear, where))
-    nodal = _at_nodes(where, depth, s, profile.smooth)
-    nodal = nodal - _zero_line(profile.zero, pair, gear, s, nodal)
-    _check_sign(nodal, pair, gear, s, profile.zero)
+    return _at_nodes(where, depth, s, profile.smooth)
+
+
+def measured_topography(
+    place: Array, profiles: Sequence[MeasuredProfile], at: tuple[GearPair, int, Array], flank: SlicedFlank
+) -> Array:
+    """Return the wear depth of a flank that was measured profile after profile over its face.
+
+    Each profile at the nodes, then straight from one to the next across the face.
+
+    Parameters
+    ----------
+    place : (m,) of each profile from mid-face, ascending [m]
+    profiles : (m,) which have zero and continuation in common
+    at : the pair, 0 for its driving gear or 1, and (n,) path positions of the nodes [m]
+    flank : the slices
+
+    Returns
+    -------
+    (n_face, n) depth along the flank normal, ≥ 0 [m]
+
+    Raises
+    ------
+    GearError
+        As of `measured`, or where the profiles do not cover the face.
+    """
+    pair, gear, position = at
+    each = np.stack([_nodal(profile, pair, gear, position) for profile in profiles])
+    how = profiles[0].zero, profiles[0].continuation
+    return _over_face(place, each, pair.gears[gear].name, flank, how)
+
+
+def measured_lead(
+    place: Array, depth: Array, name: str, flank: SlicedFlank, how: tuple[Zero, Continuation]
+) -> Array:
+    """Return the wear depth of a flank whose lead was measured, at its slices, (n_face,) [m].
+
+    Parameters
+    ----------
+    place, depth : (m,) from mid-face, rising or falling, and material gone there [m]
+    name : of the gear
+    flank : the slices
+    how : zero, and continuation to the ends of the face
+
+    Raises
+    ------
+    GearError
+        Where it does not cover the face, or stands above its zero.
+    """
+    rising = np.argsort(place, kind="stable")
+    return _over_face(place[rising], depth[rising, None], name, flank, how)[:, 0]
+
+
+def _over_face(
+    place: Array, depth: Array, name: str, flank: SlicedFlank, how: tuple[Zero, Continuation]
+) -> Array:
+    """Return depths (m, n) at places on the face at the slices, from their zero, (n_face, n) [m]."""
+    zero, continuation = how
+    if zero not in ("as-measured", "max"):
+        raise GearError(
+            f"{name}: zero = {zero!r} is a profile's, and this flank was measured over its face: give "
+            "'as-measured' or 'max'"
+        )
+    ends = float(flank.position[0]), float(flank.position[-1])
+    slack = SLACK * flank.width
+    if continuation == "refuse" and (place[0] > ends[0] + slack or place[-1] < ends[1] - slack):
+        raise GearError(
+            f"{name}: what was measured covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} "
+            f"mm, the slices {1e3 * ends[0]:.4g} to {1e3 * ends[1]:.4g} mm; measure all of the face, check "
+            "face_position, counted from mid-face, and its unit, or say how it goes on: continuation = "
+            "'hold', 'slope' or 'zero'"
+        )
+    nodal = np.empty((len(flank.position), depth.shape[1]))
+    for node, along in enumerate(depth.T):
+        nodal[:, node] = np.interp(flank.position, *continued(place, along, ends[0], ends[1], continuation))
+    nodal -= nodal.min() if zero == "max" else 0.0
+    allowed = max(LEAST_NOISE, NOISE * float(nodal.max()))
+    if nodal.min() < -allowed:
+        lowest = flank.position[np.argmin(nodal.min(axis=1))]
+        raise GearError(
+            f"{name}: with zero = {zero!r} the measured flank stands {-1e6 * nodal.min():.3g} µm above its "
+            f"unworn shape at face position {1e3 * lowest:.4g} mm, and wear adds no material; check the "
+            "sign, or choose zero = 'max'"
+        )
     return np.maximum(nodal, 0.0)
 
 

@@ -145,9 +145,9 @@ def profile(
     ending = figure.suffix.lower().removeprefix(".")
     check_format(ending)
     table = read_table(file)
-    x, y, abscissa, ordinate = profile_table(given, None)
+    x, y, abscissa, ordinate, across = profile_table(given, None)
     write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
-    headers = [str(table.meant(name, mapped)) for name in (x, y)]
+    headers = [str(table.meant(name, mapped)) for name in (x, y, *(["face_position"] if across else []))]
     told = {
         "file": str(file),
         "read as": table.understood,

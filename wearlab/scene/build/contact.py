@@ -12,6 +12,7 @@ from wearlab.mesh.corners import FURTHEST, OverhangingFlank, reach_beyond, unwor
 from wearlab.mesh.errors import AT_REST, MemberError, MeshError, Realisation, mesh_error, realised
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.scene import Scene
+from wearlab.scene.build.face import sliced_flank
 from wearlab.scene.build.sets import modifications
 
 
@@ -144,8 +145,8 @@ STEP = 0.02
 """Base pitches in which extended contact grows, so that grids of different density reach equally far."""
 EXTENDED_CONTACT = 0.05
 """Share of the path by which contact may be extended before a run without extended contact says so."""
-CHECKED_POINTS = 101
-"""Points of a flank at which the wear it starts with is looked at before anything runs."""
+CHECKED_POINTS, CHECKED_SLICES = 101, 41
+"""Points of a profile, and slices of a face, at which the wear it starts with is looked at before a run."""
 
 
 def flanks_of(pair: gear.GearPair, grid: profile.ProfileGrid) -> WornFlanks:
@@ -297,7 +298,11 @@ def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
             continue
         pair = gears.kinds[kind].pair
         position = np.linspace(pair.path.A, pair.path.E, CHECKED_POINTS)
-        depth = flank.at_nodes(pair, gear, position)
+        sliced = sliced_flank(scene, gears, (kind, gear), CHECKED_SLICES)
+        if sliced is None:
+            depth = flank.at_nodes(pair, gear, position)
+        else:
+            depth = flank.over_face(pair, gear, position, sliced).max(axis=0)
         body = pair.gears[gear]
         thickness = 2.0 * outline.contact_depth(body, pair.radius(gear, position))
         if np.any(depth >= thickness):

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import DRIVING, GearPair
-from wearlab.gears.helix import SPUR, Helix, Lead, helix
+from wearlab.gears.gear import GearPair
+from wearlab.gears.helix import SPUR, Helix, Lead, SlicedFlank, helix
 from wearlab.life.face import FaceKind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact, section
@@ -18,7 +18,7 @@ from wearlab.mesh.face.grid import FaceGrid, helical_face, spur_face
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import build_law
-from wearlab.scene.face import face_coupling, hands
+from wearlab.scene.face import face_coupling, face_keys, hands
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
 from wearlab.wear.path import WearPath
@@ -101,14 +101,33 @@ def build_face_contact(
 
 def leads(scene: Scene, pair: GearPair, grid: FaceGrid) -> Array:
     """Return what is removed on purpose and varies over the face, (2, n_face, n) (driving, driven) [m]."""
-    path, each = pair.path, []
-    for number, gear in enumerate(pair.gears):
-        share = (grid.profile.position - path.A) / (path.E - path.A)
-        own: Any = getattr(scene.gears, gear.name)
-        of_gear = lead(own)
-        from_root = share if number == DRIVING else 1.0 - share
-        each.append(of_gear.removed(grid.position, from_root, grid.face_width))
+    each = [
+        lead(getattr(scene.gears, gear.name)).removed(
+            grid.position, pair.from_root(number, grid.profile.position), grid.face_width
+        )
+        for number, gear in enumerate(pair.gears)
+    ]
     return np.stack(each)
+
+
+def sliced_flank(
+    scene: Scene, gears: GearSet, of: tuple[int, int], slices: Array | int
+) -> SlicedFlank | None:
+    """Return a flank by slices, None in a scene without a face.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    of : kind of mesh, and 0 for its driving gear or 1
+    slices : their middles (n_face,) from mid-face [m], or how many equal ones
+    """
+    if not face_keys(scene):
+        return None
+    pair = gears.kinds[of[0]].pair
+    if isinstance(slices, int):
+        slices = (np.arange(slices) - 0.5 * (slices - 1)) * pair.face_width / slices
+    own: Any = getattr(scene.gears, pair.gears[of[1]].name)
+    return SlicedFlank(slices, pair.face_width, lead(own), helix_of(scene, gears).cosine)
 
 
 def lead(gear: Any) -> Lead:

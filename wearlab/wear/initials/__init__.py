@@ -18,6 +18,8 @@ from wearlab.table_options import read_profile
 if TYPE_CHECKING:
     from wearlab.arrays import Array
     from wearlab.gears.gear import GearPair
+    from wearlab.gears.helix import SlicedFlank
+    from wearlab.wear.measured_profile import MeasuredProfile
 
 
 class InitialModel(Variant):
@@ -66,6 +68,17 @@ class InitialModel(Variant):
             When the gears cannot have it.
         """
         raise NotImplementedError(f"{type(self).__name__} has no at_nodes")
+
+    def over_face(self, pair: "GearPair", gear: int, position: "Array", flank: "SlicedFlank") -> "Array":
+        """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
+
+        Parameters
+        ----------
+        pair, gear, position : as of `at_nodes`
+        flank : the slices
+        """
+        depth = self.at_nodes(pair, gear, position)
+        return np.broadcast_to(depth, (len(flank.position), len(depth)))
 
 
 class ShapedWear(InitialModel):
@@ -125,6 +138,7 @@ class ProfileUnits(Part):
     roll_angle: str | None = option(None, "unit of the roll angle", derived="that of the header")
     roll_length: str | None = option(None, "unit of the length of roll", derived="that of the header")
     path_position: str | None = option(None, "unit of the path position", derived="that of the header")
+    face_position: str | None = option(None, "unit of the place on the face", derived="that of the header")
     depth: str | None = option(None, "unit of the wear depth", derived="that of the header")
     deviation: str | None = option(None, "unit of the deviation", derived="that of the header")
 
@@ -139,11 +153,12 @@ class MeasuredWear(InitialModel):
     file: str | None = option(
         None,
         "table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as "
-        "machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`)",
+        "machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`); with "
+        "face_position, from mid-face, a topography, profile after profile, and with that alone a lead",
         derived="required in a campaign file",
         identity=False,
     )
-    x: Literal["diameter", "roll_angle", "roll_length", "path_position"] = option(
+    x: Literal["diameter", "roll_angle", "roll_length", "path_position", "face_position"] = option(
         None, "column that says where on the flank", derived="the one the file has"
     )
     y: Literal["depth", "deviation"] = option(
@@ -184,6 +199,9 @@ class MeasuredWear(InitialModel):
     )
     abscissa: SkipJsonSchema[tuple[float, ...]] = option(..., "x in SI, from the file")
     ordinate: SkipJsonSchema[tuple[float, ...]] = option(..., "y in SI, from the file")
+    across: SkipJsonSchema[tuple[float, ...] | None] = option(
+        None, "place on the face in SI, from the file", derived="a profile or a lead"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -200,14 +218,46 @@ class MeasuredWear(InitialModel):
         if self.continuation != "refuse":
             yield f"initial wear of {flank}: beyond what was measured continued by {self.continuation!r}"
 
+    @property
+    def over_the_face(self) -> bool:
+        """Whether it was measured over the face: a lead or a topography."""
+        return self.across is not None or self.x == "face_position"
+
     def at_nodes(self, pair: "GearPair", gear: int, position: "Array") -> "Array":
         """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
-        from wearlab.wear.measured_profile import MeasuredProfile, measured, path_position
+        from wearlab.wear.measured_profile import measured
 
-        abscissa, depth = np.asarray(self.abscissa, float), np.asarray(self.ordinate, float)
+        return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
+
+    def over_face(self, pair: "GearPair", gear: int, position: "Array", flank: "SlicedFlank") -> "Array":
+        """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
+        from wearlab.table_options import traces
+        from wearlab.wear.measured_profile import measured_lead, measured_topography
+
+        if not self.over_the_face:
+            return super().over_face(pair, gear, position, flank)
+        if self.x == "face_position":
+            y, depth = np.asarray(self.abscissa, float), np.asarray(self.ordinate, float)
+            if self.y == "deviation":
+                depth = -depth - flank.lead.removed(y, [0.5], flank.width)[:, 0]
+            lead = measured_lead(y, depth, pair.gears[gear].name, flank, (self.zero, self.continuation))
+            return np.repeat(lead[:, None], len(position), axis=1)
+        each = traces(self.across, len(self.abscissa))
+        profiles = [self._profile(pair, gear, rows, flank, place) for place, rows in each.items()]
+        return measured_topography(np.array(list(each)), profiles, (pair, gear, position), flank)
+
+    def _profile(
+        self, pair: "GearPair", gear: int, rows: Any, flank: "SlicedFlank | None" = None, place: float = 0.0
+    ) -> "MeasuredProfile":
+        """Return the rows of one profile, of a topography that at a place on the face."""
+        from wearlab.wear.measured_profile import MeasuredProfile, path_position
+
+        abscissa, depth = np.asarray(self.abscissa, float)[rows], np.asarray(self.ordinate, float)[rows]
+        x: Any = self.x
         if self.y == "deviation":
-            where = path_position(pair, gear, self.x, abscissa)
-            depth = -depth - pair.modification(gear, np.clip(where, pair.path.A, pair.path.E))
+            where = np.clip(path_position(pair, gear, x, abscissa), pair.path.A, pair.path.E)
+            depth = -depth - pair.modification(gear, where) * (1.0 if flank is None else flank.cosine)
+            if flank is not None:
+                depth -= flank.lead.removed([place], pair.from_root(gear, where), flank.width)[0]
         across = self.direction == "tooth-thickness"
-        profile = MeasuredProfile(self.x, abscissa, depth, across, self.zero, self.smooth, self.continuation)
-        return measured(profile, pair, gear, position)
+        return MeasuredProfile(x, abscissa, depth, across, self.zero, self.smooth, self.continuation)
