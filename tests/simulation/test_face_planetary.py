@@ -209,5 +209,7 @@ def test_bearings_hold_what_the_helix_pushes_along_the_axes():
     total = run["bearing_force"].sel(axis="z").sel(member=["sun", "ring", "carrier"]).sum("member")
     assert np.abs(total.values).max() < 1e-9 * pushed
     told = run["validity"].item()
-    assert f"tilt it by {pushed / 3.0 * 2.0 * radius[1]:.4g} N m" in told and "no bearing here" not in told
-    assert f"each mesh pushes its gears {pushed / 3.0:.4g} N" in known("helical")["validity"].item()
+    assert (
+        f"tilt it by up to {pushed / 3.0 * 2.0 * radius[1]:.4g} N m" in told and "no bearing here" not in told
+    )
+    assert f"each mesh pushes its gears up to {pushed / 3.0:.4g} N" in known("helical")["validity"].item()

@@ -92,7 +92,8 @@ def _set_apart(position: Array, span: float) -> Array:
 
 
 STATES_OF_A_FACE = 12
-"""Wear states that are kept of flanks with a width where nobody asked: each takes half a megabyte."""
+"""Wear states that are kept of a pair with a face where nobody asked, of a set with two kinds of mesh half as
+many: each takes half a megabyte a kind."""
 MOST_WORK = 2e9
 """Bound on the work of an integration over cycles, units of about 15 ns. Kept states, estimates and the
 search for other attractors come on top."""
@@ -243,7 +244,7 @@ def _integrated(
         tolerance=cycle_tolerance(scene),
         most_work=most,
         kept_work=KEPT_SHARE * most,
-        most_kept=None if parts.face is None else STATES_OF_A_FACE,
+        most_kept=None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds),
     )
 
 

@@ -1,7 +1,7 @@
 """``helix_angle``, lead modifications and ``[mesh] misalignment`` → contact and wear over the face."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -40,27 +40,28 @@ def helix_of(scene: Scene, gears: GearSet) -> Helix:
     return helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense)
 
 
-def helix_flags(gears: GearSet, turned: Helix, *, bearings: bool) -> Iterator[str]:
+def helix_flags(gears: GearSet, turned: Helix, loads: Sequence[float], *, bearings: bool) -> Iterator[str]:
     """Yield what the helix of gears does that nothing here answers to, in words.
 
     Parameters
     ----------
     gears, turned : the gear set and its helix
+    loads : largest static force of each kind of mesh, in the heaviest of all conditions [N]
     bearings : whether the dynamics know bearings, which hold the axial force
     """
     if not turned.angle:
         return
-    axial = [abs(turned.slope) * kind.load for kind in gears.kinds]
+    axial = [abs(turned.slope) * load for load in loads]
     if not bearings:
-        force = f"{max(axial):.4g} N"
+        force = f"up to {max(axial):.4g} N"
         yield f"helix: each mesh pushes its gears {force} along their axes; no bearing here holds it"
     if gears.shares:
         radius = gears.bodies["planet"].radius
         arms = sum(radius / math.cos(kind.pair.working_pressure_angle) for kind in gears.kinds)
         yield (
-            f"helix: the two meshes of a planet tilt it by {axial[0] * arms:.4g} N m, and how its bearing "
-            "gives way is not computed: give mesh.sun_planet.misalignment and mesh.planet_ring.misalignment, "
-            "over torque"
+            f"helix: the two meshes of a planet tilt it by up to {axial[0] * arms:.4g} N m, and how its "
+            "bearing gives way is not computed: give mesh.sun_planet.misalignment and "
+            "mesh.planet_ring.misalignment, over torque"
         )
 
 

@@ -181,7 +181,8 @@ def _parts(
     count = scene.numerics.phase_points or PHASE_POINTS
     vibration = coupling.vibration
     bearings = vibration is not None and any(support.bears for support in vibration.system.supports)
-    told = helix_flags(gears, helix_of(scene, gears), bearings=bearings)
+    loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
+    told = helix_flags(gears, helix_of(scene, gears), loads, bearings=bearings)
     wear: Any = scene.wear
     return Parts(
         gears=gears,

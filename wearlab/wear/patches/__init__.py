@@ -68,7 +68,7 @@ class ElasticPatch(PatchModel):
         from wearlab.wear.patch import two_way
 
         law, path, reference = setting.law, setting.path, setting.reference
-        if law is None:
+        if law is None or not reference.any():
             return two_way(setting.half_width, path)
         sliding = wear_rate(law, reference) * path.face_width / reference
         return elastic(setting.half_width, reference, sliding, wear_rate(law, setting.static), path)
