@@ -3,8 +3,7 @@ import pickle
 
 import pytest
 
-from wearlab.dynamics.models.spur_3dof import Spur3dofDynamics
-from wearlab.dynamics.models.torsional import TorsionalDynamics
+from wearlab.dynamics.models.pair import Spur3dofDynamics, TorsionalDynamics
 from wearlab.life.steps import AdaptiveStep, EulerStep
 from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.excitations.fourier import FourierExcitation

@@ -1,10 +1,10 @@
-"""Translations and rotation of sun, ring, carrier and every planet, in the carrier's frame (W23)."""
+"""Models of a planetary set: all its motions in the carrier's frame (W23), or rotations alone (B23)."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from wearlab.dynamics.models import DynamicModel, InMotion
-from wearlab.dynamics.supports import PlanetarySupports
+from wearlab.dynamics.supports import PlanetarySupports, PlanetaryTorsionalSupports
 from wearlab.options import Switch, option
 
 if TYPE_CHECKING:
@@ -65,4 +65,58 @@ class PlanetaryDynamics(DynamicModel):
                 "operation.load_torque",
                 f"'zero' leaves the output {output!r} without any load: give dynamics.supports.{output} a "
                 "torsional_stiffness, or load_torque = 'balance'",
+            )
+
+
+class PlanetaryTorsionalDynamics(DynamicModel):
+    """Rotations of sun, planets and carrier; the ring at rest or turning."""
+
+    kinds: ClassVar[tuple[str, ...]] = ("planetary",)
+
+    model: Literal["planetary-torsional"] = option(
+        ..., "planetary set, rotations alone", source="B23 Eqs. 14–20"
+    )
+    supports: PlanetaryTorsionalSupports = option(
+        PlanetaryTorsionalSupports(), "torsional supports, none by default"
+    )
+
+    def build(self, motion: InMotion) -> "System":
+        """Return B23's model of a set whose ring is at rest."""
+        import numpy as np
+
+        from wearlab.dynamics import planetary_torsional as of
+        from wearlab.dynamics.planetary_torsional import planetary_torsional
+        from wearlab.gears.specification import GearError
+
+        rigid = of.rigid_set(motion)
+        try:
+            system = planetary_torsional(
+                rigid,
+                of.held(self.supports, rigid),
+                of.meshing(motion, rigid.ring_at_rest),
+                motion.gears.torque,
+                friction=self.friction is not None,
+            )
+        except ValueError as error:
+            raise GearError(f"scene.dynamics.supports: {error}") from error
+        if motion.operation.input == "sun" or system.balance is None:
+            return system
+        carrier = of.torques(motion, set()).given["carrier"] / rigid.bodies["carrier"].radius
+        names = np.array(system.coordinates)
+        return system._replace(
+            load=np.where(names == "carrier.u", carrier, 0.0), balance=(names == "sun.u").astype(float)
+        )
+
+    def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
+        """The ring is at rest, and the load torque balances."""
+        if scene.operation.fixed != "ring":
+            yield (
+                "operation.fixed",
+                f"the torsional model holds the ring at rest, not {scene.operation.fixed!r}; give "
+                "fixed = 'ring' or dynamics.model = 'planetary'",
+            )
+        if scene.operation.output_loaded is False:
+            yield (
+                "operation.load_torque",
+                "the torsional model turns freely and needs the load torque: 'balance'",
             )

@@ -1,10 +1,10 @@
-"""One degree of freedom along the line of action (L16)."""
+"""Models of a pair: one degree of freedom along the line of action, or rotation and translations (L16)."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 from wearlab.dynamics.models import DynamicModel, InMotion
-from wearlab.dynamics.supports import TorsionalSupports, problems_of_pair
+from wearlab.dynamics.supports import Supports, TorsionalSupports, problems_of_pair
 from wearlab.options import option
 
 if TYPE_CHECKING:
@@ -26,3 +26,20 @@ class TorsionalDynamics(DynamicModel):
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
         return problems_of_pair(self, scene.gears.toothed, bearings=False)
+
+
+class Spur3dofDynamics(DynamicModel):
+    """Rotation and both translations along the line of action."""
+
+    model: Literal["spur-3dof"] = option(..., "spur pair on bearings, 3 DOF", source="L16 Eqs. 1–6")
+    supports: Supports = option(..., "the bearings of both gears")
+
+    def build(self, motion: InMotion) -> "System":
+        """Return L16's model with translations."""
+        from wearlab.dynamics.spur import common_arguments, spur_3dof
+
+        return spur_3dof(**common_arguments(self, motion))
+
+    def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
+        """Yield what is wrong with the supports."""
+        return problems_of_pair(self, scene.gears.toothed, bearings=True)
