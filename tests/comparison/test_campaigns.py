@@ -10,6 +10,7 @@ from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.comparison import CompareError, compare
 from wearlab.comparison.campaigns import side
+from wearlab.comparison.runs import PAIR_HEADS
 from wearlab.store import Store
 
 
@@ -89,6 +90,10 @@ def test_what_has_no_partner_is_named(store):
     assert json.loads(found.attrs["only_b"]) == ["speed = 1200 rpm", "speed = 3720 rpm: missing"]
     with pytest.raises(CompareError, match=r"no run of 'from 0' has a partner"):
         compare(campaign(0), replace(other, cases=other.cases[1:2]), store=store)
+
+
+def test_lives_in_a_table_of_pairs_have_their_unit():
+    assert PAIR_HEADS[1:3] == ("life A [cycles]", "life B [cycles]")
 
 
 def test_by_id(store):

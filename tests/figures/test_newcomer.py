@@ -76,3 +76,29 @@ def test_what_a_killed_process_left_is_interrupted(ended, tmp_path):
         store.claim(["0" * 32], here.token, lambda entry: False)
         assert "running" in store.open(campaign).status.values
     assert "interrupted" in store.open(campaign).status.values
+
+
+def test_a_key_that_is_no_axis_is_answered_by_the_axis_of_its_sweep(plot, ended):
+    with pytest.raises(FigureError, match=r"the sweep of operation.speed is called 'speed'; valid: .*speed"):
+        plot(kind="max-wear", hue="operation")
+
+
+def test_a_legend_of_numbers_says_what_they_are_and_one_of_names_does_not(plot):
+    wear = plot(kind="max-wear")
+    assert wear.legend[0].text == "800 rpm" and wear.headed[0].text == "speed: 800 rpm"
+    assert wear.headed[1:] == wear.legend[1:]
+    assert plot(kind="wear-profile", hue="update", select={"speed": 800, "flank": "pinion"}).head == ""
+
+
+def test_no_row_of_panels_stands_empty(plot):
+    """A static case among speeds has none of them: rows of cases by speed had panels without a curve."""
+    wishes = {"kind": "wear-profile", "rows": "case", "hue": "update"}
+    one = plot(**wishes, select={"case": ["base", "static"], "flank": "pinion"})
+    assert {panel.row for panel in one.panels} == {*range(one.rows)}
+    assert {panel.column for panel in one.panels} == {*range(one.columns)}
+    assert all(panel.curves for panel in one.panels) and any("static" in p.title for p in one.panels)
+
+
+def test_one_dimension_cannot_have_two_roles(plot):
+    with pytest.raises(FigureError, match=r"rows and cols both are 'speed': leave one of them out"):
+        plot(kind="wear-profile", rows="speed", cols="speed")

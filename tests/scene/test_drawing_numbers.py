@@ -123,3 +123,17 @@ def test_what_is_read_off_a_motion_says_so_under_static_load():
     table = {k: v for k, v in TABLE.items() if k != "dynamics"}
     with pytest.raises(SceneError, match=r"mesh_acceleration_orders' is read off a motion, .*\[dynamics\]"):
         Scene.from_mapping({**table, "store": {"variables": ["all", "mesh_acceleration_orders"]}})
+
+
+def test_check_prints_no_backlash_of_0_where_none_is_given():
+    table = copy.deepcopy(TABLE)
+    del table["gears"]["centre_distance"], table["gears"]["gear"]["tooth_thickness_allowance"]
+    del table["gears"]["pinion"]["tooth_thickness_allowance"]
+    scene = Scene.from_mapping(table)
+
+    def row(scene):
+        return next(row for row in sheet(scene).rows if row.symbol == "j_bn")
+
+    assert (row(scene).values, row(scene).unit) == (("none given",), "")
+    assert row(scene.replace("mesh.normal_backlash", "0 um")).values == ("0",)
+    assert row(scene.replace("mesh.normal_backlash", "90 um")).values == ("0.09",)

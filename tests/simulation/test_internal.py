@@ -99,7 +99,7 @@ MEASURED = 'x = "path_position", y = "depth", units = { path_position = "mm", de
 @pytest.mark.parametrize(
     ("initial", "said"),
     [
-        ('depth = "9 mm", shape = "uniform"', "pinion: wear of 9 mm is deeper than the tooth"),
+        ('depth = "9 mm", shape = "uniform"', "wear.initial.pinion: wear of 9 mm is deeper than the tooth"),
         (
             f'file = "few.csv", {MEASURED}',
             "pinion: 2 measured points lie on the active flank; give 5 or more",

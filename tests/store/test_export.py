@@ -118,6 +118,8 @@ def test_zarr(fill, tmp_path):
     store = fill(two_axes())
     export(two_axes(), store, tmp_path / "out.zarr")
     with xr.open_zarr(tmp_path / "out.zarr", chunks=None) as found:
+        scenes = [store.entries([i])[i].scene if i else "" for i in found["run_id"].values.ravel()]
+        assert found["scene"].values.ravel().tolist() == scenes and any(scenes)
         same(store.open(two_axes()), found.load())
         assert found.attrs["Conventions"] == "CF-1.11, ACDD-1.3"
 

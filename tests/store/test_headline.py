@@ -53,3 +53,10 @@ def test_another_attractor_is_told_by_its_largest_force():
         headlines({**LIFE, "cycle": 2e7, "coexisting_force_max": 900.0})[2].short
         == "900 N in another attractor"
     )
+
+
+def test_a_number_stands_with_its_estimated_error_where_there_is_one():
+    life, wear = headlines({**LIFE, "cycle": 2e7})
+    assert life.with_error == "2e+07 cycles of life (± 0.02 % of the life)"
+    assert headlines({"cycle": 0.0, "ste_peak_to_peak": 1.25e-5})[0].with_error.endswith("STE")
+    assert wear.with_error == "400 µm worn (± 0.02 % of the wear)"

@@ -63,3 +63,19 @@ units    = { hours = "h", loss_mg"""
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
 def test_what_excel_writes_before_the_header_is_no_part_of_it(told, encoding):
     assert told("check", GOOD, encoding=encoding)[0] == 0
+
+
+@pytest.mark.parametrize("command", ["check", "update"])
+def test_wear_deeper_than_a_tooth_is_thick_is_in_another_unit(told, command):
+    block = CAMPAIGN.read_text().partition("[[update.data]]")[2].partition("\n[")[0]
+    measured = """
+file     = "measured/gearbox_weighings.csv"
+quantity = "max_wear_depth"
+flank    = "pinion"
+columns  = { hours = "hours", value = "depth" }
+units    = { hours = "h", depth = "mm" }
+error    = { sd = "2 um" }
+"""
+    status, said = told(command, "hours,depth\n2000,0.004\n6200,12\n", (block, measured))
+    assert status == 2 and "line 3: max_wear_depth of 12 mm is deeper than a tooth is thick" in said
+    assert "update.data[0].units" in said and len(said.splitlines()) == 1

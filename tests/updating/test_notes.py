@@ -29,7 +29,8 @@ def notes(values, prior=WIDE, cycles=CYCLES, more=()):
         (
             RATE * CYCLES,
             {"more": (observed(CYCLES, 3 * RATE * CYCLES, ErrorModel(SD), number=2),)},
-            "two files contradict each other",
+            "two files contradict each other, weighings.csv (update.data[0], worn mass sun) and "
+            "weighings.csv (update.data[1], worn mass sun): alone",
         ),
     ],
 )

@@ -287,7 +287,7 @@ def _marks(drawn: Any, panel: Panel) -> None:
 
 def legend_html(plot: Plot) -> str:
     """Return the legend as HTML, with a stroke for each entry; "" where there is none."""
-    entries = "".join(f"<li>{_stroke(e)}{escape(plain(e.text))}</li>" for e in plot.legend)
+    entries = "".join(f"<li>{_stroke(e)}{escape(plain(e.text))}</li>" for e in plot.headed)
     bar = "" if plot.bar is None else f"<li>{_gradient(plot.bar)}</li>"
     return f'<ul style="{ROWS}" aria-label="Legend">{bar}{entries}</ul>' if bar or entries else ""
 

@@ -305,7 +305,10 @@ def _said(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> dict[str, 
 Row = tuple[str, ...]
 SCENE_HEADS = ("key", "A", "B", "unit")
 QUANTITY_HEADS = ("quantity", "A", "B", "unit", "largest difference", "there", "first above tolerance")
-PAIR_HEADS = ("runs", "life A", "life B", "largest difference", "of", "first above tolerance", "of ")
+PAIR_HEADS = (
+    *("runs", "life A [cycles]", "life B [cycles]", "largest difference", "of", "first above tolerance"),
+    "of ",
+)
 ABSENT = "—"
 
 

@@ -160,7 +160,7 @@ def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
     series = [curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)]
     if not series:
         raise FigureError(f"{ask.name}: the update has nothing to show of it")
-    return layout.compose(series, ask, kind, ["case"], [ask.note] if ask.note else [])
+    return layout.compose(series, ask, kind, {"case": ""}, [ask.note] if ask.note else [])
 
 
 def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...]]:
@@ -181,7 +181,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
         raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
-    dims = [str(dim) for dim in grid.run_id.dims]
+    dims = {str(dim): str(grid[dim].attrs.get("key", "")) for dim in grid.run_id.dims}
     notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     series, alike = curves.drawn_once(series, ask)
     notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]

@@ -180,6 +180,20 @@ class _Kinds(Sort):
 PLUGIN_KINDS = _Kinds("figures", Kind, KINDS)
 
 
+def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
+    """Return what may stand for a name along which nothing varies: the axis of its key first.
+
+    Parameters
+    ----------
+    name : that was asked for
+    keys : dotted key that is swept, by axis
+    known : axes and dimensions
+    """
+    axes = [axis for axis, key in keys.items() if key and name in key.split(".")]
+    meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
+    return f"{meant}{choices(name, sorted(known))}"
+
+
 def no_kind(name: str) -> str:
     """Return what to say of a name that no kind has."""
     if name in UNRUN:

@@ -8,7 +8,7 @@ import numpy as np
 
 from wearlab.figures import runs
 from wearlab.figures.curves import from_first, require_positive, states_in_common
-from wearlab.figures.kind import Ask, FigureError, Kind
+from wearlab.figures.kind import Ask, FigureError, Kind, no_axis
 from wearlab.figures.plot import (
     BESIDE,
     INK,
@@ -25,7 +25,7 @@ from wearlab.figures.plot import (
     pens,
 )
 from wearlab.figures.wording import Label, axis_label, power_of_ten
-from wearlab.nearest import choices
+from wearlab.store.grid import key_text
 
 ROLES: tuple[str, ...] = ("cols", "rows", "hue")
 MOST_A_ROLE = 12
@@ -56,7 +56,7 @@ class Layout:
         return list(self.varied[self.roles[role]]) if role in self.roles else [None]
 
 
-def laid_out(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str]) -> Layout:
+def laid_out(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str]) -> Layout:
     """Return the series with a role for everything that varies.
 
     Raises
@@ -92,16 +92,19 @@ def _roles(
     series: Sequence[Series],
     ask: Ask,
     kind: Kind,
-    grid_dims: Sequence[str],
+    grid_dims: Mapping[str, str],
 ) -> dict[str, str]:
     """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
     known = {name for curve in series for name in curve.key}
+    keys = {name: key for name, key in grid_dims.items() if name in known}
     asked = {role: name for role in ROLES if (name := getattr(ask, role))}
     for role, name in asked.items():
         if name not in known:
-            raise FigureError(
-                f"{ask.name}: {role} = {name!r} does not vary here; {choices(name, sorted(known))}"
-            )
+            said = no_axis(name, keys, known)
+            raise FigureError(f"{ask.name}: {role} = {name!r} does not vary here; {said}")
+    for role, name in asked.items():
+        if first := [other for other, same in asked.items() if same == name and other != role]:
+            raise FigureError(f"{ask.name}: {first[0]} and {role} both are {name!r}: leave one of them out")
     roles = {role: name for role, name in asked.items() if name in varied}
     redundant = _redundant(series, varied)
     sizes = {name: len(labels) for name, labels in varied.items()}
@@ -217,7 +220,7 @@ OURS = "computed"
 
 
 def compose(
-    series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str], notes: Sequence[str]
+    series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str], notes: Sequence[str]
 ) -> Plot:
     """Return the figure of these series.
 
@@ -236,13 +239,13 @@ def compose(
     elif ask.y_as == "logarithm":
         require_positive(series, ask)
     pen = pens([label for label in hues if label], hue)
+    head = key_text(grid_dims.get(hue) or hue) if hue else ""
     turned = (
         len(columns) > MOST_COLUMNS >= len(rows) > 1
         and not (ask.rows or ask.cols)
         and roles.get("rows") != "variable"
     )
     cells = _cells(rows, columns, turned)
-    shape = (max(r for r, _ in cells.values()) + 1, max(c for _, c in cells.values()) + 1)
     powers = _powers(series)
     panels = []
     for (row, column), (r, c) in cells.items():
@@ -251,7 +254,8 @@ def compose(
             named = [x.text for x in (column, row) if x and not _tells_itself(roles, x, varied)]
             title = ", ".join(dict.fromkeys(named))
             panels.append(_panel(inside, (r, c), title, lambda curve: _pen(curve, hue, pen), powers, series))
-    bar = _bar_of_maps(series, hue, ask) or bar_of([h for h in hues if h is not None], hue)
+    panels, shape = _close(panels)
+    bar = _bar_of_maps(series, hue, ask) or bar_of([h for h in hues if h is not None], hue, head)
     ups = {s.up.label for s in series}
     return Plot(
         title=_title(series, varied, ask, kind) if ask.title is None else ask.title,
@@ -260,6 +264,7 @@ def compose(
         columns=shape[1],
         share_y="all" if len(ups) == 1 else "row" if roles.get("rows") == "variable" else "none",
         legend=_legend(series, hues if bar is None else beside_bar(hues), pen, hue, _alone(series, ask)),
+        head=head if hue != "update" and bar is None and _is_bare(hues) else "",
         notes=(*notes, *said),
         shape=kind.shape,
         ranks=kind.ranks,
@@ -312,7 +317,7 @@ def _subject(series: Sequence[Series], kind: Kind) -> str:
     return label if label[:2].isupper() else label[:1].lower() + label[1:]
 
 
-def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Sequence[str]) -> str | None:
+def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str]) -> str | None:
     """Return the dimension that becomes the hue, None when none does."""
     return laid_out(series, ask, kind, grid_dims).roles.get("hue")
 
@@ -332,6 +337,13 @@ def _cells(
         for r, row in enumerate(rows)
         for i, col in enumerate(columns)
     }
+
+
+def _close(panels: Sequence[Panel]) -> tuple[list[Panel], tuple[int, int]]:
+    """Return panels without the rows and columns that none of them stands in, and how many there are."""
+    rows, columns = (sorted({getattr(panel, side) for panel in panels}) for side in ("row", "column"))
+    moved = [replace(p, row=rows.index(p.row), column=columns.index(p.column)) for p in panels]
+    return moved, (len(rows), len(columns))
 
 
 def _fits(curve: Series, roles: Mapping[str, str], row: Label | None, column: Label | None) -> bool:
@@ -409,6 +421,11 @@ def _pen(curve: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
     if hue is not None and hue in curve.key and curve.key[hue] in pen:
         return pen[curve.key[hue]]
     return Pen(INK if curve.look == "published" or (hue and curve.look != "points") else ALONE, "-", "o")
+
+
+def _is_bare(hues: Sequence[Label | None]) -> bool:
+    """Say whether labels begin with a number, of which they do not say what it is."""
+    return any(label is not None and label.text[:1].isdigit() for label in hues[:1])
 
 
 def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:

@@ -220,6 +220,7 @@ class Plot:
     rows, columns : size of the grid of panels
     share_y : all panels, those of one row, or none share their y axis
     legend : what the pens mean
+    head : what the numbers of the legend are, "" where they say it
     notes : lines below the axes
     shape : width over height of a panel, wide or square
     ranks : whether ordinates are ranks, the first on top
@@ -241,6 +242,13 @@ class Plot:
     logarithmic_across: bool = False
     bar: Bar | None = None
     small: bool = False
+    head: str = ""
+
+    @property
+    def headed(self) -> tuple[LegendEntry, ...]:
+        """The legend; where its numbers do not say what they are, the first does."""
+        first = self.legend[:1] if self.head else ()
+        return (*(e._replace(text=f"{self.head}: {e.text}") for e in first), *self.legend[len(first) :])
 
 
 NAMES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
@@ -292,8 +300,14 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
     return coloured | {label: Pen(INK, DASHES[1 + i % 3], "o") for i, label in enumerate(names)}
 
 
-def bar_of(labels: Sequence[Label], facet: str | None) -> Bar | None:
-    """Return the bar that tells what colours mean where there are too many for a legend, else None."""
+def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | None:
+    """Return the bar that tells what colours mean where there are too many for a legend, else None.
+
+    Parameters
+    ----------
+    labels, facet : of the hue
+    head : what the hue is, in words
+    """
     numbers, names = _numbers_and_names(labels)
     if facet is None:
         return None
@@ -305,15 +319,15 @@ def bar_of(labels: Sequence[Label], facet: str | None) -> Bar | None:
     values = np.array([float(label.value) for label in numbers])
     low, high = float(values.min()), float(values.max())
     logarithmic = low > 0.0 and high > LOGARITHMIC * low
-    return Bar(_said(numbers, facet), low, high, WEAR if facet == "update" else SWEEP, logarithmic)
+    return Bar(_said(numbers, facet, head), low, high, WEAR if facet == "update" else SWEEP, logarithmic)
 
 
-def _said(numbers: Sequence[Label], facet: str) -> str:
+def _said(numbers: Sequence[Label], facet: str, head: str) -> str:
     """Return what a bar shows, with the unit that its labels bear."""
     if facet == "update":
         return "wear cycles"
     numeral = LEADING_NUMBER.fullmatch(numbers[-1].text)
-    words = facet.replace("_", " ")
+    words = head or facet.replace("_", " ")
     return f"{words} ({numeral[1]})" if numeral and numeral[1] else words
 
 

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from wearlab.campaign import claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.figures import kinds, published
-from wearlab.figures.kind import Ask, FigureError, Points, no_kind, read
+from wearlab.figures.kind import Ask, FigureError, Points, no_axis, no_kind, read
 from wearlab.nearest import choices
 from wearlab.schema import DIMENSIONS, VARIABLES
 
@@ -45,16 +45,18 @@ def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iter
     if ask.kind not in kinds.KINDS:
         yield f"{ask.name}: {no_kind(ask.kind)}"
     axes = {axis.name: axis for axis in campaign.axes}
+    swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
     names = {*axes, *beside, "case", *(dimension.name for dimension in DIMENSIONS), *VARIABLES}
     for key in ask.select:
         if key not in names:
-            yield f"{ask.name}: select.{key} is unknown; {choices(key, sorted(names - set(VARIABLES)))}"
+            yield f"{ask.name}: select.{key} is unknown; {no_axis(key, swept, names - set(VARIABLES))}"
     for role in ("x", "hue", "rows", "cols"):
         name = getattr(ask, role)
         if name is not None and name not in names | keys:
-            yield f"{ask.name}: {role} = {name!r} is unknown; {choices(name, sorted(names))}"
+            valid = names if role == "x" else names - set(VARIABLES)
+            yield f"{ask.name}: {role} = {name!r} is unknown; {no_axis(name, swept, valid)}"
     for name in ask.y:
         of_update = ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update"
         if name not in VARIABLES and not of_update:

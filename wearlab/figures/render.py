@@ -186,7 +186,7 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
     title = textwrap.wrap(plot.title, int(letters * TITLE_LETTERS))
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
-    legend = _legend(figure, plot.legend, width - 2 * MARGIN * unit)
+    legend = _legend(figure, plot.headed, width - 2 * MARGIN * unit)
     bar = BAR_LINE if plot.bar else 0.0
     above = unit * (MARGIN + len(title) * TITLE_HEIGHT + legend * LEGEND_LINE + bar + GAP)
     below = unit * (len(notes) * NOTE_LINE + MARGIN + (GAP if notes else 0.0))
@@ -227,7 +227,7 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
     if plot.title and len(axes) == 1:
         axes[0].set_title(plot.title)
     if plot.legend:
-        axes[0].legend(handles=[_handle(entry) for entry in plot.legend])
+        axes[0].legend(handles=[_handle(entry) for entry in plot.headed])
     if plot.bar is not None:
         axes[0].figure.colorbar(_colours(plot.bar, 0), ax=axes, label=axis_label(plot.bar.label, "", 0))
     return axes[0].figure
@@ -246,10 +246,12 @@ def _for_latex(plot: Plot) -> Plot:
         )
         for panel in plot.panels
     ]
-    legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.legend)
+    legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed)
     bar = None if plot.bar is None else replace(plot.bar, label=latex(plot.bar.label))
     notes = tuple(map(latex, plot.notes))
-    return replace(plot, title=latex(plot.title), panels=tuple(panels), legend=legend, bar=bar, notes=notes)
+    return replace(
+        plot, head="", title=latex(plot.title), panels=tuple(panels), legend=legend, bar=bar, notes=notes
+    )
 
 
 def _colours(bar: Bar, power: int) -> ScalarMappable:

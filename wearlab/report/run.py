@@ -2,10 +2,11 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from json import dumps
+from json import dumps, loads
 from math import isclose
 from typing import TYPE_CHECKING, Any
 
+from wearlab.scene.presence import REMEDY
 from wearlab.sources import is_other_code
 from wearlab.store import outcome
 
@@ -24,6 +25,10 @@ FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
 TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
 
 
+ERRORS = {"calibrated_wear_coefficient": "error_estimate_wear_coefficient"}
+"""Estimates of the errors of single results; those of the head stand there."""
+
+
 def value_text(value: Any) -> str:
     """Return a value as tables show it."""
     return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
@@ -38,6 +43,8 @@ def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[
             continue
         if not is_long(value):
             told, unit = as_shown(value, variable["attrs"])
+            error = entry.summary.get(ERRORS.get(name, ""))
+            told += f" ± {as_shown(float(f'{error:.2g}'), variable['attrs'])[0]}" if error is not None else ""
             rows.append((name, told, unit, str(variable["attrs"].get("long_name", ""))))
     return rows
 
@@ -170,8 +177,9 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
     return {
         "id": entry.id,
         "state": store.state_of(entry),
+        "wear states": f"one: no cycles pass; {REMEDY}" if _is_one_state(entry) else None,
         "verdict": entry.summary.get("verdict"),
-        "result": [headline.text for headline in outcome.headlines(entry.summary)],
+        "result": [headline.with_error for headline in outcome.headlines(entry.summary)],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "tags": [r.text for r in said if r.what == "tag"],
         "notes": [f"{r.text} ({r.who}, {r.when[:10]})" for r in said if r.what == "note"],
@@ -191,6 +199,13 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "commit": entry.summary.get("commit"),
         "made by": "other code" if is_other_code(entry.source_hash) else "this code",
     }
+
+
+def _is_one_state(entry: "Entry") -> bool:
+    """Say whether the flanks of a run that was computed may wear, and nothing says until when."""
+    scene = loads(entry.scene or "{}")
+    stages = (scene.get("operation") or {}).get("stage")
+    return entry.state == "done" and bool(scene.get("wear")) and not (scene["wear"].get("until") or stages)
 
 
 def flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:

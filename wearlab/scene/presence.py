@@ -13,6 +13,8 @@ OF_OIL = {"lubricant", "lambda_ratio", "temperature"}
 """What a wear law may need that the oil says."""
 MODIFYING = ("tip_relief", "root_relief", "profile_crowning", "profile_slope", *LEAD_KEYS)
 """Options of a gear that modify its flanks."""
+REMEDY = "for a life give wear.until, such as until = { hours = 20000 } or { depth = '20 um' }"
+"""How flanks of one wear state are let wear on."""
 ALIKE = 1.3
 """Ratio of Young's moduli up to which materials count as one, as all steels are."""
 
@@ -56,8 +58,14 @@ def _parts(scene: Scene) -> dict[str, str | None]:
         "initial wear": None if wear is None or wear.initial is None else "",
         "start from another run": None if scene.start is None else str(scene.start.run)[:10],
         "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load" if wear and models else None,
-        "life": wear.step.chosen if wear and (wear.until or scene.operation.stage) else None,
+        **({"one wear state": f"no cycles pass; {REMEDY}"} if is_one_state(scene) else {}),
+        "life": None if is_one_state(scene) or wear is None else wear.step.chosen,
     }
+
+
+def is_one_state(scene: Scene) -> bool:
+    """Say whether wear of a scene goes on through no cycles: nothing says until when."""
+    return scene.wear is not None and scene.wear.until is None and scene.operation.stage is None
 
 
 def _face(scene: Scene) -> str | None:

@@ -45,7 +45,7 @@ def export(
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
     entries = store.entries(case.id for case in campaign.cases)
-    grid = store.open(campaign)
+    grid = _with_scenes(store.open(campaign), entries)
     attributes = export_attributes(campaign, store)
     part = files.part_of(out)
     try:
@@ -109,14 +109,18 @@ def _remarked(store: "Store", title: str, ids: Sequence[str]) -> dict[str, str]:
     return {name: json.dumps(some, ensure_ascii=False) for name, some in lists.items() if some}
 
 
+def _with_scenes(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]") -> xr.Dataset:
+    """Return a grid with the scene of each run, so that its file needs no store."""
+    scenes = [(entries[i].scene if i in entries else "") or "" for i in grid["run_id"].values.ravel()]
+    texts = np.reshape(np.array(scenes, object), grid["run_id"].shape)
+    about = {"long_name": "the whole scene of the run, as JSON in SI units"}
+    return grid.assign(scene=(grid["run_id"].dims, texts, about))
+
+
 def _netcdf(
     grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Callable[[str], None]
 ) -> None:
     """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
-    dims = grid["run_id"].dims
-    scenes = [(entries[i].scene if i in entries else "") or "" for i in grid["run_id"].values.ravel()]
-    texts = np.reshape(np.array(scenes, object), grid["run_id"].shape)
-    grid["scene"] = (dims, texts, {"long_name": "the whole scene of the run, as JSON in SI units"})
     for variable in grid.variables.values():
         variable.attrs = {key: _plain(value) for key, value in variable.attrs.items() if value is not None}
     done = [i for i in dict.fromkeys(grid["run_id"].values.ravel()) if i in entries and entries[i].sha256]

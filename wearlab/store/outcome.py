@@ -118,6 +118,12 @@ class Headline(NamedTuple):
     of: str
     error: float | None
 
+    @property
+    def with_error(self) -> str:
+        """The text with its estimated numerical error, where there is one."""
+        told = "" if self.error is None else f" (± {100 * self.error:.2g} % of the {self.of})"
+        return f"{self.text}{told}"
+
 
 class _Kind(NamedTuple):
     name: str

@@ -11,7 +11,9 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Days, Limit
 from wearlab.schema import VARIABLES
+from wearlab.units import HOUR
 from wearlab.updating.lives import QUANTILES, days_of
+from wearlab.updating.measurements import DAYS_A_YEAR, OperatingRecord
 from wearlab.updating.run_curves import RunHistory
 
 P = np.array(QUANTILES)
@@ -83,6 +85,25 @@ def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> di
     }
     found |= {"now": known.now, "seconds_per_cycle": run.seconds_per_cycle}
     return found if days is None else found | {"end_of_life_quantile": day_texts(days, rest, known.now, run)}
+
+
+def calendar(days: Days, record: OperatingRecord | None, now: float, run: RunHistory) -> dict[str, Any]:
+    """Return cycles and the their dates: of the record or of the calendar, and a year on."""
+    hour = run.seconds_per_cycle / HOUR
+    if record is None or record.dates is None:
+        hours = (now - run.start) * hour if days.hours is None else days.hours
+        begun = np.datetime64(days.date, "s") - day_span(hours / days.hours_per_year)
+        cycle, date = np.array([run.start]), np.array([begun])
+    else:
+        cycle, date = run.start + record.time / run.seconds_per_cycle, record.dates.astype("datetime64[s]")
+    cycle = np.append(cycle, cycle[-1] + days.hours_per_year / hour)
+    date = np.append(date, date[-1] + day_span(1.0))
+    return {"calendar_cycle": cycle, "calendar_date": np.array([str(one) for one in date], dtype=object)}
+
+
+def day_span(years: float) -> np.timedelta64:
+    """Return so many years as a time."""
+    return np.timedelta64(round(years * DAYS_A_YEAR * 86_400), "s")
 
 
 def limit_of(limit: Limit) -> xr.Variable:

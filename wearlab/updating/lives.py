@@ -45,12 +45,14 @@ class Answer:
     now : the last inspection [cycles]
     drifting : number of the block whose drift goes on to the limit, None without one
     contradiction : standard deviations of ln k between the two sources most at odds
+    at_odds : numbers of their blocks, none where there are not two
     """
 
     posterior: Posterior
     now: float
     drifting: int | None
     contradiction: float = 0.0
+    at_odds: tuple[int, ...] = ()
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor on the wear coefficient."""

@@ -95,7 +95,8 @@ def answered(
     for n in told:
         alone = tuple(b if k == n else unseen([b])[0] for k, b in enumerate(blocks))
         each.append(posterior(runs, alone, study.prior, log_proposal))
-    answer = replace(answer, contradiction=contradiction(each))
+    apart, *pair = contradiction(each)
+    answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
     if answer.contradiction > TENSION and _widens(answer, runs):
         return replace(answer, posterior=widened(post, each))
     return answer
@@ -189,13 +190,13 @@ def _prior_replicas(post: Posterior, draws: Draws, number: int, rng: np.random.G
     return np.asarray(values + draws.drift[number] * np.sqrt(cycle / 1e6) * rng.standard_normal(len(draws)))
 
 
-def contradiction(each: Sequence[Posterior]) -> float:
-    """Return by how many standard deviations of ln k the two sources most at odds differ."""
+def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
+    """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
     known = [Answer(post, 0.0, None).mean_factor for post in each]
     return max(
-        abs(a[0] - b[0]) / max(float(np.hypot(a[1], b[1])), 1e-12)
+        (abs(a[0] - b[0]) / max(float(np.hypot(a[1], b[1])), 1e-12), i, j)
         for i, a in enumerate(known)
-        for b in known[i + 1 :]
+        for j, b in enumerate(known[i + 1 :], i + 1)
     )
 
 
@@ -218,7 +219,11 @@ def _notes(
         yield NOTES["prior"].format(p=stats["prior_predictive_p"])
     if stats["contradiction"] > TENSION:
         then = NOTES["widened" if _widens(answer, runs) else "not_widened"]
-        yield NOTES["contradiction"].format(apart=stats["contradiction"], then=then)
+        first, second = (f"{seen.data.file.name} ({seen.data.place}, {seen.data.label.replace('_', ' ')})"
+                         for seen in (blocks[n].seen for n in answer.at_odds))  # fmt: skip
+        yield NOTES["contradiction"].format(
+            apart=stats["contradiction"], then=then, first=first, second=second
+        )
     if np.isinf(runs[0].limit_cycle):
         yield NOTES["endless"]
     if stats["beyond_the_runs"] > 1e-6:

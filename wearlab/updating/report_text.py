@@ -1,7 +1,7 @@
 """An update as text, read from its tree, so that a kept one says the same; words: `case.txt`, `fleet.txt`."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ BELIEVED = (
 )
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
+DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
 PASSED, MAYBE = "passed", 0.05  # probability from which the limit may have been passed
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
@@ -52,7 +53,10 @@ def text_of(tree: xr.DataTree) -> list[str]:
     lines = [str(tree.attrs.get("title", ""))]
     for label in _labels(tree):
         lines += [] if label is None else ["", f"case {label}"]
-        lines += [f"  {line}" for line in _rendered("case.txt", _case(tree, label))]
+        own = "" if label is None else f"case {label}: "  # a warning is read alone, too
+        told = (line.replace("! ", f"! {own}", 1) if line.startswith("! ") else line
+                for line in _rendered("case.txt", _case(tree, label)))  # fmt: skip
+        lines += [f"  {line}" for line in told]
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
     return lines
@@ -188,9 +192,7 @@ def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
         "notes": [*filter(None, str(stats["notes"].values).split(" | "))],
         "stats": _numbers(stats),
         "hours": hours if np.isfinite(hours) else None,
-        "at": lambda cycle: (
-            f"{cycle:>12.6g} cycles" + (f" = {hours * cycle:.6g} h" if np.isfinite(hours) else "")
-        ),
+        "at": partial(_at, hours=hours, calendar=calendar_of(predictions)),
         "now": float(predictions["now"]),
         "life": life,
         "rest": rest,
@@ -225,6 +227,36 @@ def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
     if twins:
         found["twins"] = _twins(twins)
     return found
+
+
+def calendar_of(predictions: xr.Dataset) -> Callable[[Any], Array] | None:
+    """Return what tells the days since 1970 at cycles, None where an update has no calendar.
+
+    Between its places a calendar goes on evenly, and beyond them as at its ends.
+    """
+    if "calendar_date" not in predictions:
+        return None
+    known = np.array([text for text in predictions["calendar_date"].values if text], dtype="datetime64[s]")
+    day, cycle = known.astype(float) / DAY_SECONDS, predictions["calendar_cycle"].values[: len(known)]
+    if len(cycle) < 2 or not cycle[-1] > cycle[-2]:
+        return None
+    rate = (day[-1] - day[-2]) / (cycle[-1] - cycle[-2])
+
+    def days(at: Any) -> Array:
+        ahead = np.maximum(np.asarray(at, float) - cycle[-1], 0.0)
+        return np.asarray(np.interp(at, cycle, day) + rate * ahead)
+
+    return days
+
+
+def _at(cycle: float, hours: float, calendar: Callable[[Any], Array] | None) -> str:
+    """Return when that was: its day where there is a calendar, its hours, its cycles."""
+    if not np.isfinite(hours):
+        return f"{cycle:>12.6g} cycles"
+    day = None if calendar is None else float(calendar(cycle))
+    if day is None or not abs(day) < LAST_DAY:
+        return f"{cycle:>12.6g} cycles = {hours * cycle:.6g} h"
+    return f"{np.datetime64(int(np.floor(day)), 'D')} = {hours * cycle:.6g} h = {cycle:.6g} cycles"
 
 
 def _quantiles(values: xr.DataArray) -> Array:

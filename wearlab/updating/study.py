@@ -11,7 +11,10 @@ from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
 from wearlab.campaign.update_options import THICKNESS, Days, Fleet, FleetUnit, Limit, UpdateSpec
+from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
+from wearlab.scene.build.contact import thickest
+from wearlab.scene.build.sets import build_set
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
 from wearlab.updating.measurements import (
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 DRAW = "draw"
+DEPTHS = ("max_wear_depth", "wear_depth", THICKNESS)
 ALWAYS = ("life", "verdict", "end_reason", "error_estimate_life", "error_estimate_wear_depth")
 
 
@@ -108,6 +112,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         limit = _limit(case.scene, spec, about)
+        refuse_too_deep(case.scene, own)
         study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record)
         if study.costly and record is not None:
             key = next(iter(study.costly))
@@ -117,6 +122,30 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
             study = replace(study, drawn=drawn)
         made.append(study)
     return tuple(made)
+
+
+def refuse_too_deep(scene: Scene, seen: Sequence[Observed]) -> None:
+    """Refuse measured wear that is deeper than the teeth are thick: it is in another unit than is said.
+
+    Raises
+    ------
+    UpdateError : with file, line and value
+    """
+    depths = [block for block in seen if block.data.quantity in DEPTHS and len(block)]
+    if not depths:
+        return
+    try:
+        gears = build_set(scene)
+    except GearError:
+        return  # the run says so
+    for block in depths:
+        most, i = thickest(gears, block.data.where), int(np.argmax(np.nan_to_num(block.value)))
+        if block.value[i] >= most:
+            value = f"{block.data.quantity} of {1e3 * block.value[i]:.4g} mm"
+            raise UpdateError(
+                f"{block.data.file}: line {block.row[i]}: {value} is deeper than a tooth is thick, "
+                f"{1e3 * most:.4g} mm: look at its unit, {block.data.place}.units"
+            )
 
 
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
@@ -135,6 +164,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         known = [calendar_of(data, name, days) for data in spec.data]
         own_days, hours_at = _calendar(record, days)
         seen = tuple(read_observations(data, days, name, hours_at) for data in spec.data)
+        refuse_too_deep(changed, seen)
         days = own_days if hours_at else next((found for found in known if found is not None), days)
         made.append(MeasuredCase(name, changed, replace(spec, days=days), limit, seen, {}, record=record))
     return tuple(made)

@@ -15,7 +15,7 @@ from wearlab.sources import source_hash
 from wearlab.units import KINDS, convert
 from wearlab.updating.decision import before_change, decided, virtual_inspection
 from wearlab.updating.draws import gains, innovations, over_cycles, replicated
-from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, variable
+from wearlab.updating.layout import P, calendar, dataset, dated, limit_of, lives, sample, variable
 from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
 from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.scores import compared, replayed, scored
@@ -213,6 +213,7 @@ def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset
     found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
     found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
     if days is not None:
+        found |= calendar(days, outcome.study.record, answer.now, run)
         at = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
         ends = found["end_of_life_quantile"]
         found["end_of_life_quantile"] = variable("predictions", "end_of_life_quantile", ends, long_name=at)

@@ -282,6 +282,22 @@ def _cut_off(analysis: contact.ContactAnalysis, gap: Array, deflection: float) -
     return any(deflection > corner for corner in outermost)
 
 
+def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
+    """Return how thick the teeth of a gear are along the line of action, at path positions (n,) [m]."""
+    return 2.0 * outline.contact_depth(pair.gears[number], pair.radius(number, position))
+
+
+def thickest(gears: gear_set.GearSet, where: str | None) -> float:
+    """Return the largest thickness of the teeth where the flanks of a member, or all, touch [m]."""
+    own = [name for name in gears.flanks if where in (name, name.split("-")[0])]
+    each = []
+    for kind, number in map(gears.flank, own or gears.flanks):
+        pair = gears.kinds[kind].pair
+        position = np.linspace(pair.path.A, pair.path.E, CHECKED_POINTS)
+        each.append(tooth_thickness(pair, number, position).max())
+    return float(max(each))
+
+
 def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
     """Refuse wear a scene starts with that its gears cannot have, before anything runs.
 
@@ -294,20 +310,21 @@ def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
         return
     for name in gears.flanks:
         flank, (kind, gear) = scene.wear.initial_of(name), gears.flank(name)
-        if flank is None or flank.by_law:  # worn by the law: the run finds out
+        if flank is None:
             continue
         pair = gears.kinds[kind].pair
         position = np.linspace(pair.path.A, pair.path.E, CHECKED_POINTS)
-        sliced = sliced_flank(scene, gears, (kind, gear), CHECKED_SLICES)
-        if sliced is None:
+        sliced = None if flank.by_law else sliced_flank(scene, gears, (kind, gear), CHECKED_SLICES)
+        thickness = tooth_thickness(pair, gear, position)
+        if flank.by_law:  # which course it has, the run finds out
+            thickness, depth = thickness.max(keepdims=True), np.array([getattr(flank, "depth", 0.0)])
+        elif sliced is None:
             depth = flank.at_nodes(pair, gear, position)
         else:
             depth = flank.over_face(pair, gear, position, sliced).max(axis=0)
-        body = pair.gears[gear]
-        thickness = 2.0 * outline.contact_depth(body, pair.radius(gear, position))
         if np.any(depth >= thickness):
             worst = int(np.argmax(depth - thickness))
             raise specification.GearError(
-                f"{name}: wear of {1e3 * depth[worst]:.4g} mm is deeper than the tooth, "
+                f"wear.initial.{name}: wear of {1e3 * depth[worst]:.4g} mm is deeper than the tooth, "
                 f"{1e3 * thickness[worst]:.4g} mm thick there along its normal; give less initial wear"
             )

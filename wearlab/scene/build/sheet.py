@@ -105,10 +105,14 @@ def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
             ("a_w", f"working centre distance{tail}", "mm", 1e3 * kind.pair.centre_distance),
             ("α_wt", f"working pressure angle{tail}", "°", math.degrees(kind.pair.working_pressure_angle)),
             ("ε_α", f"transverse contact ratio{tail}", "", kind.pair.contact_ratio),
-            ("j_bn", f"normal backlash{tail}", "mm", 1e3 * turned.cosine * (kind.pair.drawn_backlash or 0.0)),
         ]
     for symbol, meaning, unit, value in shared:
         yield GearRow(symbol, meaning, unit, (_said(value, unit),))
+    for kind in gears.kinds:
+        free = scene.mesh.of(kind.section).normal_backlash
+        free = kind.pair.drawn_backlash if free is None else free
+        said = "none given" if free is None else _said(1e3 * turned.cosine * free, "mm")
+        yield GearRow("j_bn", f"normal backlash{_tail(gears, kind.pair)}", "mm" * (free is not None), (said,))
     for kind in gears.kinds:
         yield from _sliding(kind.pair)
     for symbol, meaning, unit, of in ROWS:

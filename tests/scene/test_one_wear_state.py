@@ -1,0 +1,47 @@
+"""A scene whose flanks wear and nobody says until when: one wear state, told with the remedy."""
+
+import pytest
+
+import wearlab as wl
+from wearlab.cli import app
+from wearlab.gears.specification import GearError
+from wearlab.scene import Scene, parts_left_out, parts_present
+from wearlab.scene.build.contact import check_initial_wear
+from wearlab.scene.build.sets import build_set
+
+SCENE = {
+    "title": "one state",
+    "gears": {"kind": "external-pair", "module": "3 mm", "face_width": "20 mm",
+              "pinion": {"teeth": 20}, "gear": {"teeth": 30}},
+    "operation": {"torque": "100 N*m", "speed": "1000 rpm"},
+    "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},
+}  # fmt: skip
+SAID = "no cycles pass; for a life give wear.until, such as until = { hours = 20000 }"
+
+
+def scene(**wear):
+    found = {key: SCENE[key] for key in ("gears", "operation")}
+    return Scene.from_mapping(found | ({"wear": SCENE["wear"] | wear} if wear else {}))
+
+
+def test_a_scene_with_an_end_has_a_life_and_one_without_wear_says_nothing():
+    ended = scene(until={"hours": 20000})
+    assert "life: adaptive" in parts_present(ended)
+    for other in (ended, scene()):
+        assert not any("one wear state" in part for part in parts_present(other) + parts_left_out(other))
+
+
+def test_initial_wear_by_the_law_is_no_deeper_than_the_tooth_is_thick():
+    for flank, most in (("pinion", "4.9 mm"), ("gear", "5.1 mm")):
+        deep = scene(initial={flank: {"depth": "8 mm"}})
+        with pytest.raises(GearError, match=rf"wear.initial.{flank}: wear of 8 mm is deeper than the tooth"):
+            check_initial_wear(deep, build_set(deep))
+        check_initial_wear(deep.replace(f"wear.initial.{flank}.depth", most), build_set(deep))
+
+
+def test_check_and_show_say_it_with_the_remedy(tmp_path, capsys):
+    report = wl.run(SCENE, tmp_path / "store")
+    run = report.to_xarray().run_id.item()
+    capsys.readouterr()
+    assert app.status_of(["show", str(run), "--store", str(tmp_path / "store")]) == 0
+    assert f"wear states     one: {SAID}" in capsys.readouterr().out
