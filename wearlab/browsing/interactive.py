@@ -1,7 +1,7 @@
 """A figure that can be zoomed into and asked: the same data as for print, drawn by Bokeh."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from textwrap import fill
 from typing import Any, NamedTuple
@@ -32,6 +32,7 @@ MARKERS = {
     **{"o": "circle", "s": "square", "^": "triangle", "D": "diamond", "v": "inverted_triangle"},
     **{"P": "cross", "X": "x", "": "circle"},
 }
+MILLISECONDS = 86_400_000.0  # of a day
 SHADES = 64
 """Colours of a map."""
 POINTED = ("points", "dots", "published", "line-points", "stem", "horizontal")
@@ -117,6 +118,7 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
     plot : the figure as data
     titled : whether its title stands above it
     """
+    plot = _in_milliseconds(plot)
     names = {id(curve): name for _, curve, name in named(plot)}
     made = [_panel(plot, panel, names) for panel in plot.panels]
     if plot.share_y == "all":
@@ -132,6 +134,23 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
     )
 
 
+def _in_milliseconds(plot: Plot) -> Plot:
+    """Return a figure whose dates are as Bokeh has them; any other as it is."""
+    if not any(panel.dates for panel in plot.panels):
+        return plot
+    panels = [
+        replace(
+            panel,
+            curves=tuple(replace(curve, x=MILLISECONDS * curve.x) for curve in panel.curves),
+            marks=tuple(mark._replace(x=MILLISECONDS * mark.x) for mark in panel.marks),
+        )
+        if panel.dates
+        else panel
+        for panel in plot.panels
+    ]
+    return replace(plot, panels=tuple(panels))
+
+
 def _least(panel: Panel) -> float:
     """Return the smallest error that can be seen in a panel."""
     return least_seen([curve.y for curve in panel.curves if len(curve.y)])
@@ -140,6 +159,7 @@ def _least(panel: Panel) -> float:
 def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
     sides = {"x_axis_type": plot.logarithmic_across, "y_axis_type": plot.logarithmic}
     kinds = {side: "log" for side, logarithmic in sides.items() if logarithmic}
+    kinds |= {"x_axis_type": "datetime"} if panel.dates else {}
     drawn: Any = figure(
         title=plain(panel.title) or None,
         x_axis_label=fill(plain(panel.x_label), LETTERS),
@@ -170,7 +190,7 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         ).extend(pointed)
     for beside, pointed in asked.items():
         if pointed:
-            drawn.add_tools(_hover(beside, pointed))
+            drawn.add_tools(_hover(beside, pointed, dates=panel.dates))
     _marks(drawn, panel)
     if panel.names:
         drawn.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
@@ -184,15 +204,16 @@ def _last_rank(panel: Panel) -> float:
     return max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y) and not is_beside(c)), default=1.0)
 
 
-def _hover(columns: Sequence[str], renderers: Sequence[Any]) -> HoverTool:
+def _hover(columns: Sequence[str], renderers: Sequence[Any], *, dates: bool = False) -> HoverTool:
     """Return what tells the point that is pointed at: curve and run, abscissa, value and estimated error."""
     value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
     run = [("run", "@run")] if "run" in columns else []
     run += [("", "@level{%.6g}")] if "level" in columns else []
     return HoverTool(
         renderers=renderers,
-        tooltips=[("", "$name"), ("x", "@x{%.6g}"), ("y", value), *run],
-        formatters={f"@{name}": "printf" for name in ("x", "y", "y_error", "level")},
+        tooltips=[("", "$name"), ("x", "@x{%F}" if dates else "@x{%.6g}"), ("y", value), *run],
+        formatters={f"@{name}": "printf" for name in ("x", "y", "y_error", "level")}
+        | ({"@x": "datetime"} if dates else {}),
         point_policy="snap_to_data",
         line_policy="nearest",
     )

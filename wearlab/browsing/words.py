@@ -72,20 +72,24 @@ def _curve(curve: Curve, name: str, panel: Panel) -> str:
     x, y = curve.x[held], curve.y[held]
     if not len(y):
         return f"{name}: no value."
+    at = _day if panel.dates else _number
     doubt = ", in doubt" if curve.doubtful is not None and curve.doubtful.any() else ""
     if panel.names:
         places = [panel.names[int(rank) - 1] for rank in y[:MOST_CURVES] if 1 <= rank <= len(panel.names)]
         return (
-            "; ".join(f"{place}: {_number(value)}" for place, value in zip(places, x, strict=False))
-            + f"{doubt}."
+            "; ".join(f"{place}: {at(value)}" for place, value in zip(places, x, strict=False)) + f"{doubt}."
         )
     if len(y) == 1:
-        return f"{name}: {_number(y[0])} at {_number(x[0])}{doubt}."
+        return f"{name}: {_number(y[0])} at {at(x[0])}{doubt}."
     low, high = int(np.argmin(y)), int(np.argmax(y))
     return (
-        f"{name}: from {_number(y[0])} to {_number(y[-1])}; least {_number(y[low])} at {_number(x[low])}, "
-        f"largest {_number(y[high])} at {_number(x[high])}{doubt}."
+        f"{name}: from {_number(y[0])} to {_number(y[-1])}; least {_number(y[low])} at {at(x[low])}, "
+        f"largest {_number(y[high])} at {at(x[high])}{doubt}."
     )
+
+
+def _day(value: float) -> str:
+    return str(np.datetime64(int(np.floor(value)), "D"))
 
 
 def _number(value: float) -> str:
@@ -101,7 +105,8 @@ def table(plot: Plot) -> str:
         for number in range(len(curve.x)):
             beside = [None if v is None else v[number] for v in (curve.runs, curve.x_error, curve.y_error)]
             run, x_error, y_error = ("" if value is None else str(value) for value in beside)
-            told = (float(curve.x[number]), float(curve.y[number]), x_error, y_error)
+            x = float(curve.x[number])
+            told = (_day(x) if panel.dates else x, float(curve.y[number]), x_error, y_error)
             texts = (panel.title, name, run, plain(panel.x_label), plain(panel.y_label))
             title, curve_name, run, across, up = map(_guarded, texts)
             writer.writerow((title, curve_name, run, *told, across, up))

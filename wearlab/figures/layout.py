@@ -11,6 +11,7 @@ from wearlab.figures.curves import from_first, require_positive, states_in_commo
 from wearlab.figures.kind import Ask, FigureError, Kind, no_axis
 from wearlab.figures.plot import (
     BESIDE,
+    DAYS,
     INK,
     WEAR,
     Bar,
@@ -365,7 +366,8 @@ def _powers(series: Sequence[Series]) -> dict[tuple[str, str, str], int]:
         for scale, group in groupby(
             sorted(series, key=lambda s: _scale(s, side)), key=lambda s: _scale(s, side)
         ):
-            powers[(side, *scale)] = power_of_ten([getattr(s, side) for s in group], scale[1])
+            arrays = [getattr(s, side) for s in group]
+            powers[(side, *scale)] = 0 if scale[1] == DAYS else power_of_ten(arrays, scale[1])
     return powers
 
 
@@ -383,6 +385,7 @@ def _panel(
     all_series: Sequence[Series],
 ) -> Panel:
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
+    dates = first.across.units == DAYS
     across, up = powers[("x", *_scale(first, "x"))], powers[("y", *_scale(first, "y"))]
     curves = [
         Curve(
@@ -400,12 +403,13 @@ def _panel(
     return Panel(
         *place,
         title,
-        axis_label(*first.across, across),
+        axis_label(first.across.label, "" if dates else first.across.units, across),
         axis_label(*first.up, up),
         tuple(curves),
         tuple(mark._replace(x=mark.x / 10.0**across) for mark in marks),
         _hours(inside, across),
         next((s.names for s in inside if s.names), ()),
+        dates,
     )
 
 

@@ -35,6 +35,10 @@ class Scale(NamedTuple):
     units: str
 
 
+DAYS = "days since 1970-01-01"
+"""Unit of an abscissa that axes show as dates."""
+
+
 class Mark(NamedTuple):
     """A named place on the x axis, such as the point of contact B."""
 
@@ -156,6 +160,7 @@ class Panel:
     row, column, title, x_label, y_label, curves, marks : where it stands, and what is in it
     hours : operating hours of one unit of x, shown on top
     names : of the ordinates 1, 2, … where they are ranks
+    dates : whether abscissae are days since 1970, to be shown as dates
     """
 
     row: int
@@ -167,6 +172,7 @@ class Panel:
     marks: tuple[Mark, ...] = ()
     hours: float | None = None
     names: tuple[str, ...] = ()
+    dates: bool = False
 
 
 class LegendEntry(NamedTuple):

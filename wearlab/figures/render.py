@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
@@ -441,7 +442,12 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
         ax.annotate(
             mark.text, (mark.x, 1.0), (0, 2), ha=side, va="bottom", size=size, color="#555555", **away
         )
-    ax.xaxis.set_major_locator(MaxNLocator(6, **STEPS))
+    if panel.dates:
+        dates = AutoDateLocator(minticks=3, maxticks=6)
+        ax.xaxis.set_major_locator(dates)
+        ax.xaxis.set_major_formatter(ConciseDateFormatter(dates))
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(6, **STEPS))
     ax.yaxis.set_major_locator(MaxNLocator(6, **STEPS))
 
 

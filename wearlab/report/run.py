@@ -6,7 +6,6 @@ from json import dumps, loads
 from math import isclose
 from typing import TYPE_CHECKING, Any
 
-from wearlab.scene.presence import REMEDY
 from wearlab.sources import is_other_code
 from wearlab.store import outcome
 
@@ -168,6 +167,7 @@ def is_long(value: Any) -> bool:
 
 def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
     """Return where a run stands and what made it, by words; what there is nothing of is empty."""
+    from wearlab.scene.presence import REMEDY
     from wearlab.store import publish
     from wearlab.store.lineage import calibrated_by, children, lineage
 

@@ -193,6 +193,7 @@ def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
         "stats": _numbers(stats),
         "hours": hours if np.isfinite(hours) else None,
         "at": partial(_at, hours=hours, calendar=calendar_of(predictions)),
+        "foreseen": partial(_foreseen, calendar=calendar_of(predictions)),
         "now": float(predictions["now"]),
         "life": life,
         "rest": rest,
@@ -256,7 +257,20 @@ def _at(cycle: float, hours: float, calendar: Callable[[Any], Array] | None) -> 
     day = None if calendar is None else float(calendar(cycle))
     if day is None or not abs(day) < LAST_DAY:
         return f"{cycle:>12.6g} cycles = {hours * cycle:.6g} h"
-    return f"{np.datetime64(int(np.floor(day)), 'D')} = {hours * cycle:.6g} h = {cycle:.6g} cycles"
+    return f"{_day(day)} = {hours * cycle:.6g} h = {cycle:.6g} cycles"
+
+
+def _foreseen(cycle: float, rest: Array, calendar: Callable[[Any], Array] | None) -> str:
+    """Return what was foreseen after an inspection: the day of the limit, without a calendar the cycles."""
+    low, middle, high = rest[::2]
+    if calendar is None:
+        return f"{_digits(middle)} cycles, 90 %: {_digits(low)} to {_digits(high)}"
+    told = [_day(float(calendar(cycle + each))) for each in (low, middle, high)]
+    return f"limit on {told[1]}, 90 %: {told[0]} to {told[2]}"
+
+
+def _day(day: float) -> str:
+    return str(np.datetime64(int(np.floor(day)), "D")) if abs(day) < LAST_DAY else NEVER
 
 
 def _quantiles(values: xr.DataArray) -> Array:

@@ -41,6 +41,16 @@ class Updated:
         cycle = self["predictions"].get("seconds_per_cycle")
         return None if cycle is None else float(cycle) / HOUR
 
+    @property
+    def calendar(self) -> Callable[[Array], Array] | None:
+        """What tells the days since 1970 at cycles; None without a calendar, or where it is left behind."""
+        from wearlab.updating.report_text import LAST_DAY, calendar_of
+
+        found = calendar_of(self["predictions"])
+        longest = finite(self["predictions"]["cycle"])
+        told = found is not None and len(longest) > 0 and abs(found(2.0 * longest.max())) < LAST_DAY
+        return found if told else None
+
 
 def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]) -> list[Updated]:
     """Return the cases of the latest update that is of a campaign's measurements and has what a kind needs.
@@ -103,6 +113,8 @@ def finite(values: xr.DataArray) -> np.ndarray:
 
 CYCLES = plot.Scale("cycles", "1")
 REST = plot.Scale("remaining life in cycles", "1")
+REST_HOURS = plot.Scale("remaining life in operating hours", "1")
+DATE = plot.Scale("date", plot.DAYS)
 DENSITY = plot.Scale("density over its largest", "1")
 PLACES = 300
 NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
@@ -116,11 +128,28 @@ def line(
     text: str = "",
 ) -> plot.Series:
     """Return a curve of one case: values and their scale, over values and theirs."""
-    (x, across), (y, up) = over, of
-    hours = update.hours_per_cycle if across in (CYCLES, REST) else None
+    hours = update.hours_per_cycle if over[1] in (CYCLES, REST) else None
+    (x, across), (y, up) = dated(update, *over), in_hours(update, *of)
+    hours = None if across == DATE else hours
     return plot.Series(
         update.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours
     )
+
+
+def dated(update: Updated, x: Array, across: plot.Scale) -> tuple[Array, plot.Scale]:
+    """Return cycles, or cycles from the last inspection on, as dates, where an update has a calendar."""
+    days = update.calendar if across in (CYCLES, REST) else None
+    if days is None:
+        return x, across
+    begin = float(update["predictions"]["now"]) if across == REST else 0.0
+    return days(begin + np.asarray(x, float)), DATE
+
+
+def in_hours(update: Updated, y: Array, up: plot.Scale) -> tuple[Array, plot.Scale]:
+    """Return remaining cycles as hours, where an update has a calendar."""
+    if up != REST or update.calendar is None or update.hours_per_cycle is None:
+        return y, up
+    return update.hours_per_cycle * np.asarray(y, float), REST_HOURS
 
 
 def area(
@@ -129,8 +158,7 @@ def area(
     """Return the area between two curves of one case."""
     held = np.isfinite(low) & np.isfinite(high)
     outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
-    hours = update.hours_per_cycle if across in (CYCLES, REST) else None
-    return plot.Series(update.key, *outline, across, up, "area", hours=hours)
+    return line(update, (outline[0], across), (outline[1], up), "area")
 
 
 def density(values: Array) -> tuple[Array, Array]:
@@ -221,12 +249,11 @@ def residuals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         x, y = _left_over(update, name)
         key = {**update.key, "variable": wording.Label(name, spelled(name))}
         up = plot.Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
-        yield plot.Series(key, x, y, CYCLES, up, "points")
+        yield replace(line(update, (x, CYCLES), (y, up), "points"), key=key, hours=None)
         for level in (-2.0, 0.0, 2.0):
-            ends = np.array([0.0, float(x.max(initial=1.0))])
-            yield plot.Series(
-                key, ends, np.full(2, level), CYCLES, up, "reference", "0 and ±2 standard deviations"
-            )
+            ends, text = np.array([0.0, float(x.max(initial=1.0))]), "0 and ±2 standard deviations"
+            beside = line(update, (ends, CYCLES), (np.full(2, level), up), "reference", text)
+            yield replace(beside, key=key, hours=None)
 
 
 def _left_over(update: Updated, name: str) -> tuple[Array, Array]:
@@ -332,6 +359,42 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
                     )
 
 
+@update_kind(
+    "measured-profiles", "Measured wear along the flank", ("observed_data", "posterior_predictive"),
+    ("hue", "inspection"), ("cols", "variable"),
+)  # fmt: skip
+def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+    """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
+    observed, made = update["observed_data"], update["posterior_predictive"]
+    for name in map(str, made.data_vars):
+        where = next((kind for kind in PLACES_ON_FLANK if f"{kind}_{name}" in observed.coords), None)
+        if where is None:
+            continue
+        place, cycle = observed[f"{where}_{name}"], observed[f"cycle_{name}"].values
+        across = plot.Scale(VARIABLES[where].long_name, VARIABLES[where].display_units)
+        up = plot.Scale(f"{spelled(name)}", str(observed[name].attrs["display_units"]))
+        x = convert(place.values, str(place.attrs["units"]), across.units)
+        y, drawn = (
+            convert(one.values, str(observed[name].attrs["units"]), up.units)
+            for one in (observed[name], made[name])
+        )
+        expected = np.quantile(drawn.reshape(-1, drawn.shape[-1]), [0.05, 0.5, 0.95], axis=0)
+        for at in np.unique(cycle):
+            some = np.flatnonzero(cycle == at)
+            some = some[np.argsort(x[some], kind="stable")]
+            days = update.calendar
+            day = None if days is None else np.datetime64(int(days(at)), "D")
+            told = wording.cycles(float(at)) if day is None else wording.Label(float(at), str(day))
+            key = {**update.key, "variable": wording.Label(name, spelled(name)), "inspection": told}
+            low, middle, high = expected[:, some]
+            shade = area(update, x[some], low, high, across, up)
+            yield replace(shade, key=key)
+            text = "lines: expected, median and 90 %; points: measured"
+            yield plot.Series(key, x[some], middle, across, up, "line")
+            yield plot.Series(key, x[some], y[some], across, up, "points", said=text)
+
+
+PLACES_ON_FLANK = ("diameter", "roll_angle", "path_position")
 CONE = 0.2
 RULES = {
     "by_the_ratio": "by the ratio of wear to cycles",
@@ -389,7 +452,7 @@ def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
             text = "5, 50 and 95 %"
             level = line(update, (np.full(2, at), REST), (np.array([0.0, 1.05]), DENSITY), "level", text)
-            marks = () if days is None else (plot.Mark(float(at), str(days.values[n])),)
+            marks = () if days is None else (plot.Mark(float(level.x[0]), str(days.values[n])),)
             yield replace(level, marks=marks)
 
 
@@ -401,7 +464,7 @@ def look_next(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     for k, sd in enumerate(data["instrument"].values):
         key = {**update.key, "instrument": wording.Label(float(sd), f"{float(sd):g} × the error")}
         y = data["expected_width"].transpose("instrument", "look").values[k]
-        yield plot.Series(key, data["look"].values, y, CYCLES, up, "line-points")
+        yield replace(line(update, (data["look"].values, CYCLES), (y, up), "line-points"), key=key)
 
 
 COST = plot.Scale("expected cost per operating hour", "1")
@@ -425,6 +488,7 @@ def decision(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
 
 LONGEST = 1.8  # times the latest median up to which intervals are drawn
+ENDS = plot.Scale("date on which the limit is reached", plot.DAYS)
 UNIT = plot.Scale("unit, the first to reach the limit on top", "1")
 
 
@@ -460,8 +524,7 @@ def _ends(update: Updated) -> tuple[Array, plot.Scale]:
     if "end_of_life_quantile" in data and (data["end_of_life_quantile"].values.astype(str) != "").all():
         days = data["end_of_life_quantile"].values.astype(str)
         dated = np.where(days == "never", "NaT", days).astype("datetime64[D]")
-        years = 1970.0 + dated.astype("datetime64[D]").astype(float) / 365.2425
-        return np.where(np.isnat(dated), np.inf, years), plot.Scale("year in which the limit is reached", "1")
+        return np.where(np.isnat(dated), np.inf, dated.astype(float)), ENDS
     hours = data["seconds_per_cycle"].values[:, None] / HOUR
     rest = hours * data["remaining_useful_life_quantile"].values
     return rest, plot.Scale("operating hours from the last inspection to the limit", "1")
