@@ -360,8 +360,8 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
 
 
 @update_kind(
-    "measured-profiles", "Measured wear along the flank", ("observed_data", "posterior_predictive"),
-    ("hue", "inspection"), ("cols", "variable"),
+    "measured-profiles", "Wear along the flank: measured, and expected with 90 %",
+    ("observed_data", "posterior_predictive"), ("hue", "inspection"), ("cols", "variable"),
 )  # fmt: skip
 def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
@@ -389,9 +389,8 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             low, middle, high = expected[:, some]
             shade = area(update, x[some], low, high, across, up)
             yield replace(shade, key=key)
-            text = "lines: expected, median and 90 %; points: measured"
             yield plot.Series(key, x[some], middle, across, up, "line")
-            yield plot.Series(key, x[some], y[some], across, up, "points", said=text)
+            yield plot.Series(key, x[some], y[some], across, up, "points")
 
 
 PLACES_ON_FLANK = ("diameter", "roll_angle", "path_position")
