@@ -39,13 +39,14 @@ def run_and(error, own=0.0, seed=0):
 def both(monkeypatch, found):
     """Return what is found by what is sufficient, and value by value."""
     short = found()
-    monkeypatch.setattr(likelihood, "_condenses", lambda *_: False)
+    monkeypatch.setattr(likelihood, "condenses", lambda *_: False)
     return short, found()
 
 
+@pytest.mark.parametrize("gain", [0.0, 0.2])
 @pytest.mark.parametrize(("own", "relative"), [(0.0, 0.0), (2e-4, 0.0), (0.0, 0.05), (2e-4, 0.05)])
-def test_the_sum_of_squares_is_that_of_all_values(monkeypatch, own, relative):
-    run, seen = run_and(ErrorModel(4e-4, relative=relative), own)
+def test_the_sum_of_squares_is_that_of_all_values(monkeypatch, own, relative, gain):
+    run, seen = run_and(ErrorModel(4e-4, relative=relative, gain_sd=gain), own)
     (block,) = blocks((seen,))
     factor = np.geomspace(0.2, 8.0, 57)[:, None, None]
 
@@ -57,6 +58,8 @@ def test_the_sum_of_squares_is_that_of_all_values(monkeypatch, own, relative):
     assert short.log_likelihood == pytest.approx(
         whole.log_likelihood, rel=1e-12, abs=1e-5 if relative else 1e-7
     )
+    for part in ("mean", "variance"):  # of the gain
+        assert getattr(short, part) == pytest.approx(getattr(whole, part), rel=1e-6, abs=1e-9)
 
 
 def test_rows_that_do_not_count_do_not():

@@ -60,8 +60,9 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
     if not present > 0.0:
         return None
     expected = np.empty((len(INSTRUMENTS), len(looks)))
-    for k, look in enumerate(looks):
-        value, life, sd = states_at(outcome, draws, number, float(look), rng)
+    for k, (look, (value, life, sd)) in enumerate(
+        zip(looks, states_at(outcome, draws, number, looks, rng), strict=True)
+    ):
         for j, times in enumerate(INSTRUMENTS):
             expected[j, k] = expected_width(value, life - look, times * sd, rng) / present
     safe = looks <= max(early, looks[0])
@@ -87,30 +88,28 @@ def virtual_block(outcome: "UpdateOutcome") -> int | None:
 
 
 def states_at(
-    outcome: "UpdateOutcome", draws: Draws, number: int, look: float, rng: np.random.Generator
-) -> tuple[Array, Array, Array]:
-    """Return for some draws the quantity at a later cycle, the life as it then is, and a value's error."""
+    outcome: "UpdateOutcome", draws: Draws, number: int, looks: Array, rng: np.random.Generator
+) -> Iterator[tuple[Array, Array, Array]]:
+    """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
     answer, post, n = outcome.answer, outcome.posterior, len(draws)
-    value, life, sd = np.empty(n), draws.life.copy(), np.empty(n)
-    block = post.blocks[number]
+    block, drift = post.blocks[number], draws.drift[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    gain = gains(post, draws, number, rng)
-    for run, mine in draws.by_run(post):
-        factor, last = draws.factor[mine], log_likelihood(block, run, number, draws.lanes(number, mine))
-        mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor, run.asked[number].clock))
-        rate = draws.drift[number][mine] ** 2 / PER
-        w = (
-            np.zeros(len(mine))
-            if block.data.error.gain_sd
-            else last.mean
-            + np.sqrt(last.variance + rate * (look - last.cycle)) * rng.standard_normal(len(mine))
-        )
-        value[mine] = mean * gain[mine] + w
-        square = draws.sd[number][mine] ** 2 + own**2 + (block.relative * mean) ** 2
-        sd[mine] = np.sqrt(square + block.data.error.offset_sd**2)
-        if answer.drifting == number:
-            life[mine] = look + passage_time(*present_state(run, factor, w, look), rate, rng)
-    return value, life, sd
+    gain, runs = gains(post, draws, number, rng), draws.by_run(post)
+    last = [log_likelihood(block, run, number, draws.lanes(number, m)) for run, m in runs if drift.any()]
+    for look in map(float, looks):
+        value, life, sd = np.empty(n), draws.life.copy(), np.empty(n)
+        for k, (run, mine) in enumerate(runs):
+            factor, rate, w = draws.factor[mine], drift[mine] ** 2 / PER, np.zeros(len(mine))
+            mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor, run.asked[number].clock))
+            if last:
+                spread = np.sqrt(last[k].variance + rate * (look - last[k].cycle))
+                w = last[k].mean + spread * rng.standard_normal(len(mine))
+            value[mine] = mean * gain[mine] + w
+            square = draws.sd[number][mine] ** 2 + own**2 + (block.relative * mean) ** 2
+            sd[mine] = np.sqrt(square + block.data.error.offset_sd**2)
+            if answer.drifting == number:
+                life[mine] = look + passage_time(*present_state(run, factor, w, look), rate, rng)
+        yield value, life, sd
 
 
 def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generator) -> float:
@@ -153,8 +152,7 @@ def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator)
     age = hour * (answer.now - run.start)
     looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[1:]
     rates = []
-    for look in looks:
-        value, life, sd = states_at(outcome, draws, number, float(look), rng)
+    for look, (value, life, sd) in zip(looks, states_at(outcome, draws, number, looks, rng), strict=True):
         early = draws.life <= look
         rest = hour * np.where(early, draws.life - answer.now, life - answer.now)
         rates.append(with_a_look(rest, value, sd, hour * (float(look) - answer.now), (age, costs), rng))

@@ -219,15 +219,16 @@ def replicated(
         draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2 + (block.relative * model) ** 2
     )
     values = model + spread * rng.standard_normal(model.shape)
-    times = inspections_of(block, post.histories[0], number)
-    if np.any(draws.drift[number] > 0.0) and block.data.since is None:
+    drifts = bool(np.any(draws.drift[number] > 0.0)) and block.data.since is None
+    offset = block.data.error.offset_sd
+    times = inspections_of(block, post.histories[0], number) if drifts or offset else []
+    if drifts:
         rate = draws.drift[number] ** 2 / PER
         paths = smoothed_paths(innovations(post, draws, number), [t.cycle for t in times], rate, rng)
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]
-    if block.data.error.offset_sd:
-        for time in times:
-            values[:, time.values] += block.data.error.offset_sd * rng.standard_normal((n, 1))
+    for time in times if offset else []:
+        values[:, time.values] += offset * rng.standard_normal((n, 1))
     return values
 
 
@@ -308,14 +309,13 @@ def _course(z: Array, chi: Array, counts: Array) -> float:
 def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
     """Return cycles, counts, z, chi square and probability of inspections, of many some together."""
     block = post.blocks[number]
-    times = inspections_of(block, post.histories[0], number)
-    cycles = np.array([time.cycle for time in times])
-    if len(times) <= MOST:
+    cycles, which = np.unique(post.histories[0].asked[number].cycle[block.rows], return_inverse=True)
+    if len(cycles) <= MOST:
         steps = innovations(post, draws, number)
         z, chi, logs = (np.stack([getattr(step, part) for step in steps]) for part in PARTS[:3])
         return cycles, np.array([step.count for step in steps]), z, chi, np.exp(np.minimum(logs, 0.0))
     few = draws.first(FEW)
-    groups = np.array_split(np.arange(len(times)), MOST)
+    groups = np.array_split(np.arange(len(cycles)), MOST)
     middle = np.array([cycles[group].mean() for group in groups])
     shares = bool(np.any(few.drift[number] > 0.0)) or block.data.error.offset_sd > 0.0 or block.data.since
     if shares or block.seen.censored.any():
@@ -325,13 +325,17 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
         chi = np.stack([np.sum([steps[t].chi_square for t in group], axis=0) for group in groups])
         return middle, count, z, chi, np.ones_like(z)
     z, chi, count = np.empty((MOST, len(few))), np.empty((MOST, len(few))), np.empty(MOST, int)
-    for g, group in enumerate(groups):
-        rows = block.rows[np.concatenate([times[t].values for t in group])]
+    gain = gains(post, few, number, np.random.default_rng(0))
+    order, until = np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))
+    for g, values in enumerate(np.split(order, [until[group[-1]] for group in groups[:-1]])):
+        rows = block.rows[values]
         own = replace(block, rows=rows)
         count[g] = len(rows)
         for history, mine in few.by_run(post):
             model = modelled(own, history, number, few.factor[mine])
             square = few.sd[number][mine, None] ** 2 + (block.relative * model) ** 2
-            each = (block.seen.value[rows] - model) / np.sqrt(square + block.seen.sd[rows] ** 2)
+            each = (block.seen.value[rows] - gain[mine, None] * model) / np.sqrt(
+                square + block.seen.sd[rows] ** 2
+            )
             z[g, mine], chi[g, mine] = each.sum(axis=1) / np.sqrt(len(rows)), np.sum(each**2, axis=1)
     return middle, count, z, chi, np.ones_like(z)

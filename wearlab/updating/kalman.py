@@ -145,40 +145,50 @@ def filtered(
 
 
 def with_gain(
-    residual: Array, model: Array, variance: Array, inspections: list[Inspection], gain_sd: float
+    value: Array, model: Array, variance: Array, inspections: list[Inspection], gain_sd: float
 ) -> Filtered:
-    """Return the likelihood of residuals whose model has an unknown gain 1 + g, g ~ N(0, s²), and g's law.
+    """Return the likelihood of values whose model has an unknown gain 1 + g, g ~ N(0, s²), and g's law.
 
     Given the inspections before it, g is normal; the values of one add to its precision Σ m²/v.
 
     Parameters
     ----------
-    residual, model : (…, n) measured minus model, and the model
+    value, model : (…, n) measured, and the model
     variance : (…, n) or (…, 1) of the independent errors
     inspections : in order of time
     gain_sd : s
     """
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
-    total, g, spread, steps = (
-        np.zeros(v.shape[:-1]),
-        np.zeros(v.shape[:-1]),
-        np.full(v.shape[:-1], gain_sd**2),
-        [],
-    )
+    total, g, steps = np.zeros(v.shape[:-1]), np.zeros(v.shape[:-1]), []
+    spread = np.full(v.shape[:-1], gain_sd**2)
     for _, values in inspections:
-        m, own = np.broadcast_to(model, v.shape)[..., values], v[..., values]
-        r = residual[..., values] - m * g[..., None]
-        precision, told, scale = np.sum(m * m / own, axis=-1), np.sum(m * r / own, axis=-1), 1.0
-        scale = 1.0 + spread * precision
-        chi = np.sum(r * r / own, axis=-1) - spread * told**2 / scale
-        gained = -0.5 * (chi + np.sum(np.log(own) + LOG_TWO_PI, axis=-1) + np.log(scale))
-        weight = 1.0 / own
-        whole = np.sum(weight, axis=-1)
+        m, y, weight = np.broadcast_to(model, v.shape)[..., values], value[..., values], 1.0 / v[..., values]
+        sums = (np.sum(each * weight, axis=-1) for each in (y * y, m * y, m * m))
+        before, wide, (chi, log_scale, g, spread) = g, spread, gain_after(g, spread, *sums)
+        gained = -0.5 * (chi + np.sum(LOG_TWO_PI - np.log(weight), axis=-1) + log_scale)
+        whole, r = np.sum(weight, axis=-1), y - m * (1.0 + before[..., None])
         mean, share = np.sum(r * weight, axis=-1) / whole, np.sum(m * weight, axis=-1) / whole
-        off = mean / np.sqrt(1.0 / whole + spread * share**2)
-        before, g, spread, total = g, g + spread * told / scale, spread / scale, total + gained
+        off = mean / np.sqrt(1.0 / whole + wide * share**2)
+        total = total + gained
         steps.append(Innovation(len(values), off, chi, gained, before, g, spread))
     return Filtered(total, g, spread, inspections[-1].cycle if inspections else 0.0, steps)
+
+
+def gain_after(g: Any, spread: Any, square: Array, cross: Array, precision: Array) -> tuple[Array, ...]:
+    """Return chi² of values, ln |V| beyond that of their own errors, and mean and variance of g after them.
+
+    With γ the gain that fits best, chi² = Σ y²/v − (Σ m y/v)²/Σ m²/v + (γ − 1 − g)²/(s² + 1/Σ m²/v), in which
+    nothing large cancels where the model is far off.
+
+    Parameters
+    ----------
+    g, spread : mean and variance s² before
+    square, cross, precision : Σ y²/v, Σ m y/v, Σ m²/v
+    """
+    scale, least = 1.0 + spread * precision, np.maximum(precision, 1e-300)
+    fits = cross / least
+    chi = square - cross * fits + (fits - 1.0 - g) ** 2 / (spread + 1.0 / least)
+    return chi, np.log(scale), g + spread * (cross - (1.0 + g) * precision) / scale, spread / scale
 
 
 def _mean_of(

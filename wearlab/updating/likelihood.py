@@ -12,7 +12,7 @@ tenth. A bin in which it changes by more, or in which a state of the run falls, 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,14 +25,23 @@ from wearlab.arrays import Array, Flags
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
-from wearlab.updating.kalman import LOG_TWO_PI, Filtered, Hidden, Inspection, SharedError, filtered, with_gain
+from wearlab.updating.kalman import (
+    LOG_TWO_PI,
+    Filtered,
+    Hidden,
+    Inspection,
+    SharedError,
+    filtered,
+    gain_after,
+    with_gain,
+)
 from wearlab.updating.measurements import Observed
 from wearlab.updating.run_curves import Asked, RunHistory
 
 PER = 1e6  # cycles over which ``drift`` is said
 MANY = 4000  # values from which independent ones are condensed
 PIECE, NUMBERS = 2000, 400_000  # values, and numbers, that are worked on at once
-SIZE = 128  # values of a bin
+SIZE = 128  # values of a bin, at least; of more than its square, as many as there are bins
 NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
 MATTERS = 0.1  # numerical over measuring error from which it counts
@@ -113,6 +122,25 @@ class Block:
         """The error of a value in parts of the model: what is measured, and the run's own."""
         return math.hypot(self.data.error.relative, self.numerical)
 
+    def bins(self, asked: Asked, sd: float) -> tuple["Condensed", float]:
+        """Return its values in bins, and the sum of the logs of their variances where a column tells them.
+
+        The last ones are kept: they are asked for again and again.
+
+        Parameters
+        ----------
+        asked : what it asks of a run
+        sd : of a value, where a column tells another of each
+        """
+        own = self.seen.sd[self.rows]
+        kept = self.__dict__.get("_bins")
+        if kept is None or kept[0] is not asked.cycle or kept[1] != (own.any() and sd):
+            variance = own**2 + sd**2 if own.any() else np.ones(len(own))
+            cycle, column, value = asked.cycle[self.rows], asked.column[self.rows], self.seen.value[self.rows]
+            made = condensed(cycle, column, value, 1.0 / variance), float(np.sum(np.log(variance)))
+            kept = self.__dict__["_bins"] = (asked.cycle, own.any() and sd, made)
+        return kept[2]
+
 
 def block_of(seen: Observed, *, accumulating: bool) -> Block:
     """Return a block with all its observations."""
@@ -139,10 +167,9 @@ def numerical_share(block: Block, history: RunHistory) -> float:
 
 def inspections_of(block: Block, history: RunHistory, number: int) -> list[Inspection]:
     """Return the times of a block's values that count, each with the places of its values among those."""
-    cycle = history.asked[number].cycle[block.rows]
-    if not len(cycle):
+    times, inverse = np.unique(history.asked[number].cycle[block.rows], return_inverse=True)
+    if not len(times):
         return []
-    times, inverse = np.unique(cycle, return_inverse=True)
     order = np.argsort(inverse, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(inverse, minlength=len(times)))[:-1])
     return [Inspection(float(t), part.astype(np.intp)) for t, part in zip(times, parts, strict=True)]
@@ -205,32 +232,37 @@ def log_likelihood(
     rate = drift**2 / PER
     data, rows, asked, start = block.data, block.rows, run.asked[number], run.begin(number)
     cycle, hidden, offset = asked.cycle[rows], block.seen.censored[rows], data.error.offset_sd
-    times = inspections_of(block, run, number)
-    shares = bool(np.any(rate > 0.0)) or offset > 0.0
-    if not steps and not shares and passed is None and _condenses(block, asked, sd):
-        total = _condensed(block, run, asked, factor, sd)
-        zero = np.zeros(np.broadcast_shapes(total.shape, rate.shape))
-        return Filtered(total + zero, zero, zero, times[-1].cycle)
+    last, shares = float(cycle.max(initial=start)), bool(np.any(rate > 0.0)) or offset > 0.0
+    if not steps and not shares and passed is None and condenses(block, asked, sd):
+        zero = np.zeros(np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape))
+        return Filtered(*(part + zero for part in _condensed(block, run, asked, factor, sd)), last)
     since_start = None if passed is None else passed(run.equal(cycle))
     model = modelled(block, run, number, factor, since_start)
     variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
     variance = variance + own**2 if own.any() else variance
     variance = variance + (block.relative * model) ** 2 if block.relative else variance
     if passed is not None:
-        start, times = 0.0, [Inspection(passed(run.equal(np.array(t.cycle))), t.values) for t in times]
+        start, last = 0.0, passed(run.equal(np.array(last)))
     elif data.since == PREVIOUS:
         variance = variance + rate[..., None] * (cycle - _previous(cycle, start))
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
     if data.error.gain_sd:
-        whole = times if steps else [Inspection(times[-1].cycle, np.arange(len(rows)))] if times else []
-        return with_gain(block.seen.value[rows] - model, model, variance, whole, data.error.gain_sd)
+        whole = (
+            inspections_of(block, run, number)
+            if steps
+            else [Inspection(last, np.arange(len(rows)))][: len(rows)]
+        )
+        return with_gain(block.seen.value[rows], model, variance, whole, data.error.gain_sd)
     residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
         total = _independent(residual, variance, below - model, hidden)
         zero = np.zeros_like(total)
-        return Filtered(total, zero, zero, times[-1].cycle if times else start)
+        return Filtered(total, zero, zero, last)
+    times = inspections_of(block, run, number)
+    if passed is not None:
+        times = [Inspection(passed(run.equal(np.array(t.cycle))), t.values) for t in times]
     room = Hidden(hidden, below - model) if hidden.any() else None
     residual = np.where(hidden, 0.0, residual)
     return filtered(residual, variance, times, SharedError(offset**2, rate, start), hidden=room, steps=steps)
@@ -254,14 +286,19 @@ def _independent(residual: Array, variance: Array, room: Array, hidden: Flags) -
     return total
 
 
-def _condenses(block: Block, asked: Asked, sd: Array) -> bool:
+def condenses(block: Block, asked: Asked, sd: Array) -> bool:
     """Whether the values are very many, and their errors differ by the model alone."""
     seen, rows = block.seen, block.rows
-    if len(rows) <= MANY or SIZE * asked.curve.value.shape[-1] > len(rows):
+    if len(rows) <= MANY or _size(len(rows)) * asked.curve.value.shape[-1] > len(rows):
         return False
-    if block.data.since is not None or block.data.error.gain_sd or seen.censored[rows].any():
+    if block.data.since is not None or seen.censored[rows].any():
         return False
-    return not seen.sd[rows].any() or (sd.size == 1 and not block.relative)
+    return not seen.sd[rows].any() or (not block.relative and bool((sd == sd.flat[0]).all()))
+
+
+def _size(count: int) -> int:
+    """Return how many values a bin has: as many as there are bins, where values are very many."""
+    return max(SIZE, math.isqrt(count))
 
 
 class Condensed(NamedTuple):
@@ -293,10 +330,11 @@ def condensed(cycle: Array, column: NDArray[np.intp], value: Array, weight: Arra
     """Return bins of values: when, which column of the curve, what was measured, of its square; each (n,)."""
     order, counts = np.lexsort((cycle, column)), np.bincount(column)
     counts = counts[counts > 0]
-    bins, ends = -(-counts // SIZE), np.cumsum(counts)
-    start = np.concatenate([f + SIZE * np.arange(b) for f, b in zip(ends - counts, bins, strict=True)])
+    size = _size(len(cycle))
+    bins, ends = -(-counts // size), np.cumsum(counts)
+    start = np.concatenate([f + size * np.arange(b) for f, b in zip(ends - counts, bins, strict=True)])
     end = np.repeat(ends, bins)[:, None]
-    place = start[:, None] + np.arange(SIZE)
+    place = start[:, None] + np.arange(size)
     real = (place < end).astype(float)
     place = order[np.minimum(place, end - 1)]
     cycles, values, weights = cycle[place], value[place], real * weight[place]
@@ -312,53 +350,80 @@ def condensed(cycle: Array, column: NDArray[np.intp], value: Array, weight: Arra
     return Condensed(column[place[:, :1]], cycles, values, weights, real, node, centre, moment, count)
 
 
-def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array) -> Array:
-    """Return the log likelihood of very many values; factors along the first of the lanes only."""
-    rows, own = block.rows, block.seen.sd[block.rows]
-    variance = own**2 + float(sd.ravel()[0]) ** 2 if own.any() else np.ones(len(rows))
-    sd, constant = (np.ones(1), np.sum(np.log(variance))) if own.any() else (sd, 0.0)
-    bins = condensed(asked.cycle[rows], asked.column[rows], block.seen.value[rows], 1.0 / variance)
+def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array) -> tuple[Array, ...]:
+    """Return the log likelihood of very many values, and mean and variance of what the gain is more than 1.
+
+    Factors go along the first of the lanes only.
+    """
+    bins, constant = block.bins(asked, float(np.ravel(sd)[0]))
+    sd = np.ones(1) if block.seen.sd[block.rows].any() else sd
     shape, flat = np.broadcast_shapes(np.shape(factor), np.shape(sd)), np.ravel(factor)
     spread = np.broadcast_to(sd, shape).reshape(flat.size, -1)
     pieces = np.array_split(np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1))
-    parts = [_of_factors(bins, run, asked, flat[some], spread[some], block.relative) for some in pieces]
-    return -0.5 * (np.concatenate(parts).reshape(shape) + constant)
+    parts = [_of_factors(bins, run, asked, flat[some], spread[some], block) for some in pieces]
+    logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
+    g = variance = np.zeros(())
+    if more:
+        chi, log_scale, g, variance = gain_after(0.0, block.data.error.gain_sd**2, chi, *more)
+        logs = logs + log_scale
+    return -0.5 * (chi + logs + constant), g, variance
 
 
 def _of_factors(
-    bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Array, relative: float
+    bins: Condensed, run: RunHistory, asked: Asked, factor: Array, sd: Array, block: Block
 ) -> Array:
-    """Return Σ w (y − m)²/v + ln 2πv for a few factors, each with its deviations, (factors, deviations)."""
+    """Return sums of values for a few factors, (sums, factors, deviations).
+
+    Σ ln 2πv and Σ (y − m)²/v; with a gain Σ ln 2πv, Σ y²/v, Σ m y/v and Σ m²/v.
+    """
     curve, f = asked.curve, factor[:, None, None]
     model = curve.at(run.own_cycle(bins.node, f, asked.clock), bins.column)
-    off, (zeroth, once, twice) = model - bins.centre, bins.moment
-    square = twice + off * (off * zeroth - 2.0 * once)
+    zeroth, once, twice = bins.moment
+    if block.data.error.gain_sd:
+        square = np.broadcast_to(twice + bins.centre * (bins.centre * zeroth + 2.0 * once), model.shape)
+        sums = [square, model * (once + bins.centre * zeroth), model * model * zeroth]
+    else:
+        off = model - bins.centre
+        sums = [twice + off * (off * zeroth - 2.0 * once)]
     ends = np.searchsorted(
         curve.cycle[1:], run.own_cycle(bins.cycle[:, [0, -1]], f, asked.clock), side="right"
     )
     smooth = ends[..., 0] == ends[..., 1]
-    if relative:
+    if block.relative:
         least, largest = np.abs(model).min(axis=-1), np.abs(model).max(axis=-1)
         smooth &= largest - least <= SMOOTH * least
     held = smooth[..., None]
-    total = _added(np.where(held, square, 0.0), held * bins.many, model, sd, relative)
+    total = _added([np.where(held, each, 0.0) for each in sums], held * bins.many, model, sd, block.relative)
     lane, uneven = np.nonzero(~smooth)
-    for some in np.array_split(np.arange(len(lane)), max(len(lane) * SIZE // NUMBERS, 1)):
+    size = bins.value.shape[1]
+    for some in np.array_split(np.arange(len(lane)), max(len(lane) * size // NUMBERS, 1)):
         i, b = lane[some], uneven[some]
         own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b])
-        square = bins.weight[b] * (bins.value[b] - own) ** 2
-        each = _added(square[:, None], bins.real[b][:, None], own[:, None], sd[i], relative)
-        np.add.at(total, i, each)
+        value, weight = bins.value[b], bins.weight[b]
+        squares = (value * value, own * value, own * own) if len(sums) > 1 else ((value - own) ** 2,)
+        each = _added(
+            [(weight * each)[:, None] for each in squares],
+            bins.real[b][:, None],
+            own[:, None],
+            sd[i],
+            block.relative,
+        )
+        np.add.at(total, (slice(None), i), each)
     return total
 
 
-def _added(square: Array, count: Array, model: Array, sd: Array, relative: float) -> Array:
-    """Return Σ square/v + count ln 2πv over bins and their places, (lanes, deviations)."""
+def _added(sums: Sequence[Array], count: Array, model: Array, sd: Array, relative: float) -> Array:
+    """Return Σ count ln 2πv and sums over v, of bins and their places, (1 + sums, lanes, deviations)."""
+    total = np.empty((1 + len(sums), *sd.shape))
     if not relative:
-        both = (part.sum(axis=(1, 2))[:, None] for part in (square, count))
-        return np.asarray(next(both) / sd**2 + next(both) * np.log(2.0 * np.pi * sd**2))
-    own, total = (relative * model) ** 2, np.empty(sd.shape)
+        total[0] = count.sum(axis=(1, 2))[:, None] * np.log(2.0 * np.pi * sd**2)
+        for n, each in enumerate(sums, 1):
+            total[n] = each.sum(axis=(1, 2))[:, None] / sd**2
+        return total
+    own = (relative * model) ** 2
     for j, column in enumerate(sd.T):
         variance = np.where(count != 0.0, column[:, None, None] ** 2 + own, 1.0)
-        total[:, j] = (square / variance + count * np.log(2.0 * np.pi * variance)).sum(axis=(1, 2))
+        total[0, :, j] = (count * np.log(2.0 * np.pi * variance)).sum(axis=(1, 2))
+        for n, each in enumerate(sums, 1):
+            total[n, :, j] = (each / variance).sum(axis=(1, 2))
     return total

@@ -13,7 +13,7 @@ from scipy.stats import norm
 from wearlab.arrays import Array
 from wearlab.updating.clocks import facts_of
 from wearlab.updating.draws import Check, Draws, checks, drawn, replicated
-from wearlab.updating.likelihood import MATTERS, Block, block_of, inspections_of, numerical_share
+from wearlab.updating.likelihood import MATTERS, Block, block_of, numerical_share
 from wearlab.updating.lives import Answer, drifting_block
 from wearlab.updating.posterior import Posterior, posterior, widened
 from wearlab.updating.run_curves import RunHistory
@@ -172,7 +172,8 @@ def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rand
     for number, block in enumerate(blocks):
         if not len(block.rows) or block.seen.censored.any():
             continue
-        last = inspections_of(block, before.posterior.histories[0], number)[-1].values[-1:]
+        cycle = before.posterior.histories[0].asked[number].cycle[block.rows]
+        last = np.flatnonzero(cycle == cycle.max())[-1:]
         latest = replace(block, rows=block.rows[last])
         alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
         prior = replace(before.posterior, blocks=alone)

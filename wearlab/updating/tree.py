@@ -16,7 +16,7 @@ from wearlab.units import KINDS, convert
 from wearlab.updating.decision import before_change, decided, virtual_inspection
 from wearlab.updating.draws import gains, innovations, over_cycles, replicated
 from wearlab.updating.layout import P, calendar, dataset, dated, limit_of, lives, sample, variable
-from wearlab.updating.likelihood import Block, inspections_of, log_likelihood
+from wearlab.updating.likelihood import Block, condenses, log_likelihood
 from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.scores import compared, replayed, scored
 from wearlab.updating.study import FACTOR, MeasuredCase, plain
@@ -189,17 +189,17 @@ def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
     post, draws, name = outcome.posterior, outcome.draws, block_name(outcome, number)
     block = post.blocks[number]
-    times = inspections_of(block, post.histories[0], number)
-    if len(times) > MOST_STEPS:
+    cycles = np.unique(post.histories[0].asked[number].cycle[block.rows])
+    if len(cycles) > MOST_STEPS:
         whole = np.empty(len(draws))
         for run, mine in draws.by_run(post):
-            for some in np.array_split(mine, max(len(mine) * len(block.rows) // MOST_VALUES, 1)):
+            one_by_one = not condenses(block, run.asked[number], draws.sd[number][mine])
+            for some in np.array_split(mine, max(one_by_one * len(mine) * len(block.rows) // MOST_VALUES, 1)):
                 whole[some] = log_likelihood(block, run, number, draws.lanes(number, some)).log_likelihood
         return sample({name: variable("sample", "log_likelihood_of_all", whole)}, len(draws))
     values = np.stack([step.log_likelihood for step in innovations(post, draws, number)], axis=-1)
     found = sample({name: variable("sample", "log_likelihood", values, name)}, len(draws))
-    cycles = variable("statistics", "cycle_*", [time.cycle for time in times], name)
-    return found.assign_coords({f"cycle_{name}": cycles})
+    return found.assign_coords({f"cycle_{name}": variable("statistics", "cycle_*", cycles, name)})
 
 
 def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
