@@ -25,7 +25,6 @@ from wearlab.campaign.update_options import (
     ErrorBlock,
     ErrorModel,
     Fleet,
-    FleetUnit,
     Limit,
     LimitBlock,
     PopulationBlock,
@@ -348,15 +347,15 @@ def read_fleet(population: Any, units: Any) -> Fleet:
     block = modelled(PopulationBlock, population if population is not None else {}, POPULATION)
     if not isinstance(units, list):
         raise CampaignError([f"{UNIT}: {shown(units)} is no list of tables: write [[{UNIT}]]"])
-    named: list[FleetUnit] = []
+    named: list[UnitBlock] = []
     for number, given in enumerate(units):
         where = f"{UNIT}[{number}]"
         calendar = given.get("calendar") if isinstance(given, dict) else None
-        days = _part(Days, calendar, f"unit[{number}].calendar")
+        _part(Days, calendar, f"unit[{number}].calendar")
         unit = modelled(UnitBlock, given, where)
         if unit.name in [other.name for other in named]:
             raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])
-        named.append(FleetUnit(unit.name, swept_keys(unit.scene or {}), days))
+        named.append(unit.model_copy(update={"scene": swept_keys(unit.scene)}))
     return Fleet(
         _positive_law(block.spread or DEFAULTS["spread"], "spread"),
         _shared(block.straying, "straying", 0.0),

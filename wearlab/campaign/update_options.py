@@ -181,8 +181,8 @@ class UnitBlock(BaseModel):
     model_config = Strict
 
     name: str = option(..., "as the column `unit` calls it")
-    scene: dict[str, Any] | None = option(
-        None, "dotted key = value: what is different of this unit", derived="as the others"
+    scene: dict[str, Any] = option(
+        {}, "dotted key = value: what is different of this unit", derived="as the others"
     )
     calendar: Days | None = option(
         None, "date, hours and hours_per_year of this unit", derived="columns, or update.calendar"
@@ -397,15 +397,6 @@ class TrueModel:
 
 
 @dataclass(frozen=True)
-class FleetUnit:
-    """One unit: its name, what of its scene is its own, and its calendar."""
-
-    name: str
-    scene: dict[str, Any]
-    days: Days | None
-
-
-@dataclass(frozen=True)
 class Fleet:
     """A fleet.
 
@@ -420,7 +411,7 @@ class Fleet:
     straying: float | Distribution
     power: float | Distribution
     reference: float | None
-    units: tuple[FleetUnit, ...]
+    units: tuple[UnitBlock, ...]
 
 
 @dataclass(frozen=True)

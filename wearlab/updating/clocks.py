@@ -13,7 +13,7 @@ from scipy.special import logsumexp
 
 from wearlab.arrays import Array
 from wearlab.updating.measurements import OperatingRecord, UpdateError
-from wearlab.updating.posterior import Posterior
+from wearlab.updating.posterior import Posterior, weighted_quantiles
 from wearlab.updating.run_curves import Clock, RunHistory
 
 RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
@@ -21,6 +21,7 @@ GOLDEN = 0.6180339887
 WIDE = 4.0  # standard deviations of ln r that are looked at first
 EARLIEST = 1e-3  # of the cycles inspected at which running-in may be over
 ROUNDS, DEPTH = 6, 12.0  # of narrowing ln r; of ln of the weight below its top that counts
+ENDS = (0.05, 0.5, 0.95)
 SWEEPS = 25  # through bins, whose order is not known
 
 Judge = Callable[[tuple[RunHistory, ...]], Posterior]
@@ -123,13 +124,6 @@ def facts_of(post: Posterior) -> dict[str, float]:
     at, ratio = np.array([run.change for run in post.histories if run.change is not None]).T
     found = {"log_evidence_of_change": gain}
     for name, values in (("change_cycle", at), ("change_ratio", ratio)):
-        found |= dict(
-            zip((f"{name}_{p}" for p in (5, 50, 95)), _quantiles(values, post.weight[changed]), strict=True)
-        )
+        for p, value in zip((5, 50, 95), weighted_quantiles(values, post.weight[changed], ENDS), strict=True):
+            found[f"{name}_{p}"] = float(value)
     return found
-
-
-def _quantiles(values: Array, weight: Array) -> Sequence[float]:
-    order = np.argsort(values)
-    below = np.cumsum(weight[order]) - 0.5 * weight[order]
-    return [float(q) for q in np.interp([0.05, 0.5, 0.95], below / weight.sum(), values[order])]

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 from scipy.special import ndtri
 
@@ -29,6 +30,7 @@ from wearlab.updating.draws import Draws, gains
 from wearlab.updating.layout import Lives, dataset
 from wearlab.updating.likelihood import PER, log_likelihood
 from wearlab.updating.lives import passage_time, present_state
+from wearlab.updating.posterior import weighted_quantiles
 from wearlab.updating.run_curves import RunHistory
 
 if TYPE_CHECKING:
@@ -136,10 +138,7 @@ def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> Iterat
 
 def width(rising: Array, weight: Array) -> float:
     """Return the width of the 90 % interval of weighted values; of equal ones that are not sorted, too."""
-    order = np.argsort(rising, kind="stable")
-    below = np.cumsum(weight[order])
-    low, high = np.interp(ENDS, (below - 0.5 * weight[order]) / below[-1], rising[order])
-    return float(high - low)
+    return float(np.ptp(weighted_quantiles(rising, weight, ENDS)))
 
 
 def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
@@ -170,7 +169,7 @@ def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES
         return None
     cycles: Array = np.linspace(now, end, places + 1)
     below, age = known.life_below(cycles), hour * (now - run.start)
-    hours = np.maximum(age + _area(1.0 - below, hour * (cycles - now)), 1e-9)
+    hours = np.maximum(age + cumulative_trapezoid(1.0 - below, hour * (cycles - now), initial=0.0), 1e-9)
     rates = np.stack([(costs.planned * (1.0 - below) + d * costs.failure * below) / hours for d in DEARER])
     best = rates.argmin(axis=1)
     found: dict[str, Any] = {
@@ -220,12 +219,6 @@ def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
     return own
 
 
-def _area(values: Array, time: Array) -> Array:
-    """Return the integral from the first time to each, along the last axis."""
-    steps = 0.5 * (values[..., 1:] + values[..., :-1]) * np.diff(time)
-    return np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(steps, axis=-1)], axis=-1)
-
-
 def with_a_look(
     rest: Array,
     value: Array,
@@ -257,7 +250,7 @@ def with_a_look(
     mass = [np.append(0.0, np.cumsum(weight)) for weight in virtual_weights(value, sd, rng)]
     gone = np.array([each[at] / each[-1] for each in mass])
     cost = costs.planned * (1.0 - gone) + costs.failure * gone
-    length = _area(1.0 - gone, time)
+    length = cumulative_trapezoid(1.0 - gone, time, initial=0.0)
 
     def excess(rate: float) -> float:
         after = float(np.min(cost - rate * length, axis=1).mean())

@@ -287,7 +287,7 @@ def fleet_groups(
         "observed_data": rows,
         "sample_stats": dataset("statistics", stats),
     }
-    if rows["flagged"].values.any():
+    if rows and rows["flagged"].values.any():
         rest = _without(found, rows.isel(observation=rows["flagged"].values))
         groups["predictions_without"] = _predictions(studies, population(rest, found.law, 0), rng)
     return groups
@@ -391,45 +391,37 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
 
     Two simple rules stand beside it: the median rate of the other units, a line through the origin.
     """
-    rows: list[tuple[Any, ...]] = []
+    rows: list[dict[str, Any]] = []
     for number, unit in enumerate(found.units):
-        (state,), last = after(found, number, [-np.inf], rng, FEW), (-np.inf, np.nan)
-        values = [] if state.block is None else _inspections(unit, state.block)
-        states = [
-            state,
-            *(after(found, number, [at for at, *_ in values[:-1]], rng, FEW) if values[1:] else ()),
-        ]
-        for state, (cycle, value, count) in zip(states, values, strict=False):
-            ahead, off, score = state.value(cycle, P), np.nan, np.nan
+        (blank,), last = after(found, number, [-np.inf], rng, FEW), (-np.inf, np.nan)
+        values = [] if blank.block is None else _inspections(unit, blank.block)
+        known = after(found, number, [at for at, *_ in values[:-1]], rng, FEW) if values[1:] else ()
+        for state, (cycle, value, count) in zip((blank, *known), values, strict=False):
+            row = {"unit_name": unit.name, "block": state.block, "cycle": cycle, "value": value}
+            row |= {"foreseen": state.value(cycle, P), "check_p": np.nan, "crps": np.nan}
             if np.isfinite(value):
-                off, score = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
-            more = value > ahead[2]
-            rows.append((unit.name, state.block, cycle, value, off, more, score, ahead, *last))
+                row["check_p"] = _two_sided(state, cycle, value, count)
+                row["crps"] = state.crps(cycle, value, rng)
+            rows.append(row | {"higher": value > row["foreseen"][2], "before": last[0], "worn": last[1]})
             last = cycle, value
-    columns = [np.array([row[k] for row in rows], dtype=None if k else object) for k in range(10)]
-    names, block, at, seen, p, higher, crps, q, before, worn = columns
+    if not rows:
+        return xr.Dataset()
+    told = stacked(rows)
+    at, seen, block = told["cycle"], told["value"], told["block"]
+    before, worn = told.pop("before"), told.pop("worn")
     with np.errstate(divide="ignore", invalid="ignore"):
         pace = np.where(at > 0.0, seen / at, np.nan)
         line = np.where(before > 0.0, worn / before, np.nan)
-    others = [
-        pace[(names != name) & (block == by) & np.isfinite(pace)]
-        for name, by in zip(names, block, strict=True)
-    ]
-    rate = np.array([np.median(each) if len(each) else np.nan for each in others])
-    told = {
-        "unit_name": names,
-        "block": block,
-        "cycle": at,
-        "value": seen,
-        "check_p": p,
-        "higher": higher,
-        "crps": crps,
+    rate = np.full(len(rows), np.nan)
+    for k, name in enumerate(told["unit_name"]):
+        others = pace[(told["unit_name"] != name) & (block == block[k]) & np.isfinite(pace)]
+        rate[k] = np.median(others) if len(others) else np.nan
+    told |= {
         "first": np.isinf(before),
-        "foreseen": np.reshape(q, (len(rows), len(P))),
-        "by_the_rate": np.where(np.isinf(before), np.nan, worn + rate * (at - before)),
+        "flagged": told["check_p"] < ALARM / len(rows),
         "by_a_line": line * at,
-        "flagged": p < ALARM / max(len(rows), 1),
     }
+    told["by_the_rate"] = np.where(np.isinf(before), np.nan, worn + rate * (at - before))
     si = found.units[0].blocks[_main(block)].data.si
     labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}
     return dataset("fleet", labelled, quantile=P)
@@ -442,6 +434,8 @@ def _main(block: Array) -> int:
 
 def _scores(rows: xr.Dataset) -> dict[str, float]:
     """Return how what was foreseen did, beside two simple rules."""
+    if not rows:
+        return {}
     same = rows["block"].values == _main(rows["block"].values)
     held = rows.isel(observation=same & ~rows["first"].values & np.isfinite(rows["value"].values))
     q, value = held["foreseen"].values.T, held["value"].values

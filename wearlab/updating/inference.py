@@ -8,9 +8,9 @@ to them, in scores of the prior (z, standard normal before), and all are weighte
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,19 +19,18 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from wearlab.arrays import Array
-from wearlab.campaign import Axis, Campaign, Case
+from wearlab.campaign import Campaign
 from wearlab.campaign.distributions import written
 from wearlab.scene import Scene, SceneError
 from wearlab.sources import hash_of
-from wearlab.store.outcome import last_line
 from wearlab.updating.clocks import changing, clock_of
 from wearlab.updating.fleet import fleet_groups, fleet_of
 from wearlab.updating.measurements import UpdateError
 from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
 from wearlab.updating.posterior import Posterior, posterior
 from wearlab.updating.replacement import renewed
-from wearlab.updating.run_curves import RunHistory, StoredRun, read_runs
-from wearlab.updating.study import DRAW, MeasuredCase, conditions_of, histories, plain, studies, wanted_of
+from wearlab.updating.run_curves import RunHistory, StoredRun, history_of
+from wearlab.updating.study import MeasuredCase, conditions_of, histories, plain, stored, studies
 from wearlab.updating.tree import tree_of, tree_of_groups
 
 if TYPE_CHECKING:
@@ -130,36 +129,26 @@ class Runner(NamedTuple):
 
     def run(self, study: MeasuredCase) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
         """Return the histories of a study, and the number of the draw that each one is."""
-        from wearlab.runner import run
-
-        campaign = study.campaign(self.title)
-        run(campaign, self.store, progress=self.progress, workers=self.workers)
+        self._compute(study, study.scenes())
         runs, which = histories(study, self.store)
         if study.record is None:
             return runs, which
-        scenes = study.record.scenes(study.scenes()[0])
-        cases = tuple(Case("record", scene, {DRAW: i}) for i, scene in enumerate(scenes))
-        axes = (Axis(DRAW, tuple(range(len(cases)))),)
-        conditions = replace(campaign, cases=cases, axes=axes)
-        run(conditions, self.store, progress=self.progress, workers=self.workers)
-        return (_clocked(study, runs[0], conditions_of(study, self.store)),), which
+        scenes = conditions_of(study)
+        conditions = [
+            history_of(run, scene.id, scene.model_dump(), (), study.limit)
+            for run, scene in zip(self.stored(study, scenes), scenes.values(), strict=True)
+        ]
+        return (_clocked(study, runs[0], conditions),), which
 
-    def stored(self, study: MeasuredCase, scene: Scene) -> StoredRun:
-        """Return what is stored of a scene, which is run where it is missing.
+    def stored(self, study: MeasuredCase, scenes: Mapping[str, Scene]) -> list[StoredRun]:
+        """Return what is stored of scenes, each under what it is called; those that are missing are run."""
+        self._compute(study, tuple(scenes.values()))
+        return stored(study, scenes, self.store)
 
-        Raises
-        ------
-        UpdateError : it has no data
-        """
+    def _compute(self, study: MeasuredCase, scenes: Sequence[Scene]) -> None:
         from wearlab.runner import run
 
-        campaign = replace(study.campaign(self.title), cases=(Case("replaced", scene, {}),), axes=())
-        run(campaign, self.store, progress=self.progress, workers=self.workers)
-        found = read_runs(self.store, [scene.id], wanted_of(study))
-        if scene.id not in found:
-            reason = last_line(self.store.find(scene.id).reason)
-            raise UpdateError(f"{study.label}: update.replaced: its run with worn mates: {reason}")
-        return found[scene.id]
+        run(study.campaign(self.title, scenes), self.store, progress=self.progress, workers=self.workers)
 
 
 def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
@@ -179,9 +168,11 @@ def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     runs, which = runner.run(study)
     if study.spec.replaced:
-        study, history = renewed(
-            study, runner.stored(study, study.scenes()[0]), partial(runner.stored, study)
-        )
+
+        def compute(scene: Scene) -> StoredRun:
+            return runner.stored(study, {"update.replaced: its run with worn mates": scene})[0]
+
+        study, history = renewed(study, compute(study.scenes()[0]), compute)
         return outcome(study, (history,), which)
     while True:
         answer = answered(study, runs, blocks_of(study, runs))

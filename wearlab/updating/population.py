@@ -26,7 +26,7 @@ from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import PER, Block, Lanes, log_density, log_likelihood
-from wearlab.updating.posterior import even_weights
+from wearlab.updating.posterior import even_weights, weighted_quantiles
 from wearlab.updating.run_curves import RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
@@ -294,10 +294,7 @@ class Population:
     def quantile(self, name: str, p: Array) -> Array:
         """Return quantiles of a parameter."""
         column = [parameter.name for parameter in self.law.parameters].index(name)
-        value, probability = self._between[0][:, column], self._between[1]
-        order = np.argsort(value)
-        below = np.cumsum(probability[order]) - 0.5 * probability[order]
-        return np.exp(np.interp(p, below, value[order]))
+        return np.exp(weighted_quantiles(self._between[0][:, column], self._between[1], p))
 
 
 def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:

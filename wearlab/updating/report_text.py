@@ -17,7 +17,6 @@ from wearlab.updating.lives import NEVER
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
-EVIDENCE = ((1.0, "cannot tell, if anything they prefer"), (3.0, "lean towards"), (5.0, "clearly prefer"))
 PREFER = (
     (1.0, "cannot tell {} from {}"),
     (3.0, "lean towards {} against {}"),
@@ -105,11 +104,16 @@ def text_of_models(found: xr.Dataset) -> list[str]:
     for name, g, o, e in zip(names, gain, off, error, strict=True):
         beside = "" if not np.isfinite(o) else f"  {o:7.3g} ± {e:.2g}" if o else "        0"
         lines.append(f"  {name:<{width}}  {g:7.3g}{beside}")
-    said = next((text for most, text in PREFER if -gain[1] < most), "strongly prefer {} to {}")
-    said = f"the data {said.format(names[0], names[1])}"
+    said = f"the data {_preferring(-gain[1], names[0], names[1])}"
     if np.isfinite(off[1]) and off[1] > max(error[1], 0.0):
         said += f", but {names[1]} foretells single inspections better: more of them will tell"
     return [*lines, said]
+
+
+def _preferring(gain: float, one: str, other: str) -> str:
+    """Return which of two models the data prefer, by ln of the evidence of one over the other's."""
+    said = next((text for most, text in PREFER if abs(gain) < most), "strongly prefer {} to {}")
+    return said.format(*((one, other) if gain >= 0.0 else (other, one)))
 
 
 def group(tree: xr.DataTree, name: str, label: str | None) -> xr.Dataset:
@@ -140,7 +144,7 @@ def _templates() -> Any:
         "n": lambda value: f"{value:,.0f}",
         "finite": lambda value: isinstance(value, float) and np.isfinite(value),
         "spread": _spread,
-        "weight": lambda gain: next((w for most, w in EVIDENCE if abs(gain) < most), "strongly prefer"),
+        "preferring": _preferring,
     }
     return found
 
@@ -350,8 +354,8 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     p, pace = predictions["p_like_the_others"].values, predictions["pace"].values
     unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
     keys = ("unit_name", "cycle", "higher", "first", "check_p")
-    flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys), strict=True)
-    unit = rows["value"].attrs["units"]
+    flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
+    unit = rows["value"].attrs["units"] if rows else "1"
     shown = {"m": "mm", "kg": "g"}.get(unit, unit)
     found: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
-from wearlab.campaign.update_options import THICKNESS, Days, Fleet, FleetUnit, Limit, UpdateSpec
+from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UnitBlock, UpdateSpec
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
 from wearlab.scene.build.contact import thickest
@@ -26,7 +26,7 @@ from wearlab.updating.measurements import (
     read_record,
     units_of,
 )
-from wearlab.updating.run_curves import RunHistory, history_of, read_runs, refuse_stages
+from wearlab.updating.run_curves import RunHistory, StoredRun, history_of, read_runs, refuse_stages
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -82,11 +82,11 @@ class MeasuredCase:
         points = zip(*(values[:most] for values in self.drawn.values()), strict=True)
         return tuple(lean.replace(dict(zip(self.drawn, point, strict=True))) for point in points)
 
-    def campaign(self, title: str) -> Campaign:
-        """Return its runs as a campaign with the axis ``draw``."""
-        scenes = self.scenes()
-        cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(scenes))
-        return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(scenes)))),))
+    def campaign(self, title: str, scenes: Sequence[Scene] | None = None) -> Campaign:
+        """Return its runs, or other scenes, as a campaign with the axis ``draw``."""
+        some = self.scenes() if scenes is None else scenes
+        cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(some))
+        return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(some)))),))
 
 
 def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
@@ -101,11 +101,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    record = None if spec.record is None else read_record(spec.record, None, spec.days)
-    days, hours_at = _calendar(record, spec.days)
-    seen = tuple(read_observations(block, spec.days, None, hours_at) for block in spec.data)
-    known = [calendar_of(block, None, days) for block in spec.data if block.columns.hours and not hours_at]
-    spec = replace(spec, days=next((found for found in known if found is not None), days))
+    spec, seen, record = _measured(spec, None, spec.days)
     made = []
     for case in campaign.cases:
         own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
@@ -156,25 +152,27 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
     names = dict.fromkeys([*(name for data in spec.data for name in units_of(data)), *own])
     made = []
     for name in names:
-        unit = own.get(name, FleetUnit(name, {}, None))
+        unit = own.get(name, UnitBlock(name=name))
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
-        days = unit.days or spec.days
-        record = None if spec.record is None else read_record(spec.record, name, days)
-        known = [calendar_of(data, name, days) for data in spec.data]
-        own_days, hours_at = _calendar(record, days)
-        seen = tuple(read_observations(data, days, name, hours_at) for data in spec.data)
+        asked, seen, record = _measured(spec, name, unit.calendar or spec.days)
         refuse_too_deep(changed, seen)
-        days = own_days if hours_at else next((found for found in known if found is not None), days)
-        made.append(MeasuredCase(name, changed, replace(spec, days=days), limit, seen, {}, record=record))
+        made.append(MeasuredCase(name, changed, asked, limit, seen, {}, record=record))
     return tuple(made)
 
 
-def _calendar(record: OperatingRecord | None, days: Days | None) -> tuple[Days | None, Any]:
-    """Return the calendar after a record with dates, and what tells the hours at dates."""
-    if record is None or record.dates is None:
-        return days, None
-    return record.days(days), record.hours_at
+def _measured(
+    spec: UpdateSpec, unit: str | None, days: Days | None
+) -> tuple[UpdateSpec, tuple[Observed, ...], OperatingRecord | None]:
+    """Return an [update] with its calendar found out, its observations and its record; of one unit."""
+    record, hours_at = None if spec.record is None else read_record(spec.record, unit, days), None
+    if record is not None and record.dates is not None:
+        after, hours_at = record.days(days), record.hours_at
+    else:
+        known = (calendar_of(data, unit, days) for data in spec.data)
+        after = next((found for found in known if found is not None), days)
+    seen = tuple(read_observations(data, days, unit, hours_at) for data in spec.data)
+    return replace(spec, days=after), seen, record
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
@@ -269,23 +267,28 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     return tuple(read), np.array(which, np.intp)
 
 
-def conditions_of(study: MeasuredCase, store: "Store") -> list[RunHistory]:
-    """Return the stored runs of the conditions of what really ran.
+def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> list[StoredRun]:
+    """Return what is stored of scenes, each under what it is called.
 
     Raises
     ------
-    UpdateError : one of them is not there
+    UpdateError : one of them has no data
     """
-    assert study.record is not None
-    scenes = study.record.scenes(_lengthened(study.scene, study.longer))
-    wanted = {*needed((), study.limit), "cycle", "operating_hours"}
-    found, runs = read_runs(store, dict.fromkeys(scene.id for scene in scenes), wanted), []
-    for scene, (torque, _) in zip(scenes, study.record.conditions()[0], strict=True):
+    found = read_runs(store, dict.fromkeys(scene.id for scene in scenes.values()), wanted_of(study))
+    for name, scene in scenes.items():
         if scene.id not in found:
-            reason = last_line(store.find(scene.id).reason)
-            raise UpdateError(f"{study.label}: update.record: its run at {torque:g} N m: {reason}")
-        runs.append(history_of(found[scene.id], scene.id, scene.model_dump(), (), study.limit))
-    return runs
+            raise UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
+    return [found[scene.id] for scene in scenes.values()]
+
+
+def conditions_of(study: MeasuredCase) -> dict[str, Scene]:
+    """Return a scene of each condition of what really ran, under what it is called."""
+    assert study.record is not None
+    base, torques = _lengthened(study.scene, study.longer), study.record.conditions()[0][:, 0]
+    return {
+        f"update.record: its run {n} at {torque:g} N m": scene
+        for n, (scene, torque) in enumerate(zip(study.record.scenes(base), torques, strict=True), 1)
+    }
 
 
 def plain(value: float | str) -> float:
