@@ -153,3 +153,17 @@ def test_sources_that_agree_are_pooled_as_before():
     assert np.ptp(found.answer.factor(np.array([0.05, 0.95]))) == pytest.approx(
         3.29 * 0.01 / 2**0.5, rel=0.01
     )
+
+
+@pytest.mark.parametrize("n", [12, 300])
+def test_a_gain_of_its_own_is_no_misfit(n):
+    """Of more than 200 inspections the gain was taken for 1; the weighing says which k it is."""
+    rng = np.random.default_rng(4)
+    cycles = np.linspace(1e5, 1.2e6, n)
+    weighed = observed([1.2e6], [RATE * 1.2e6], ErrorModel(1e-5))
+    heard = RATE * 1.3 * cycles + 4e-4 * rng.standard_normal(n)
+    sensor = observed(cycles, heard, ErrorModel(4e-4, gain_sd=0.2), number=2, where="planet")
+    seen = (weighed, sensor)
+    answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
+    each, courses = checks(answer.posterior, drawn(answer, 300, rng))
+    assert min(check.p for check in each) > ALARM / len(each) and courses[1] > ALARM

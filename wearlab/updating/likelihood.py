@@ -14,7 +14,7 @@ tenth. A bin in which it changes by more, or in which a state of the run falls, 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -232,10 +232,12 @@ def log_likelihood(
     rate = drift**2 / PER
     data, rows, asked, start = block.data, block.rows, run.asked[number], run.begin(number)
     cycle, hidden, offset = asked.cycle[rows], block.seen.censored[rows], data.error.offset_sd
-    last, shares = float(cycle.max(initial=start)), bool(np.any(rate > 0.0)) or offset > 0.0
+    last: Any = float(cycle.max(initial=start))
+    shares = bool(np.any(rate > 0.0)) or offset > 0.0
     if not steps and not shares and passed is None and condenses(block, asked, sd):
         zero = np.zeros(np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape))
-        return Filtered(*(part + zero for part in _condensed(block, run, asked, factor, sd)), last)
+        total, gain, spread = (part + zero for part in _condensed(block, run, asked, factor, sd))
+        return Filtered(total, gain, spread, last)
     since_start = None if passed is None else passed(run.equal(cycle))
     model = modelled(block, run, number, factor, since_start)
     variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
@@ -249,12 +251,9 @@ def log_likelihood(
     elif data.since is not None:
         start = float(data.since)
     if data.error.gain_sd:
-        whole = (
-            inspections_of(block, run, number)
-            if steps
-            else [Inspection(last, np.arange(len(rows)))][: len(rows)]
-        )
-        return with_gain(block.seen.value[rows], model, variance, whole, data.error.gain_sd)
+        at_once = [Inspection(last, np.arange(len(rows)))][: len(rows)]
+        times = inspections_of(block, run, number) if steps else at_once
+        return with_gain(block.seen.value[rows], model, variance, times, data.error.gain_sd)
     residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
         total = _independent(residual, variance, below - model, hidden)
@@ -401,14 +400,9 @@ def _of_factors(
         own = curve.at(run.own_cycle(bins.cycle[b], factor[i, None], asked.clock), bins.column[b])
         value, weight = bins.value[b], bins.weight[b]
         squares = (value * value, own * value, own * own) if len(sums) > 1 else ((value - own) ** 2,)
-        each = _added(
-            [(weight * each)[:, None] for each in squares],
-            bins.real[b][:, None],
-            own[:, None],
-            sd[i],
-            block.relative,
-        )
-        np.add.at(total, (slice(None), i), each)
+        each = [(weight * one)[:, None] for one in squares]
+        more = _added(each, bins.real[b][:, None], own[:, None], sd[i], block.relative)
+        np.add.at(total, np.s_[:, i], more)  # type: ignore[arg-type]
     return total
 
 
