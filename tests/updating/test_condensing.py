@@ -7,8 +7,9 @@ import pytest
 from made import ErrorModel, blocks, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating import likelihood
+from wearlab.updating import likelihood, outcome
 from wearlab.updating.likelihood import Lanes
+from wearlab.updating.measurements import UpdateError
 from wearlab.updating.outcome import answered
 from wearlab.updating.run_curves import Asked, RunCurve
 
@@ -83,3 +84,23 @@ def test_the_answer_is_the_same(monkeypatch):
     assert short.factor(p) == pytest.approx(whole.factor(p), rel=1e-10)
     assert short.posterior.evidence == pytest.approx(whole.posterior.evidence, abs=1e-7)
     assert short.posterior.spreads[0][0][0] == pytest.approx(whole.posterior.spreads[0][0][0])
+
+
+@pytest.mark.parametrize(
+    ("error", "own"),
+    [
+        (ErrorModel(4e-4, offset_sd=1e-4), 0.0),
+        (ErrorModel(4e-4, 0.05), 2e-4),
+        (ErrorModel(4e-4, drift=1e-3), 0.0),
+    ],
+)
+def test_too_many_values_that_cannot_be_condensed_are_refused(monkeypatch, error, own):
+    """A hundred thousand of them took minutes, a million had no end."""
+    monkeypatch.setattr(outcome, "MOST_ONE_BY_ONE", N - 1)
+    run, seen = run_and(error, own)
+    accumulates = "none" if error.drift is None else "accumulating"
+    asked = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (seen,), accumulates)
+    with pytest.raises(UpdateError, match=r"update.data\[0\]: 900 values .* thin them out"):
+        outcome.blocks_of(asked, [run])
+    plain = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (run_and(ErrorModel(4e-4))[1],))
+    assert len(outcome.blocks_of(plain, [run])) == 1

@@ -93,7 +93,7 @@ def update(
             raise UpdateError(
                 "--check: twins are made of one unit; of a fleet, --replay scores what it foresaw"
             )
-        runs = [runner.run(study)[0][0] for study in wanted]
+        runs = [runs[0] for runs, _ in runner.run(wanted)]
         tree = tree_of_groups(campaign, wanted, fleet_groups(wanted, fleet_of(wanted, runs), replay=replay))
         each = tree["predictions"].to_dataset()
         told = list(zip(each["unit"].values, each["now"].values, each[REST].values[:, ::2], strict=True))
@@ -127,28 +127,33 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(self, study: MeasuredCase) -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
-        """Return the histories of a study, and the number of the draw that each one is."""
-        self._compute(study, study.scenes())
-        runs, which = histories(study, self.store)
-        if study.record is None:
-            return runs, which
-        scenes = conditions_of(study)
-        conditions = [
-            history_of(run, scene.id, scene.model_dump(), (), study.limit)
-            for run, scene in zip(self.stored(study, scenes), scenes.values(), strict=True)
-        ]
-        return (_clocked(study, runs[0], conditions),), which
+    def run(self, wanted: Sequence[MeasuredCase]) -> list[tuple[tuple[RunHistory, ...], NDArray[np.intp]]]:
+        """Return the histories of each study, and which draw each one is; what is missing is run together."""
+        self._compute(wanted, [scene for study in wanted for scene in study.scenes()])
+        conditions = [{} if study.record is None else conditions_of(study) for study in wanted]
+        if any(conditions):
+            self._compute(wanted, [scene for scenes in conditions for scene in scenes.values()])
+        found = []
+        for study, scenes in zip(wanted, conditions, strict=True):
+            runs, which = histories(study, self.store)
+            if scenes:
+                read = zip(stored(study, scenes, self.store), scenes.values(), strict=True)
+                each = [history_of(run, one.id, one.model_dump(), (), study.limit) for run, one in read]
+                runs = (_clocked(study, runs[0], each),)
+            found.append((runs, which))
+        return found
 
     def stored(self, study: MeasuredCase, scenes: Mapping[str, Scene]) -> list[StoredRun]:
         """Return what is stored of scenes, each under what it is called; those that are missing are run."""
-        self._compute(study, tuple(scenes.values()))
+        self._compute([study], tuple(scenes.values()))
         return stored(study, scenes, self.store)
 
-    def _compute(self, study: MeasuredCase, scenes: Sequence[Scene]) -> None:
+    def _compute(self, wanted: Sequence[MeasuredCase], scenes: Sequence[Scene]) -> None:
         from wearlab.runner import run
 
-        run(study.campaign(self.title, scenes), self.store, progress=self.progress, workers=self.workers)
+        campaign = wanted[0].campaign(self.title, list({scene.id: scene for scene in scenes}.values()))
+        campaign = campaign if len(wanted) == 1 else replace(campaign, title=self.title)
+        run(campaign, self.store, progress=self.progress, workers=self.workers)
 
 
 def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
@@ -166,7 +171,7 @@ def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHisto
 
 def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
-    runs, which = runner.run(study)
+    ((runs, which),) = runner.run([study])
     if study.spec.replaced:
 
         def compute(scene: Scene) -> StoredRun:
@@ -180,7 +185,7 @@ def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
             break
         try:
             longer = replace(study, longer=2.0 * study.longer)
-            after = runner.run(longer)
+            (after,) = runner.run([longer])
         except (SceneError, UpdateError):
             break
         if after[0][0].end <= runs[0].end * 1.01:
@@ -218,7 +223,7 @@ def _again(
         for (key, old), prior, column in zip(study.drawn.items(), study.costly.values(), more.T, strict=True)
     }
     both = replace(study, drawn=values)
-    runs, which = runner.run(both)
+    ((runs, which),) = runner.run([both])
     return both, runs, which, log_mixture(scores_of(both)[which], mean, covariance)
 
 

@@ -295,6 +295,13 @@ def condenses(block: Block, asked: Asked, sd: Array) -> bool:
     return not seen.sd[rows].any() or (not block.relative and bool((sd == sd.flat[0]).all()))
 
 
+def one_by_one(block: Block, run: RunHistory, number: int) -> bool:
+    """Whether values have to be compared one by one: they share an error, or their errors differ by more."""
+    sd = np.array([1.0] if block.sd.prior is None else [1.0, 2.0])
+    shares = block.drift is not None or block.data.error.offset_sd > 0.0
+    return shares or not condenses(block, run.asked[number], sd)
+
+
 def _size(count: int) -> int:
     """Return how many values a bin has: as many as there are bins, where values are very many."""
     return max(SIZE, math.isqrt(count))

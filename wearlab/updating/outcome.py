@@ -13,8 +13,9 @@ from scipy.stats import norm
 from wearlab.arrays import Array
 from wearlab.updating.clocks import facts_of
 from wearlab.updating.draws import Check, Draws, checks, drawn, replicated
-from wearlab.updating.likelihood import MATTERS, Block, block_of, numerical_share
+from wearlab.updating.likelihood import MATTERS, Block, block_of, numerical_share, one_by_one
 from wearlab.updating.lives import Answer, drifting_block
+from wearlab.updating.measurements import UpdateError
 from wearlab.updating.posterior import Posterior, posterior, widened
 from wearlab.updating.run_curves import RunHistory
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
+MOST_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
 FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
 RECORD_OFF = 0.03  # of the wear of a record between the ends of k, that goes without a word
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
@@ -68,12 +70,23 @@ class UpdateOutcome:
 
 
 def blocks_of(study: "MeasuredCase", runs: Sequence[RunHistory]) -> tuple[Block, ...]:
-    """Return the observations of a study with their errors; the runs' own error where it counts."""
+    """Return the observations of a study with their errors; the runs' own error where it counts.
+
+    Raises
+    ------
+    UpdateError : there are too many whose errors cannot be condensed
+    """
     blocks = []
-    for seen in study.seen:
+    for n, seen in enumerate(study.seen):
         block = block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
         counts = len(seen) > 0 and numerical_share(block, runs[0]) > MATTERS
         blocks.append(replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0))
+        if len(seen) > MOST_ONE_BY_ONE and (study.spec.fleet or one_by_one(blocks[-1], runs[0], n)):
+            raise UpdateError(
+                f"{seen.data.place}: {len(seen):,} values that share an error, or have each its own besides "
+                f"another, are compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of each "
+                "inspection, or thin them out"
+            )
     return tuple(blocks)
 
 

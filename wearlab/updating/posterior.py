@@ -129,12 +129,22 @@ class Posterior:
 
 
 def quantiles(below: Callable[[Array], Array], p: Array, low: float, high: float) -> Array:
-    """Return where a rising function reaches probabilities, an end where it does not (Chandrupatla 1997)."""
-    from scipy.optimize import elementwise
-
-    ends, close = (np.full(p.shape, low), np.full(p.shape, high)), {"xatol": CLOSE * (high - low)}
-    found = elementwise.find_root(lambda u, p: below(u) - p, ends, args=(p,), tolerances=close)
-    return np.where(np.isnan(found.x), np.where(found.f_bracket[0] > 0.0, low, high), found.x)
+    """Return where a rising function reaches probabilities, by Ridders' method (1979)."""
+    ends = [(at, below(at) - p) for at in (np.full(p.shape, low), np.full(p.shape, high))]
+    (left, short), (right, over) = ends
+    found = np.full(p.shape, np.inf)
+    for _ in range(60):
+        middle = 0.5 * (left + right)
+        off = below(middle) - p
+        root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
+        before, found = found, np.clip(middle - (middle - left) * off / root, left, right)
+        if np.all(np.abs(found - before) <= CLOSE * (high - low)):
+            break
+        for at, y in ((middle, off), (found, below(found) - p)):
+            under, above = (y < 0.0) & (at > left), (y >= 0.0) & (at < right)
+            left, short = np.where(under, at, left), np.where(under, y, short)
+            right, over = np.where(above, at, right), np.where(above, y, over)
+    return found
 
 
 def weighted_quantiles(value: Array, weight: Array, p: Any) -> Array:
