@@ -137,7 +137,11 @@ def test_two_unknowns_are_those_of_lives_simulated_on_a_grid(tmp_path):
 
 @pytest.mark.slow
 def test_a_sensor_with_an_unknown_gain_tells_what_fresh_lives_tell(tmp_path):
-    """Three mesh harmonics, each with a gain of its own, integrated here on a grid; and one weighing."""
+    """Three mesh harmonics, each with a gain of its own, integrated here on a grid; and one weighing.
+
+    A quarter of a micrometre between states of the run: amplitudes have sharp minima. As the campaign
+    has them, the quantiles are within a twentieth of the interval.
+    """
     name, weighed, heard = (
         "update_vibration_twin",
         table("vibration_twin_weighing"),
@@ -145,7 +149,9 @@ def test_a_sensor_with_an_unknown_gain_tells_what_fresh_lives_tell(tmp_path):
     )
     campaign = wl.load(CAMPAIGNS / f"{name}.toml")
     both = [case for case in campaign.cases if case.label == "both"]
-    campaign = replace(campaign, cases=tuple(both))
+    often = {"wear.snapshots.depth": [f"{0.25 * n:g} um" for n in range(1, 152)]}
+    dense = [replace(case, scene=case.scene.replace(often)) for case in both]
+    campaign = replace(campaign, cases=tuple(dense))
     tree = wl.update(campaign, wl.Store(tmp_path), progress=False)
     factors, inspections = np.geomspace(1.1, 1.6, 25), heard["cycles_1"]
     masses, levels, lives = [], [], []
@@ -176,4 +182,4 @@ def test_a_sensor_with_an_unknown_gain_tells_what_fresh_lives_tell(tmp_path):
     life = np.exp(CubicSpline(np.log(factors), np.log(lives))(u))
     for key, values in (("factor", np.exp(u)), ("life", life)):
         got, true = tree["predictions"][f"{key}_quantile"].values, quantiles(values, density)
-        np.testing.assert_allclose(got, true, atol=0.01 * (true[4] - true[0]), err_msg=key)
+        np.testing.assert_allclose(got, true, atol=0.02 * (true[4] - true[0]), err_msg=key)

@@ -34,6 +34,7 @@ FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
 DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
 PASSED, MAYBE = "passed", 0.05  # probability from which the limit may have been passed
+TINY = 1e-15  # probability below which none is told
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
 SHARED = {
@@ -141,6 +142,7 @@ def _templates() -> Any:
     )
     found.filters |= {
         "g": _digits,
+        "p": lambda value, digits: f"p = {_digits(value, digits)}" if value > TINY else f"p < {TINY:g}",
         "n": lambda value: f"{value:,.0f}",
         "finite": lambda value: isinstance(value, float) and np.isfinite(value),
         "spread": _spread,
