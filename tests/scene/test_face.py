@@ -85,11 +85,25 @@ def test_misalignment_of_axes_and_over_torque():
     assert "give a length" in refused(mesh__misalignment={})
 
 
-def test_slices_hold_each_other_unless_the_stiffness_is_prescribed():
+def test_slices_hold_each_other_as_their_stiffness_can_tell():
     faced = scene(mesh__misalignment="20 um")
-    assert face_coupling(faced.mesh).chosen == "pasternak"
+    assert face_coupling(faced.mesh).chosen == "elements"
+    by_energy = faced.replace("mesh.stiffness", {"model": "potential-energy"})
+    assert face_coupling(by_energy.mesh).chosen == "pasternak"
     given = faced.replace("mesh.stiffness", {"model": "constant", "value": "4e8 N/m"})
     assert face_coupling(given.mesh).chosen == "none"
+
+
+def test_a_coupling_that_goes_without_saying_is_part_of_the_identity():
+    """A run of the time when it was another is none of now; other scenes keep theirs."""
+    faced = scene(mesh__misalignment="20 um")
+    said = {c: faced.replace("mesh.face_coupling", c) for c in ("elements", "pasternak", "none")}
+    assert faced.id == said["elements"].id
+    assert len({other.id for other in said.values()}) == 3
+    assert said["pasternak"].id == "3439d0f92de8673cc0a0"
+    stiffness = {"model": "potential-energy"}
+    layer = faced.replace("mesh.stiffness", stiffness)
+    assert layer.id == "281e3386fb7e41e2ec5b" != layer.replace("mesh.face_coupling", "pasternak").id
 
 
 CONSTANT = {"model": "constant", "value": "4e8 N/m"}

@@ -3,13 +3,15 @@
 from collections.abc import Iterator
 from itertools import accumulate, pairwise
 from operator import mul
+from typing import Any
 
 from wearlab.mesh.contacts import DisplacementContact
 from wearlab.mesh.face_couplings import FaceCouplingModel, NoFaceCoupling, PasternakCoupling
+from wearlab.mesh.face_couplings.elements import ElementsCoupling
 from wearlab.mesh.stiffnesses import FiniteElementStiffness, PrescribedStiffness
 from wearlab.scene import sections
 from wearlab.scene.gears import LEAD_KEYS
-from wearlab.scene.mesh import OneMesh
+from wearlab.scene.mesh import MeshSection, OneMesh
 from wearlab.wear.coefficients import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
@@ -30,10 +32,32 @@ def face_keys(scene: sections.Sections) -> tuple[str, ...]:
 
 
 def face_coupling(mesh: OneMesh) -> FaceCouplingModel:
-    """Return how slices hold each other: as said, apart where the stiffness is prescribed, else in shear."""
+    """Return how slices hold each other: as said, or as their stiffness can tell.
+
+    As solid teeth with finite elements, apart where the stiffness is prescribed, else in shear.
+    """
     if mesh.face_coupling is not None:
         return mesh.face_coupling
+    if isinstance(mesh.stiffness, FiniteElementStiffness):
+        return ElementsCoupling()
     return NoFaceCoupling() if isinstance(mesh.stiffness, PrescribedStiffness) else PasternakCoupling()
+
+
+def told_mesh(scene: sections.Sections) -> MeshSection:
+    """Return ``[mesh]`` with the coupling of solid teeth along a face, where it goes without saying.
+
+    It was another once: a run of then is none of now.
+    """
+
+    def told(mesh: OneMesh) -> dict[str, FaceCouplingModel]:
+        return {"face_coupling": face_coupling(mesh)} if face_coupling(mesh).of_elements else {}
+
+    if not face_keys(scene):
+        return scene.mesh
+    own = [section for section in scene.gears.descriptor.sections if section]
+    each: dict[str, Any] = {section: scene.mesh.of(section) for section in own}
+    each = {section: mesh.model_copy(update=told(mesh)) for section, mesh in each.items()}
+    return scene.mesh.model_copy(update=each or told(scene.mesh))
 
 
 def hands(scene: sections.Sections) -> dict[str, str]:

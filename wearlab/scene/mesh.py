@@ -174,7 +174,7 @@ class OneMesh(options.Part):
     face_coupling: FaceCoupling | None = options.option(
         None,
         "how the slices of a tooth hold each other along the face",
-        derived="pasternak; none where the stiffness is prescribed",
+        derived="elements with finite-element stiffness; none where it is prescribed; else pasternak",
         source="Ajmi & Velex 2005",
     )
     face_points: Annotated[options.Count, Ge(3), Le(401)] | None = options.option(

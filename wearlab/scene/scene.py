@@ -13,6 +13,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 from wearlab import options, slots
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
 from wearlab.scene import gears, identity, merge, problems, rules, sections
+from wearlab.scene.face import told_mesh
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, StartWear, WearSection
 from wearlab.tables import ReadTable, TableError, read_table
@@ -193,6 +194,10 @@ class Scene(sections.Sections):
     def canonical(self) -> str:
         """Return the canonical JSON: defaults filled in, SI, 12 significant digits."""
         return self._canonical
+
+    def identifying(self) -> dict[str, Any]:
+        """Return the sections, with the coupling along a face where it goes without saying."""
+        return {**super().identifying(), "mesh": told_mesh(self)}
 
     @cached_property
     def id(self) -> str:

@@ -25,7 +25,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cholesky, solve_triangular
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
 
@@ -194,7 +194,7 @@ def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options =
     resting = _resting(edges, len(length))
     diagonal = np.zeros((len(length) + 1, 2 * count, 2 * count))
     upper = np.zeros((len(length), 2 * count, 2 * count))
-    force = np.zeros((len(length) + 1, 2 * count, each, n))
+    force = np.zeros((len(length) + 1, 2 * count, n, each))
     # what an element shares with the one before is in the block before; its middle and last end are its own
     diagonal[0, :count, :count] = np.eye(count)
     for e, h in enumerate(length):
@@ -203,12 +203,11 @@ def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options =
         diagonal[e, count:, count:] += whole[:count, :count]
         upper[e, count:] = whole[:count, count:]
         diagonal[e + 1] += whole[count:, count:]
-        force[e, count:] += into[..., None] * resting[e, 0]
-        force[e + 1, :count] += into[..., None] * resting[e, 1]
-        force[e + 1, count:] += into[..., None] * resting[e, 2]
-    moved = _solve_blocks(diagonal, upper, force.reshape(*force.shape[:2], -1))
-    table = np.tensordot(force.reshape(-1, each * n), moved.reshape(-1, each * n), (0, 0))
-    return SolidCompliance(at.q, 0.5 * (table + table.T).reshape(each, n, each, n))
+        force[e, count:] += into[:, None] * resting[e, 0, :, None]
+        force[e + 1, :count] += into[:, None] * resting[e, 1, :, None]
+        force[e + 1, count:] += into[:, None] * resting[e, 2, :, None]
+    table = _compliance(diagonal, upper, force.reshape(*force.shape[:2], -1))
+    return SolidCompliance(at.q, table.reshape(n, each, n, each).transpose(1, 0, 3, 2).copy())
 
 
 def _resting(edges: Array, count: int) -> Array:
@@ -233,20 +232,31 @@ def _quadratic(h: float) -> tuple[Array, Array, Array]:
     return mass, mixed, stiff
 
 
-def _solve_blocks(diagonal: Array, upper: Array, force: Array) -> Array:
-    """Solve a symmetric positive definite system of blocks on three diagonals."""
-    factors: list[tuple[Array, bool]] = []
-    moved = force.copy()
-    for e in range(len(diagonal)):
-        block = diagonal[e]
-        if e:
-            block = block - upper[e - 1].T @ cho_solve(factors[-1], upper[e - 1])
-            moved[e] -= upper[e - 1].T @ cho_solve(factors[-1], moved[e - 1])
-        factors.append(cho_factor(block))
-    moved[-1] = cho_solve(factors[-1], moved[-1])
-    for e in range(len(upper) - 1, -1, -1):
-        moved[e] = cho_solve(factors[e], moved[e] - upper[e] @ moved[e + 1])
-    return moved
+def _compliance(diagonal: Array, upper: Array, force: Array) -> Array:
+    """Return ``Fᵀ K⁻¹ F`` of blocks on three diagonals, loads F in the order in which blocks meet them.
+
+    With ``K = L Lᵀ`` it is ``Σ y_eᵀ y_e`` of ``y = L⁻¹ F``, block after block; a load does nothing before its
+    first block.
+
+    Parameters
+    ----------
+    diagonal, upper : (n, m, m) and (n − 1, m, m) blocks of a symmetric positive definite K
+    force : (n, m, n_loads) F
+    """
+    count = force.shape[2]
+    table, moved, joint = np.zeros((count, count)), np.zeros((diagonal.shape[1], count)), None
+    last = [int(np.flatnonzero(each).max(initial=-1)) for each in np.abs(force).max(axis=1)]
+    for e, (block, reached) in enumerate(zip(diagonal, np.maximum.accumulate(last) + 1, strict=True)):
+        right = force[e, :, :reached].copy()
+        if joint is not None:
+            block = block - joint.T @ joint
+            right -= joint.T @ moved[:, :reached]
+        lower = cholesky(block, lower=True)
+        moved[:, :reached] = solve_triangular(lower, right, lower=True)
+        table[:reached, :reached] += moved[:, :reached].T @ moved[:, :reached]
+        if e < len(upper):
+            joint = solve_triangular(lower, upper[e], lower=True)
+    return table
 
 
 def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -> Array:
