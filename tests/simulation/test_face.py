@@ -66,6 +66,27 @@ def test_an_even_spur_face_is_the_spur_pair(coupling):
     assert face["face_load_factor"].values == pytest.approx(1.0, rel=1e-9)
 
 
+def test_the_film_over_an_even_face_is_the_pairs_and_wears_by_its_own_slice():
+    oil = {
+        "lubricant": {"viscosity": "0.05 Pa*s", "pressure_viscosity": "2e-8 1/Pa"},
+        "gears.pinion.roughness_ra": "0.4 um",
+        "gears.gear.roughness_ra": "0.4 um",
+        "wear.coefficient": {"model": "constant", "value": "1e-18 m^2/N", "film": True},
+    }
+    pair = simulate(scene().replace(oil))
+    even = simulate(scene(mesh__face_points=5).replace(oil))
+    for name in ("film_thickness", "lambda_ratio", "wear_rate"):
+        assert even[name].dims == ("update", "flank", "face", "profile")
+        wanted = pair[name].values[:, :, None, :]
+        np.testing.assert_allclose(even[name].values - wanted, 0.0, atol=1e-9 * wanted.max(), err_msg=name)
+    tilted = simulate(scene(mesh__misalignment="20 um", mesh__face_points=5).replace(oil))
+    film, load = tilted["film_thickness"].values[0, 0], tilted["line_load"].values[0, 0]
+    inner = film.shape[1] // 2
+    carrying = load[:, inner] > 0.0
+    thin, pressed = film[carrying, inner], load[carrying, inner]
+    np.testing.assert_allclose(thin, thin[0] * (pressed / pressed[0]) ** -0.13, rtol=1e-6)  # Dowson–Higginson
+
+
 def test_a_vanishing_helix_leads_to_the_spur_pair():
     straight = simulate(scene(mesh__face_points=7, mesh__face_coupling="none"))
     errors = []

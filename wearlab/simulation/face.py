@@ -15,7 +15,7 @@ from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.harmonics import harmonics
 from wearlab.scene.build import Parts
 from wearlab.simulation.label import padded
-from wearlab.simulation.static import by_flank, counts, harmonic_values
+from wearlab.simulation.static import by_flank, counts, harmonic_values, thickness
 from wearlab.wear.path import mean_pressure, sliding_velocity, worn_area
 
 Values = dict[str, Any]
@@ -140,13 +140,29 @@ def face_load_factor(grid: FaceGrid, mean: Array, window: float) -> float:
 
 def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return pressures and sliding where the flanks touch."""
-    steady, wide = np.ones((len(states), 1, 1)), []
-    for kind, section in enumerate(parts.kinds):
-        width = section.path.face_width
-        own = [mean_pressure(one.line_load * width, section.path) for one in states_of(states, kind)]
-        wide.append(parts.pressure_factor * np.stack([np.stack(own)] * 2, axis=1))
+    steady = np.ones((len(states), 1, 1))
+    forces = [
+        np.stack([one.line_load for one in states_of(states, kind)]) * section.path.face_width
+        for kind, section in enumerate(parts.kinds)
+    ]
+
+    def on_both(each: Sequence[Array]) -> Array:
+        return over_flanks(parts, [np.stack([wide, wide], axis=1) for wide in each])
+
+    pressure = [mean_pressure(force, own.path) for force, own in zip(forces, parts.kinds, strict=True)]
+    filmed: Values = {}
+    if all(kind.film is not None for kind in parts.kinds):
+        film = [
+            np.stack([[thickness(own, along) for along in wide] for wide in force])
+            for force, own in zip(forces, parts.kinds, strict=True)
+        ]
+        filmed = {
+            "film_thickness": on_both([each[:, :, 0] for each in film]),
+            "lambda_ratio": on_both([each[:, :, 1] for each in film]),
+        }
     return {
-        "contact_pressure": over_flanks(parts, wide),
+        "contact_pressure": on_both([parts.pressure_factor * each for each in pressure]),
+        **filmed,
         "sliding_velocity": steady * by_flank(parts, [sliding_velocity(kind.path) for kind in parts.kinds]),
         "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in parts.kinds]),
     }

@@ -181,8 +181,8 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in parts.kinds]),
     }
     if all(kind.film is not None for kind in parts.kinds):
-        values["film_thickness"] = on_both(lambda of_kind, force: _thickness(of_kind, force)[0])
-        values["lambda_ratio"] = on_both(lambda of_kind, force: _thickness(of_kind, force)[1])
+        values["film_thickness"] = on_both(lambda of_kind, force: thickness(of_kind, force)[0])
+        values["lambda_ratio"] = on_both(lambda of_kind, force: thickness(of_kind, force)[1])
     laws = [kind.law for kind in parts.kinds]
     if all(law is not None for law in laws):
         values["effective_wear_coefficient"] = by_flank(
@@ -201,14 +201,14 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     return values
 
 
-def _thickness(kind: KindParts, force: Array) -> tuple[Array, Array]:
+def thickness(kind: KindParts, force: Array) -> tuple[Array, Array]:
     """Return film thickness [m] and λ [1] along the path, both (n,)."""
     assert kind.film is not None
     ratio = None if kind.law is None else lambda_ratio(kind.law, force)
     if ratio is not None:
         return ratio * kind.film.roughness, ratio
-    thickness = film_thickness(kind.film, kind.path, force)
-    return thickness, thickness / kind.film.roughness
+    least = film_thickness(kind.film, kind.path, force)
+    return least, least / kind.film.roughness
 
 
 def wear_values(parts: Parts, lived: History) -> Values:
