@@ -131,3 +131,18 @@ def test_a_catalogue_from_before_updates_had_a_subject_is_read_and_written(store
     assert {one.subject for one in kept_updates(old).values()} == {""}
     assert old.reindex() == []
     assert kept_updates(old)[str(tree.attrs["id"])].subject == tree.attrs["subject"]
+
+
+def test_a_warning_of_several_cases_names_its_case(tree):
+    import xarray as xr
+
+    from wearlab.updating.report_text import text_of
+
+    def doubled(node):
+        group = node.to_dataset()
+        return xr.concat([group, group], "case").assign_coords(case=["old", "new"])
+
+    groups = {name: doubled(node) for name, node in tree.children.items()}
+    groups["sample_stats"] = groups["sample_stats"].assign(notes=("case", ["", "look at the units"]))
+    both = xr.DataTree.from_dict(groups)
+    assert [line for line in text_of(both) if "! " in line] == ["  ! case new: look at the units"]

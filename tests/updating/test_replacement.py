@@ -96,6 +96,12 @@ def test_without_it_the_answer_is_wrong(truth, tmp_path):
         ("cycle = 1e8", "cycles = 1e8", "did you mean 'cycle'?"),
         ('["pinion"]', "[]", "update.replaced[0].members"),
         ("[update]", '[update]\nchange = "once"', "update.replaced: does not go with update.change yet"),
+        (
+            "[update]",
+            '[update]\nrecord = { file = "r.csv", columns = { hours = "h", torque = "T", speed = "n" } }',
+            "update.replaced: does not go with update.record yet: leave one of them out; without the record, "
+            "give [operation] the mean torque and speed since the gear was new",
+        ),
     ],
 )
 def test_what_cannot_be_is_one_line(tmp_path, old, new, said):
