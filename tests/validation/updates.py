@@ -57,7 +57,7 @@ def quantile_error(case: Case) -> float:
 def answers() -> list[str]:
     """Return the table of error models."""
     lines = [
-        f"| error model | quantiles, {SETS} sets | factor in 50, 90 % | life in 50, 90 % | false alarms |",
+        f"| error model | quantiles, {SETS} sets | factor in 50 %, 90 % | life in 50 %, 90 % | false alarms |",
         "|---|---|---|---|---|",
     ]
     for name, case in CASES.items():

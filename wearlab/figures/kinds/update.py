@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -488,38 +488,44 @@ def decision(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
 LONGEST = 1.8  # times the latest median up to which intervals are drawn
 ENDS = plot.Scale("date on which the limit is reached", plot.DAYS)
+BELOW = 0.3  # of a line, at which the answer without what is flagged stands
 UNIT = plot.Scale("unit, the first to reach the limit on top", "1")
 
 
-@update_kind("fleet", "Which unit comes first", ("predictions:unit",))
+ANSWERS = {"predictions": "all inspections", "predictions_without": "without those marked ! in the text"}
+
+
+@update_kind("fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer"))
 def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
-    """When each unit of a fleet reaches the limit: median, 50 and 90 %."""
+    """When each unit of a fleet reaches the limit: median, 50 and 90 %; also without what is flagged."""
     from wearlab.updating.report_text import MAYBE
 
     data = update["predictions"]
-    ends, across = _ends(update)
+    ends, across = _ends(data)
     passed = np.where(data["end_passed"].values > MAYBE, data["worn"].values, 0.0)
     order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
     start = ends[:, 0].min()
     top = start + LONGEST * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
-    for rank, k in enumerate(order, 1):
-        low, quarter, middle, three, high = np.minimum(ends[k], top)
+    answers = [name for name in ANSWERS if name in update.groups]
+    for (answer, below), (rank, k) in product(zip(answers, (0.0, BELOW), strict=False), enumerate(order, 1)):
+        key = update.key
+        if len(answers) > 1:
+            key = {**key, "answer": wording.Label(answer, ANSWERS[answer])}
+        low, quarter, middle, three, high = np.minimum(_ends(update[answer])[0][k], top)
         looks: tuple[tuple[plot.Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
             ("line", [quarter, three], "50 %, thin 90 %"),
             ("points", [middle], "median"),
         )
         for look, x, text in looks:
-            if not np.isfinite(x).all():
-                continue
-            y = np.full(len(x), float(rank))
-            yield plot.Series(update.key, np.array(x), y, across, UNIT, look, text, names=names)
+            if np.isfinite(x).all():
+                y = np.full(len(x), rank - below)
+                yield plot.Series(key, np.array(x), y, across, UNIT, look, text, names=names)
 
 
-def _ends(update: Updated) -> tuple[Array, plot.Scale]:
+def _ends(data: xr.Dataset) -> tuple[Array, plot.Scale]:
     """Return when each unit reaches the limit (units, quantiles), in years where all have a calendar."""
-    data = update["predictions"]
     if "end_of_life_quantile" in data and (data["end_of_life_quantile"].values.astype(str) != "").all():
         days = data["end_of_life_quantile"].values.astype(str)
         dated = np.where(days == "never", "NaT", days).astype("datetime64[D]")
