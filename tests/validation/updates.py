@@ -56,10 +56,8 @@ def quantile_error(case: Case) -> float:
 
 def answers() -> list[str]:
     """Return the table of error models."""
-    lines = [
-        f"| error model | quantiles, {SETS} sets | factor in 50 %, 90 % | life in 50 %, 90 % | false alarms |",
-        "|---|---|---|---|---|",
-    ]
+    heads = "factor in 50 %, 90 % | life in 50 %, 90 % | false alarms"
+    lines = [f"| error model | quantiles, {SETS} sets | {heads} |", "|---|---|---|---|---|"]
     for name, case in CASES.items():
         held, called = coverage(case, TWINS)
         shares = {
