@@ -87,6 +87,16 @@ def test_the_film_over_an_even_face_is_the_pairs_and_wears_by_its_own_slice():
     np.testing.assert_allclose(thin, thin[0] * (pressed / pressed[0]) ** -0.13, rtol=1e-6)  # Dowson–Higginson
 
 
+@pytest.mark.parametrize("coupling", ["none", "pasternak"])
+def test_an_estimate_of_the_life_covers_what_more_slices_change(coupling):
+    """The deepest point of spur gears moves by the first order of the width of slices."""
+    given = {"mesh.misalignment": "20 um", "mesh.face_coupling": coupling, "wear.until": {"depth": "2 um"}}
+    lives = {n: simulate(scene().replace({**given, "mesh.face_points": n})) for n in (20, 40, 120)}
+    error = {n: abs(float(lives[n].life) - float(lives[120].life)) for n in (20, 40)}
+    assert all(error[n] <= float(lives[n].error_estimate_life) for n in error)
+    assert error[40] == pytest.approx(0.4 * error[20], rel=0.2)  # 1/40 − 1/120 over 1/20 − 1/120
+
+
 def test_a_vanishing_helix_leads_to_the_spur_pair():
     straight = simulate(scene(mesh__face_points=7, mesh__face_coupling="none"))
     errors = []

@@ -21,8 +21,10 @@ from wearlab.scene.build.mesh import profile_points
 from wearlab.simulation.estimates import Estimates, ForcesOfStates
 from wearlab.simulation.operating import Stage, coupled
 
-WEIGHT = 0.5
-"""Of the rougher twin's change of rate: a third is what halving a grid of second order leaves."""
+WEIGHT, OF_ENDS = 0.5, 1.5
+"""Of the rougher twin's change of rate: a third is what halving a grid of second order leaves. At the ends of
+the face of spur gears, and of slices apart, an outermost slice has the gap of its middle: that is of first
+order at most, and leaves all of it or more (tests/validation/face_life_estimates.py)."""
 
 
 BUSY = 0.5
@@ -57,6 +59,7 @@ def estimated_over_face(stage: Stage, lived: History, inherited: float = 0.0) ->
     ends = [lived.state[0], lived.state[-1]]
     rough = [together.evaluate(_moved(stage.first, twins[0], state.wear)) for state in ends]
     share = max(_apart(stage.first, twins[0], fine, twin) for fine, twin in zip(ends, rough, strict=True))
+    share *= _weight(stage.first)
     force = _forces(lived, rough)
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     steps = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
@@ -69,8 +72,16 @@ def estimated_over_face(stage: Stage, lived: History, inherited: float = 0.0) ->
     )
     life = None
     if lived.life.worn_out:
-        life = lived.life.error_estimate_life + WEIGHT * share * float(lived.life.cycle[-1])
-    return Estimates(inherited + steps + WEIGHT * share * worn, force, life)
+        life = lived.life.error_estimate_life + share * float(lived.life.cycle[-1])
+    return Estimates(inherited + steps + share * worn, force, life)
+
+
+def _weight(parts: Parts) -> float:
+    """Return what of the change of a rougher twin's rate is an error [1]."""
+    assert parts.face is not None
+    contacts = [kind.contact for kind in parts.face.kinds]
+    apart = any(contact.solid is None and contact.shear_length == 0.0 for contact in contacts)
+    return OF_ENDS if apart or not contacts[0].helix.angle else WEIGHT
 
 
 def _moved(parts: Parts, twin: Parts, wear: Wear) -> Wear:
