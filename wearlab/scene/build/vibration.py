@@ -352,7 +352,7 @@ def fluctuation(scene: Scene, grid: stages.StageGrid, periods: int, duration: fl
 
 
 METHODS: dict[str, Callable[[Scene], methods.Method]] = {
-    "periodic": lambda scene: methods.Periodic(),
+    "periodic": lambda scene: methods.Periodic(closed=1e-3 * scene.numerics.tolerance),
     "rk4": lambda scene: methods.RungeKutta4(tolerance=1e-3 * scene.numerics.tolerance),
     "rk45": lambda scene: methods.RungeKutta45(tolerance=1e-2 * scene.numerics.tolerance),
     "newmark": lambda scene: methods.Newmark(tolerance=1e-3 * scene.numerics.tolerance),
