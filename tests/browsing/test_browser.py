@@ -82,7 +82,7 @@ def test_marked_runs_are_compared_and_taken_along(page, drawn, tmp_path):
         mark.check()
     page.get_by_role("button", name="Compare the marked runs").first.click()
     page.locator("canvas").first.wait_for()
-    assert page.get_by_label("Legend").inner_text().split() == ["800", "rpm", "1100", "rpm"]
+    assert page.get_by_label("Legend").inner_text().split() == ["speed:", "800", "rpm", "1100", "rpm"]
     asked = page.get_by_role("region", name="Runs side by side")
     assert "operation.speed" in asked.inner_text()
     page.get_by_label("Kind", exact=True).select_option("tvms")
