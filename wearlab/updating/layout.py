@@ -88,7 +88,7 @@ def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> di
 
 
 def calendar(days: Days, record: OperatingRecord | None, now: float, run: RunHistory) -> dict[str, Any]:
-    """Return cycles and the their dates: of the record or of the calendar, and a year on."""
+    """Return cycles and their dates: of the record or of the calendar, and a year on."""
     hour = run.seconds_per_cycle / HOUR
     if record is None or record.dates is None:
         hours = (now - run.start) * hour if days.hours is None else days.hours
