@@ -163,6 +163,11 @@ DUTIES = {
         "Md [kNm];n [1/min];Zeit [h]\n0,05;1000;6\n0,10;500;2\n",
         ', columns = { torque = "Md", speed = "n", share = "Zeit" }',
     ),
+    "usual names": ("Nr;Drehmoment [Nm];Drehzahl [1/min];Zeitanteil [%]\n1;50;1000;75\n2;100;500;25\n", ""),
+    "its name before others": (
+        "time,torque,speed,share\n9,50,1000,0.75\n8,100,500,0.25\n",
+        ', units = { torque = "N*m", speed = "rpm" }',
+    ),
     "file": (
         "torque,speed,share\n50,1000,0.75\n100,500,0.25\n",
         ', units = { torque = "N*m", speed = "rpm" }',
@@ -178,7 +183,7 @@ def test_a_duty_takes_its_units_from_its_headers(tmp_path):
         (folder / "duty.csv").write_text(text)
         (folder / "c.toml").write_text(PAIR.replace(" UNITS", keys))
         scenes.append(wl.load(folder / "c.toml").cases[0].scene)
-    assert scenes[0].id == scenes[1].id
+    assert len({scene.id for scene in scenes}) == 1
     assert [block.share for block in scenes[0].operation.duty] == [0.75, 0.25]
 
 

@@ -46,6 +46,9 @@ NAMES = {
     "face_position": ("face_position", "face position", "lead position", "flankenlinie"),
     "depth": ("depth", "wear depth", "wear", "verschleiß", "verschleisstiefe", "verschleißtiefe"),
     "deviation": ("deviation", "abweichung", "profile deviation", "profilabweichung", "f", "fa"),
+    "torque": ("torque", "drehmoment", "moment", "input torque"),
+    "speed": ("speed", "drehzahl", "rotational speed", "input speed"),
+    "share": ("share", "time", "time share", "duration", "zeit", "zeitanteil", "dauer"),
 }
 """What columns may be called; a name of its own is given by ``columns``."""
 LARGEST_FILE = 200_000_000  # bytes
@@ -135,7 +138,8 @@ class ReadTable:
             return self.find(mapped[quantity])
         known = NAMES.get(quantity, (quantity,))
         taken = set(mapped.values())
-        matching = [n for n in self.names if n.lower().replace("-", " ") in known and n not in taken]
+        free = {n.lower().replace("-", " "): n for n in reversed(self.names) if n not in taken}
+        matching = [free[word] for word in known if word in free]
         return matching[0] if matching else self.find(quantity) if quantity not in NAMES else None
 
     def numbers(self, name: str, *, empty: bool = False) -> Array:

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from wearlab.figures import KINDS, FigureError
+from wearlab.figures.kind import no_kind
 from wearlab.figures.plot import Curve, Mark, Panel, Pen
 from wearlab.figures.render import _sides
 from wearlab.schema import VARIABLES
@@ -79,6 +80,7 @@ def test_the_others_are_drawn_all_the_same(drawn):
         drawn({"kind": "tvmz"}, {"kind": "tvms"}, {"kind": "wear-profile", "select": {"flank": "pinon"}})
     message = str(caught.value)
     assert "figure 1 (tvmz): no such kind; did you mean 'tvms'?" in message
+    assert "spectrum is drawn by orders, waterfall; " in no_kind("spectrum")
     assert "figure 3 (wear-profile): select.flank = 'pinon' is not there; did you mean 'pinion'?" in message
     assert [path.name for path in caught.value.drawn] == ["02-tvms.png"]
     assert caught.value.drawn[0].exists()

@@ -38,8 +38,8 @@ def test_a_workbook_has_a_row_for_each_run_and_each_wear_state(tmp_path):
     (tmp_path / "a.xlsx").write_bytes(workbook(grid(), {"title": "Two torques"}))
     book = openpyxl.load_workbook(tmp_path / "a.xlsx")
     runs, states, about = (list(sheet.iter_rows(values_only=True)) for sheet in book)
-    assert runs[0] == ("torque [N*m]", "run_id", "n_updates", "verdict", "life")
-    assert runs[1:] == [(30, "a", 2, "completed", 2e7), (60, "b", 1, "aperiodic", None)]
+    assert runs[0] == ("torque [N*m]", "life", "verdict", "run_id", "n_updates")
+    assert runs[1:] == [(30, 2e7, "completed", "a", 2), (60, None, "aperiodic", "b", 1)]
     assert states[0] == (
         "torque [N*m]",
         "wear state",
@@ -48,6 +48,19 @@ def test_a_workbook_has_a_row_for_each_run_and_each_wear_state(tmp_path):
     )
     assert [row[:2] for row in states[1:]] == [(30, 0), (30, 1), (60, 0)]
     assert states[2][2:] == pytest.approx((1.0, 2.0)) and about == [("title", "Two torques")]
+
+
+def test_wear_states_of_a_lone_run_are_rows_and_no_columns(tmp_path):
+    """Were twelve columns each beside the life."""
+    openpyxl = pytest.importorskip("openpyxl")
+    lone = grid().isel(torque=0).assign_coords(cycle=("update", [0.0, 2e7]), update=[0, 1])
+    worn = lone.max_wear_depth.isel(flank=0, drop=True)
+    (tmp_path / "a.xlsx").write_bytes(workbook(lone.assign(deepest=worn), {}))
+    runs, states, _ = openpyxl.load_workbook(tmp_path / "a.xlsx")
+    assert [cell.value for cell in runs[1]] == ["torque [N*m]", "life", "verdict", "run_id", "n_updates"]
+    assert [cell.value for cell in states[1]][2:4] == ["cycle", "max_wear_depth pinion [um]"]
+    assert [row[2] for row in states.iter_rows(values_only=True, min_row=2)] == [0, 2e7]
+    assert runs.freeze_panes == states.freeze_panes == "A2"
 
 
 def test_without_its_library_a_workbook_says_what_to_do(monkeypatch):

@@ -1,12 +1,14 @@
 """A scene whose flanks wear and nobody says until when: one wear state, told with the remedy."""
 
+import math
+
 import pytest
 
 import wearlab as wl
 from wearlab.cli import app
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene, parts_left_out, parts_present
-from wearlab.scene.build.contact import check_initial_wear
+from wearlab.scene.build.contact import check_initial_wear, check_limits
 from wearlab.scene.build.sets import build_set
 
 SCENE = {
@@ -37,6 +39,33 @@ def test_initial_wear_by_the_law_is_no_deeper_than_the_tooth_is_thick():
         with pytest.raises(GearError, match=rf"wear.initial.{flank}: wear of 8 mm is deeper than the tooth"):
             check_initial_wear(deep, build_set(deep))
         check_initial_wear(deep.replace(f"wear.initial.{flank}.depth", most), build_set(deep))
+
+
+@pytest.mark.parametrize("flank", [{}, {"flank": "gear"}])
+def test_a_depth_to_be_reached_is_less_than_a_tooth_is_thick(flank, tmp_path, capsys):
+    """More than 10 mm is no wear depth at all; teeth are thicker than on the reference circle, pi m / 2."""
+    for place, deep in (("until", "8 mm"), ("snapshots", ["1 mm", "8 mm"])):
+        asked = {"until": {"hours": 10}} | {place: {"depth": deep, **flank}}
+        with pytest.raises(
+            GearError, match=rf"wear.{place}.depth: 8 mm is deeper than .* is thick"
+        ) as raised:
+            check_limits(scene(**asked), build_set(scene()))
+        thick = float(str(raised.value).partition("thick, ")[2].partition(" mm")[0])
+        assert math.pi * 3 / 2 < thick < 3 * math.pi
+        asked[place] = {"depth": "4.7 mm" if place == "until" else ["1 mm", "4.7 mm"], **flank}
+        check_limits(scene(**asked), build_set(scene()))
+    written = tmp_path / "deep.toml"
+    written.write_text(
+        'title = "deep"\ngears = { kind = "external-pair", module = "3 mm", face_width = "20 mm", '
+        "pinion = { teeth = 20 }, gear = { teeth = 30 } }\n"
+        'operation = { torque = "9 N*m", speed = "9 rpm" }\n'
+        'wear = { coefficient = { model = "constant", value = "1e-18 m^2/N" }, until = { depth = "8 mm" } }\n'
+    )
+    for command in (["check"], ["run", "--store", str(tmp_path / "store")]):
+        assert app.status_of([*command, str(written)]) == 2
+        said = capsys.readouterr().err
+        assert "wear.until.depth: 8 mm is deeper than any tooth is thick" in said
+    assert not (tmp_path / "store").exists()
 
 
 def test_check_and_show_say_it_with_the_remedy(tmp_path, capsys):

@@ -99,6 +99,12 @@ def test_a_duty_file_of_the_wrong_kind_is_refused(table, given, said):
         Scene.from_mapping(table)
 
 
+def test_a_duty_that_is_the_name_of_a_file_is_told_how_to_name_it(table):
+    table["operation"] = {"duty": "spectrum.csv"}
+    with pytest.raises(SceneError, match=r'write duty = \{ file = "spectrum.csv" \}'):
+        Scene.from_mapping(table)
+
+
 def test_a_string_is_a_model(table):
     table["mesh"]["stiffness"] = {"model": "constant", "value": "300 N/um"}
     table["mesh"]["excitation"] = "modulated"

@@ -12,7 +12,7 @@ import xarray as xr
 from fake_campaign import Axis, Campaign, Case, Scene, sweep
 
 from wearlab.store import StoreError
-from wearlab.store.export import export
+from wearlab.store.export import export, export_attributes
 
 
 def two_axes() -> Campaign:
@@ -75,6 +75,19 @@ def test_readable_with_netcdf4_alone(fill, tmp_path):
         assert file["run_id"][0, 0] == campaign.cases[0].id and file["status"][1, 0] == "missing"
         assert '"speed": 800.0' in file["scene"][0, 0] and file["scene"][1, 0] == ""
         assert np.isnan(file["wear_depth"][1, 0].filled(np.nan)).all()
+
+
+def test_a_file_names_whom_the_campaign_names_and_invents_nobody(fill, tmp_path):
+    """ACDD 1.3; who is no part of an id, which runs it holds is."""
+    campaign = sweep(2)
+    nobody = export_attributes(campaign, store := fill(campaign))
+    asked = {"creator_name", "creator_email", "publisher_name", "project", "acknowledgement", "license"}
+    assert not asked & set(nobody) and nobody["processing_level"] == "model output: computed, not measured"
+    who = {"author": "A; B", "email": "a@b.org", "publisher": "P", "project": "Q", "acknowledgement": "R"}
+    object.__setattr__(named := sweep(2), "metadata", who | {"licence": "CC0-1.0"})
+    somebody = export_attributes(named, store)
+    assert [somebody[key] for key in sorted(asked)] == ["R", "a@b.org", "A; B", "CC0-1.0", "Q", "P"]
+    assert nobody["id"] == somebody["id"] != export_attributes(sweep(1), store)["id"]
 
 
 def test_the_same_store_gives_the_same_content(fill, tmp_path):

@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 
+TRUE_OF_ALL = ("id", "source", "history", "date_created", "processing_level")
 HIGHLY = {"title", "summary", "keywords", "Conventions"}
 
 
@@ -29,3 +30,5 @@ def check(path):
     assert cf == {"high": [], "medium": [], "low": []}, cf
     acdd = complaints(path, "acdd:1.3")["high"]
     assert not [text for text in acdd if text.split(" ")[0] in HIGHLY], acdd
+    absent = [text.split(" ")[0] for text in complaints(path, "acdd:1.3")["medium"]]
+    assert not set(absent) & set(TRUE_OF_ALL), absent

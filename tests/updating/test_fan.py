@@ -134,3 +134,8 @@ def test_a_date_comes_before_hours_and_these_before_cycles():
         == "2025-02-01 = 31 h = 31000 cycles"
     )
     assert report_text._at(3.1e4, 1e-3, None).strip() == "31000 cycles = 31 h"
+
+
+def test_midnight_that_rounding_moved_by_a_second_is_no_day_earlier():
+    days = calendared(("2024-12-31T23:59:59", "2026-01-01T00:00:00")).calendar
+    assert days(0.0) == day_of("2025-01-01") and report_text._day(float(days(0.0))) == "2025-01-01"

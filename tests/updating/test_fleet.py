@@ -106,6 +106,18 @@ def test_hours_of_a_year_come_from_the_columns(tmp_path):
     assert calendar_of(first.seen[0].data, "A", first.spec.days).hours_per_year == days.hours_per_year
 
 
+def test_a_table_with_dates_alone_goes_by_the_calendar_of_one_with_hours(tmp_path):
+    """Was refused, with the hours of these days in the other table."""
+    dates = 'quantity = "worn_mass"\nmember = "gear"\nfile = "dates.csv"\nerror = { sd = "5 mg" }\n'
+    dates += 'columns = { date = "date", value = "loss" }\nunits = { loss = "mg" }\n'
+    hours = FLEET.partition("[[update.unit]]")[0].replace('unit = "box", ', "")
+    (tmp_path / "dates.csv").write_text("date,loss\n2025-07-02,100\n2026-01-01,200\n")
+    made = fleet(tmp_path, ROWS.partition("B,")[0], hours + "\n[[update.data]]\n" + dates)
+    (study,) = studies(made)
+    half = 840.0 - 560.0 * 183.0 / 365.0  # 183 days before the last inspection, at the pace between the two
+    assert study.seen[1].time / 3600.0 == pytest.approx([half, 840.0])
+
+
 def test_a_scene_of_its_own_is_a_run_of_its_own(tmp_path):
     own = FLEET + '[[update.unit]]\nname = "C"\nscene = { "operation.torque" = "300 N*m" }\n'
     made = {study.label: study.scene.id for study in studies(fleet(tmp_path, text=own))}

@@ -113,8 +113,12 @@ class Metadata(BaseModel):
 
     author: str | tuple[str, ...] | None = option(None, "author, or a list of authors", derived="not told")
     orcid: str | None = option(None, "ORCID of the author", derived="not told")
+    email: str | None = option(None, "where the author is reached", derived="not told")
     institution: str | None = option(None, "institution", derived="not told")
     licence: str | None = option(None, "licence of the datasets", derived="not told")
+    publisher: str | None = option(None, "who hands the datasets on", derived="not told")
+    project: str | None = option(None, "project that they belong to", derived="not told")
+    acknowledgement: str | None = option(None, "whom to thank", derived="not told")
 
 
 @dataclass(frozen=True)

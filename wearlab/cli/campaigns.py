@@ -59,6 +59,7 @@ def impossible(campaign: "Campaign") -> list[dict[str, Any]]:
         try:
             gears = sets.build_set(case.scene)
             contact.check_initial_wear(case.scene, gears)
+            contact.check_limits(case.scene, gears)
             vibration.check_held(case.scene, gears)
         except GearError as error:
             expected = case.expect is not None and case.expect.verdict == "refused"

@@ -198,7 +198,10 @@ def no_kind(name: str) -> str:
     """Return what to say of a name that no kind has."""
     if name in UNRUN:
         return f"its kind is drawn by {UNRUN[name]}, Python code that was not run: look at it, add {CONSENT}"
-    return f"no such kind; {choices(name, KINDS)}"
+    word = name.replace("-", " ").lower()
+    drawn = [one.name for one in KINDS.values() if word and word in f"{one.title} {one.shows}".lower()]
+    meant = f"{name} is drawn by {', '.join(drawn)}; " if drawn else ""
+    return f"no such kind; {meant}{choices(name, KINDS)}"
 
 
 Curves = Callable[[Any, Ask], Iterable[Series]]

@@ -15,6 +15,17 @@ MOST_ROWS = 1_048_575  # of a sheet, below its head
 MOST_LABELS = 12  # along a dimension of a run that becomes columns
 UPDATE = "update"
 WAVES = ("profile", "phase")
+STATES = (UPDATE, "step")
+FIRST = (
+    "status",
+    "cycle",
+    "operating_hours",
+    "max_wear_depth",
+    "life",
+    "service_life",
+    "end_reason",
+    "verdict",
+)
 
 
 def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
@@ -38,6 +49,7 @@ def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
     book = Workbook(write_only=True)
     for title, rows in (("runs", _rows(grid, ())), ("wear states", _rows(grid, (UPDATE,)))):
         sheet = book.create_sheet(title)
+        sheet.freeze_panes = "A2"
         for number, row in enumerate(rows):
             if number > MOST_ROWS:
                 raise StoreError(f"more than {MOST_ROWS} rows are more than a sheet holds: name the file .nc")
@@ -71,11 +83,13 @@ def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[list[Any]]:
 
 def _columns(grid: xr.Dataset, dims: list[str], along: tuple[str, ...]) -> Iterator[tuple[str, xr.DataArray]]:
     """Yield the variables that are numbers or words of a run or of a wear state, a column for each label."""
-    for name, variable in grid.variables.items():
+    rest = [name for name in grid.variables if name not in FIRST]
+    for name in (*(name for name in FIRST if name in grid.variables), *rest):
+        variable = grid.variables[name]
         own = [dim for dim in variable.dims if dim not in dims]
         left = [dim for dim in own if dim not in along]
         lone = set(variable.dims) == {name} or (name in grid.coords and not own)
-        if lone or not set(along) <= set(own) or len(left) > 1:
+        if lone or not set(along) <= set(own) or len(left) > 1 or set(left) & set(STATES):
             continue
         array = grid[name]
         if not left:

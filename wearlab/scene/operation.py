@@ -65,6 +65,8 @@ class OperationStage(options.Part):
 
 def _blocks(given: Any, info: ValidationInfo) -> Any:
     """Return the blocks of a file as if they were written in place."""
+    if isinstance(given, str):
+        raise ValueError(f'{given!r} is a text: write duty = {{ file = "{given}" }}')
     if not isinstance(given, dict):
         return given
     if unknown := set(given) - set(DutyFile.model_fields):

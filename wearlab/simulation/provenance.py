@@ -114,6 +114,10 @@ def discovery(scene: Scene, begun: float) -> dict[str, str]:
         "summary": f"One computed run of a gear set ({kind}): {about}. "
         "The attribute 'scene' holds all that was asked for, as JSON in SI units.",
         "keywords": ", ".join([kind, *ALWAYS, *present]),
+        "processing_level": "model output: computed, not measured",
+        "product_version": f"model version {identity.MODEL_VERSION}",
+        "comment": "The variables 'validity' and 'model_error' say what was assumed and how far the models "
+        "are known to be off.",
         "history": f"{when} wearlab {__version__}: computed from its scene",
     }
 

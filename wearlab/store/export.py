@@ -23,7 +23,22 @@ if TYPE_CHECKING:
     from wearlab.store import catalogue
     from wearlab.store.store import Store
 
-ACDD = {"author": "creator_name", "orcid": "creator_url", "institution": "institution", "licence": "license"}
+ACDD = {
+    "author": "creator_name",
+    "orcid": "creator_url",
+    "email": "creator_email",
+    "institution": "institution",
+    "licence": "license",
+    "publisher": "publisher_name",
+    "project": "project",
+    "acknowledgement": "acknowledgement",
+}
+"""What of [metadata] a file's attribute is, by the Attribute Convention for Data Discovery 1.3."""
+COMPUTED = {
+    "processing_level": "model output: computed, not measured",
+    "comment": "The variables 'validity' and 'model_error' say what was assumed and how far the models "
+    "are known to be off.",
+}
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
 
@@ -72,12 +87,13 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
     code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})
-    metadata = getattr(campaign, "metadata", None) or {}
     attributes = {
         "Conventions": CONVENTIONS,
         "title": campaign.title,
         "summary": f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case",
         "keywords": KEYWORDS,
+        "id": fingerprint("\n".join([text, *sorted(entries)])),
+        **COMPUTED,
         "history": "; ".join(f"{date} runs computed" for date in dates[-1:]),
         "references": campaign.reference or "",
         "source": "; ".join(f"wearlab {version}, sources {source}" for version, source in code),
@@ -91,8 +107,20 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     ):
         attributes["calibration"] = "; ".join(calibrations)
     attributes |= _remarked(store, campaign.title, list(entries))
-    attributes |= {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
+    attributes |= credited(getattr(campaign, "metadata", None) or {})
     return {key: value for key, value in attributes.items() if value}
+
+
+def credited(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return whom a file's attributes name, of a campaign's [metadata]; an ORCID as its address.
+
+    >>> credited({"author": "Ada", "orcid": "0000-0002-1825-0097"})
+    {'creator_name': 'Ada', 'creator_url': 'https://orcid.org/0000-0002-1825-0097'}
+    """
+    told = {ACDD[key]: str(value) for key, value in metadata.items() if key in ACDD}
+    if told.get("creator_url", "://").find("://") < 0:
+        told["creator_url"] = f"https://orcid.org/{told['creator_url']}"
+    return told
 
 
 def _remarked(store: "Store", title: str, ids: Sequence[str]) -> dict[str, str]:

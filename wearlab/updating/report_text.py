@@ -251,7 +251,8 @@ def calendar_of(predictions: xr.Dataset) -> Callable[[Any], Array] | None:
 
     def days(at: Any) -> Array:
         ahead = np.maximum(np.asarray(at, float) - cycle[-1], 0.0)
-        return np.asarray(np.interp(at, cycle, day) + rate * ahead)
+        told = np.interp(at, cycle, day) + rate * ahead
+        return np.round(told, 4)  # places are whole seconds, so that midnight may come out a second early
 
     return days
 

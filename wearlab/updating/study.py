@@ -108,7 +108,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         limit = _limit(case.scene, spec, about)
-        refuse_too_deep(case.scene, own)
+        refuse_too_deep(case.scene, own, limit)
         study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record)
         if study.costly and record is not None:
             key = next(iter(study.costly))
@@ -120,20 +120,25 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     return tuple(made)
 
 
-def refuse_too_deep(scene: Scene, seen: Sequence[Observed]) -> None:
-    """Refuse measured wear that is deeper than the teeth are thick: it is in another unit than is said.
+def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> None:
+    """Refuse wear, measured or a limit, that is deeper than the teeth are thick: it is in another unit.
 
     Raises
     ------
-    UpdateError : with file, line and value
+    UpdateError : with file, line and value, or the limit's path
     """
     depths = [block for block in seen if block.data.quantity in DEPTHS and len(block)]
-    if not depths:
+    if not depths and limit.quantity != "max_wear_depth":
         return
     try:
         gears = build_set(scene)
     except GearError:
         return  # the run says so
+    if limit.quantity == "max_wear_depth" and limit.value >= (most := thickest(gears, limit.where)):
+        raise UpdateError(
+            f"update.limit.depth: {1e3 * limit.value:.4g} mm is deeper than a tooth is thick, "
+            f"{1e3 * most:.4g} mm: look at its unit, or give less"
+        )
     for block in depths:
         most, i = thickest(gears, block.data.where), int(np.argmax(np.nan_to_num(block.value)))
         if block.value[i] >= most:
@@ -156,7 +161,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
         asked, seen, record = _measured(spec, name, unit.calendar or spec.days)
-        refuse_too_deep(changed, seen)
+        refuse_too_deep(changed, seen, limit)
         made.append(MeasuredCase(name, changed, asked, limit, seen, {}, record=record))
     return tuple(made)
 
@@ -171,7 +176,8 @@ def _measured(
     else:
         known = (calendar_of(data, unit, days) for data in spec.data)
         after = next((found for found in known if found is not None), days)
-    seen = tuple(read_observations(data, days, unit, hours_at) for data in spec.data)
+    counted = days if days is not None and days.hours is not None else after
+    seen = tuple(read_observations(data, counted, unit, hours_at) for data in spec.data)
     return replace(spec, days=after), seen, record
 
 

@@ -12,6 +12,7 @@ from wearlab.campaign import Campaign
 from wearlab.campaign.update_options import THICKNESS
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
+from wearlab.store.export import credited
 from wearlab.units import KINDS, convert
 from wearlab.updating.decision import before_change, decided, virtual_inspection
 from wearlab.updating.draws import gains, innovations, over_cycles, replicated
@@ -76,6 +77,9 @@ def tree_of_groups(
         "history": f"{now} wearlab {__version__}: updated from stored runs and measurements",
         "references": campaign.reference or "",
         **{str(key): str(value) for key, value in (campaign.metadata or {}).items()},
+        **credited(campaign.metadata or {}),
+        "processing_level": "posterior: model output updated with measurements",
+        "source": f"wearlab {__version__}, sources {source_hash()}",
         **dict.fromkeys(("created_at", "date_created"), now),
         "inference_library": "wearlab",
         **dict.fromkeys(("inference_library_version", "wearlab_version"), __version__),

@@ -243,7 +243,7 @@ def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
     roles=(("hue", "update"), ("cols", "*"), ("rows", "*")), y="dte_harmonics", titled="{}",
 )  # fmt: skip
 def orders(run: Run, ask: Ask) -> Iterator[Series]:
-    """Amplitude of each order of the mesh as a stem, in up to three wear states.
+    """Spectrum over the order of the mesh, a stem for each amplitude, in up to three wear states.
 
     Yield the amplitudes of each wear state as stems.
     """

@@ -298,6 +298,27 @@ def thickest(gears: gear_set.GearSet, where: str | None) -> float:
     return float(max(each))
 
 
+def check_limits(scene: Scene, gears: gear_set.GearSet) -> None:
+    """Refuse depths to be reached, of a limit or a snapshot, that no tooth is thick enough for.
+
+    Raises
+    ------
+    GearError : with path, depth and thickness
+    """
+    if scene.wear is None:
+        return
+    until, snapshots = scene.wear.until, scene.wear.snapshots
+    asked = [] if until is None else [("until", until.depth, until.flank)]
+    if snapshots is not None and snapshots.depth is not None:
+        asked.append(("snapshots", snapshots.depth[-1], snapshots.flank))
+    for place, depth, flank in asked:
+        if depth is not None and depth >= (most := thickest(gears, flank)):
+            raise specification.GearError(
+                f"wear.{place}.depth: {1e3 * depth:.4g} mm is deeper than {flank or 'any tooth'} is thick, "
+                f"{1e3 * most:.4g} mm along the normal of its flank: look at its unit, or give less"
+            )
+
+
 def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
     """Refuse wear a scene starts with that its gears cannot have, before anything runs.
 
