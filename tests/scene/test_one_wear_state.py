@@ -74,3 +74,18 @@ def test_check_and_show_say_it_with_the_remedy(tmp_path, capsys):
     capsys.readouterr()
     assert app.status_of(["show", str(run), "--store", str(tmp_path / "store")]) == 0
     assert f"wear states     one: {SAID}" in capsys.readouterr().out
+
+
+def test_what_a_static_run_cannot_have_is_told_with_what_it_takes(tmp_path, capsys):
+    """Was a list of all that is there, and in ls a column that was silently left out."""
+    report = wl.run(SCENE, tmp_path / "store")
+    with pytest.raises(
+        wl.FigureError, match=r"'mesh_acceleration_orders' is not there; it takes \[dynamics\]"
+    ):
+        wl.figure(report.to_xarray(), "line", y="mesh_acceleration_orders")
+    capsys.readouterr()
+    asked = ["ls", "--columns", "max_wear_depth,dynamic_factor", "--store", str(tmp_path / "store")]
+    assert app.status_of(asked) == 0
+    shown = capsys.readouterr()
+    assert "max_wear_depth" in shown.out and "dynamic_factor" not in shown.out
+    assert shown.err.strip() == "none of these runs has dynamic_factor: it takes [dynamics]"

@@ -22,6 +22,7 @@ from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
 from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require
 from wearlab.nearest import choices
+from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store.files import StoreError
 
@@ -302,7 +303,8 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
         raise FigureError(f"{ask.name}: y names no variable; {_near('', grid.data_vars)}")
     for name in ask.y:
         if name not in grid.variables:
-            raise FigureError(f"{ask.name}: y = {name!r} is not there; {_near(name, grid.data_vars)}")
+            takes = f"it takes {origin_of(name)[1]}" if name in VARIABLES else _near(name, grid.data_vars)
+            raise FigureError(f"{ask.name}: y = {name!r} is not there; {takes}")
         if grid[name].dtype.kind not in "fiub":
             raise FigureError(f"{ask.name}: y = {name!r} holds text, not numbers")
     lacking = [d for d in kind.dims if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)]

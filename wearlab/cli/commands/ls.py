@@ -19,6 +19,7 @@ from wearlab.cli.output import (
 )
 from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, command
 from wearlab.report.run import value_text
+from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 from wearlab.store.catalogue import Entry, Member
@@ -106,6 +107,9 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
         known = store.names()
         columns = tuple(name for name in USUAL if name in known)
     answer = store.query(wanted.where, columns=columns, sort=wanted.sort, limit=wanted.limit)
+    for at, column in enumerate(answer.columns):
+        if column.name in VARIABLES and answer.records and all(row[at] is None for row in answer.records):
+            complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")
     places = [at for at, column in enumerate(answer.columns) if column.name in ("status", "state")]
     if wanted.state is not None or places:
         entries = store.entries(answer["id"])
