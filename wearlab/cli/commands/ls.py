@@ -19,7 +19,6 @@ from wearlab.cli.output import (
 )
 from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, command
 from wearlab.report.run import value_text
-from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 from wearlab.store.catalogue import Entry, Member
@@ -102,6 +101,8 @@ def list_runs(store: "Store", wanted: RowsWanted, form: Format) -> Status:
 
 
 def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
+    from wearlab.schema import VARIABLES, origin_of
+
     columns = wanted.columns
     if columns is None:
         known = store.names()
