@@ -31,10 +31,8 @@ from scipy.linalg import expm
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.integrate import OnTables
-from wearlab.dynamics.orbits.period_map import LOCATED, over_period
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
-from wearlab.dynamics.orbits.shoot import set_start
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.steps.count import exact_steps_per_period, graded_steps, steps_per_period
 from wearlab.dynamics.steps.newmark import Newmark
@@ -370,22 +368,11 @@ def test_a_trajectory_alone_is_that_beside_its_tangents() -> None:
     smooth = Periodic().solve(system, tables(grid, amplitude=0.2e-6), PERIOD)
     shooting = Shooting(system, tables(grid, amplitude=2.5e-6), PERIOD)
     beside, _ = shooting.path_of(smooth.state[0, 0])
-    marcher, alone = shooting.integrator, np.empty(beside.size)
-    set_start(marcher.kernel.balance, alone, smooth.state[0, 0], 1)
-    changes = over_period(
-        marcher.kernel,
-        marcher.tables,
-        PERIOD,
-        np.uint64(1),
-        marcher.width,
-        alone,
-        0,
-        marcher.scratch,
-        LOCATED,
-    )
+    alone = shooting.integrator.states(1)
+    changes = shooting.integrator.advance(alone, smooth.state[0, 0].copy(), tangents=False)
     assert changes > 0
     size = np.abs(beside).max(axis=0)
-    assert (np.abs(alone.reshape(beside.shape) - beside) <= 1e-10 * size).all()
+    assert (np.abs(alone[:, :, 0] - beside) <= 1e-10 * size).all()
 
 
 @pytest.mark.slow

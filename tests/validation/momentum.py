@@ -5,19 +5,20 @@
 At every coordinate the mean of normal forces, springs, dashpots and friction is held against the load, over
 the largest load; of an aperiodic motion less the change of momentum. Where coupled pairs change order of
 engagement within a step, stiffness jumps and the step takes a parabola: what this leaves falls with steps,
-which are refined until it is below the bar.
+which are refined until it is below the bar or a motion takes longer than allowed.
 """
 
 import argparse
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from drawn_scenes import draw_any
+from processor_time import OutOfTime, bounded
 
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.orbits.response import Response
 from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear
@@ -41,18 +42,38 @@ def built(scene: Scene, finer: int) -> Parts:
     return build(scene.replace("numerics.steps_per_period", steps))
 
 
-def balance(scene: Scene, flanks: str, number: int, bar: float) -> tuple[Response, float, int]:
-    """Return the response, what its forces leave of the load, and the steps it took to be within the bar."""
+class Balance(NamedTuple):
+    """How well the forces of a motion carry the load: the largest share left, with steps a period."""
+
+    off: float = np.inf
+    steps: int = 0
+    apart: float = np.nan
+    period: int = -1
+
+
+def balance(scene: Scene, flanks: str, number: int, bar: float, longest: float) -> Balance:
+    """Return the balance with the steps it takes to be within the bar, or with the most that time allows."""
+    found = Balance()
     for finer in FINER:
-        coupling = built(scene, finer).coupling
-        unworn = coupling.unworn()
-        state = unworn if flanks == "unworn" else worn(unworn, np.random.default_rng(number))
-        response = coupling.evaluate(state).response
-        assert response is not None
-        steps, off = len(response.tables.width), float(np.abs(unbalanced(response)).max())
-        if off < bar or steps > MOST // 4:
+        try:
+            with bounded(longest):
+                found = _balance(built(scene, finer), flanks, number)
+        except OutOfTime:
             break
-    return response, off, steps
+        if found.off < bar or found.steps > MOST // 4:
+            break
+    return found
+
+
+def _balance(parts: Parts, flanks: str, number: int) -> Balance:
+    unworn = parts.coupling.unworn()
+    state = unworn if flanks == "unworn" else worn(unworn, np.random.default_rng(number))
+    response = parts.coupling.evaluate(state).response
+    assert response is not None
+    apart = float(extremes(response).separated.max())
+    return Balance(
+        float(np.abs(unbalanced(response)).max()), len(response.tables.width), apart, response.period
+    )
 
 
 def worn(unworn: Wear, rng: np.random.Generator) -> Wear:
@@ -72,6 +93,7 @@ def main() -> int:
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="number of the first scene of the seed")
     parser.add_argument("--bar", type=float, default=1e-6)
+    parser.add_argument("--longest", type=float, default=300.0, help="processor time of a motion [s]")
     asked = parser.parse_args()
     left, number = [], asked.first - 1
     while len(left) < 2 * asked.scenes:
@@ -82,22 +104,22 @@ def main() -> int:
         kind = f"{scene.gears.kind}, {scene.dynamics.model}"
         for flanks in ("unworn", "worn"):
             try:
-                response, off, steps = balance(scene, flanks, number, asked.bar)
+                found = balance(scene, flanks, number, asked.bar, asked.longest)
             except (GearError, StopWear) as error:
                 print(f"{number}: refused: {error}")
                 break
-            apart = float(extremes(response).separated.max())
-            left.append((off, apart, response.period))
-            mark = "" if off < asked.bar else "  MISSED"
+            left.append(found)
+            mark = "" if found.off < asked.bar else "  MISSED" if found.steps else "  OUT OF TIME"
             print(
-                f"{number}: {off:.2g}  {kind}, {flanks}, period {response.period}, apart {apart:.1%}, "
-                f"{steps} steps{mark}"
+                f"{number}: {found.off:.2g}  {kind}, {flanks}, period {found.period}, "
+                f"apart {found.apart:.1%}, {found.steps} steps{mark}"
             )
         print(f"    {time.perf_counter() - began:.1f} s", flush=True)
-    off, apart, period = np.array(left).T
+    off, steps, apart, period = np.array(left).T
     print(
-        f"{len(off)} states, {np.mean(apart > 0.0):.0%} with contact lost, {np.mean(period == 0):.0%} "
-        f"aperiodic: {np.mean(off < asked.bar):.1%} within {asked.bar:g}, median {np.median(off):.1g}, "
+        f"{len(off)} states, {np.sum(steps == 0)} of them out of time, "
+        f"{np.mean(apart > 0.0):.0%} with contact lost, {np.mean(period == 0):.0%} aperiodic: "
+        f"{np.mean(off < asked.bar):.1%} within {asked.bar:g}, median {np.median(off):.1g}, "
         f"worst {off.max():.2g}"
     )
     return int((off >= asked.bar).any())

@@ -8,7 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import solved_load
-from wearlab.dynamics.orbits.period_map import integrate_periods
+from wearlab.dynamics.orbits.period_map import LOCATED, over_periods
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, padded_width, scratch, width_of
 from wearlab.dynamics.system import System
@@ -58,17 +58,44 @@ class OnTables:
         self.scratch = scratch(n, meshes, len(self.kernel.meshes.channels), pairs, columns)
         self.right_hand_sides, self.changes = 0, 0
 
+    def states(self, periods: int) -> Array:
+        """Return memory for the states of so many periods, (periods · n_steps + 1, 2n, width)."""
+        steps, rows = len(self.tables.width), 2 * len(self.kernel.series.push)
+        return np.empty((periods * steps + 1, rows, len(self.width)))
+
+    def advance(self, states: Array, start: Array, contact: int = LOCATED, *, tangents: bool = True) -> int:
+        """Fill ``states`` from ``start`` (2n,) on, unknown loads in it, and count the changes of contact."""
+        balance, held, rows = self.kernel.balance, self.kernel.balance.held, np.arange(len(start))
+        states[0] = 0.0
+        states[0, :, 0] = start
+        balance.size[:] = start[held]
+        states[0, held, 0] = balance.position
+        if tangents:
+            states[0, rows, 1 + rows] = 1.0
+            states[0, held, 1 + held] = 0.0
+        strobe = np.empty(((len(states) - 1) // len(self.tables.width) + 1, len(start)))
+        strobe[0] = states[0, :, 0]
+        return self._over_periods(states, strobe, tangents, contact, balanced=False)
+
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
-        steps, rows = len(self.tables.width), len(state)
-        orbit, strobe = np.empty((keep * steps + 1) * rows), np.empty((count + 1, rows))
-        states = np.empty((steps + 1) * rows * len(self.width))
-        self.changes += integrate_periods(
-            self.kernel, self.tables, self.period, np.uint64(1), self.width, state, keep, states, orbit,
-            strobe, self.scratch,
+        states, strobe = self.states(keep), np.empty((count + 1, len(state)))
+        states[0], strobe[0] = 0.0, state
+        self.changes += self._over_periods(states, strobe, False, LOCATED, balanced=True)
+        self.right_hand_sides += 4 * len(self.tables.width) * count
+        state[:] = strobe[-1]
+        return strobe, split_periods(states[:, :, 0], keep)
+
+    def _over_periods(
+        self, states: Array, strobe: Array, tangents: bool, contact: int, *, balanced: bool
+    ) -> int:
+        columns = np.uint64(len(self.width) if tangents else 1)
+        return int(
+            over_periods(
+                self.kernel, self.tables, self.period, columns, self.width, states.reshape(-1), strobe,
+                self.scratch, contact, balanced,
+            )
         )  # fmt: skip
-        self.right_hand_sides += 4 * steps * count
-        return strobe, split_periods(orbit.reshape(-1, rows), keep)
 
 
 class OneState(ABC):

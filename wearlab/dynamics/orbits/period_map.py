@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from wearlab.compiled import UNCOUNTED, jit
+from wearlab.compiled import UNCOUNTED, jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.steps.contact_change import step_with_changes
 from wearlab.dynamics.steps.damping_law import step_by_law
 from wearlab.dynamics.steps.exact import exact_pair
-from wearlab.dynamics.steps.kernel import Propagated, copy
+from wearlab.dynamics.steps.kernel import Propagated
 from wearlab.dynamics.steps.mesh_law import channel_law, contact_holds, flank_law, hold_all, see_start
 from wearlab.dynamics.steps.one_step import fill_load, step_of
 
@@ -58,7 +58,7 @@ def _two(
     )
 
 
-@jit(counted=False)
+@jit_inner(counted=False)
 def over_period(
     kernel: Any,
     tables: Any,
@@ -121,35 +121,32 @@ def over_period(
 
 
 @jit
-def integrate_periods(
-    kernel: Any, tables: Any, period: float, columns: Any, width: Any, start: Any, keep: int, states: Any,
-    orbit: Any, strobe: Any, s: Any,
+def over_periods(
+    kernel: Any, tables: Any, period: float, columns: Any, width: Any, states: Any, strobe: Any, s: Any,
+    contact: int, balanced: bool,
 ) -> int:  # fmt: skip
-    """Integrate ``len(strobe) − 1`` periods from ``start`` (2n,), which it moves; count changes of contact.
+    """Integrate ``len(strobe) − 1`` periods, the last of them kept; return the number of contact changes.
+
+    Every road to an orbit calls this one, so that it compiles once.
 
     Parameters
     ----------
-    kernel, tables, period, columns, width, s : as in `over_period`
-    keep : the last periods to keep in full
-    states : (n_steps + 1, 2n, width) flat, memory
-    orbit : (keep · n_steps + 1, 2n) flat
-    strobe : (count + 1, 2n) states at the start of every period
+    kernel, tables, period, columns, width, s, contact : as in `over_period`
+    states : (keep · n_steps + 1, 2n, width) flat, tangents of the first state given
+    strobe : (count + 1, 2n) states at the start of every period, the first given
+    balanced : a set free to turn is held at its mean speed after every period
     """
-    rows, steps, w, count = len(start), len(tables.width), len(width), len(strobe) - 1
-    first = count * 0  # a variable, not a literal, which is a type of its own and would compile the map again
-    copy(start, np.uint64(0), strobe[0], np.uint64(0), rows)
-    changes = 0
+    rows, steps, w, count = strobe.shape[1], len(tables.width), len(width), len(strobe) - 1
+    dropped, changes = count - len(states) // (rows * w) // steps, 0
     for k in range(count):
-        states[: rows * w] = 0.0
+        first = max(0, k - dropped) * steps
+        begin = first * rows * w
+        end = begin + steps * rows * w
         for row in range(rows):
-            states[row * w] = start[row]
-        changes += over_period(kernel, tables, period, columns, width, states, first, s, LOCATED)
+            states[begin + row * w] = strobe[k, row]
+        changes += over_period(kernel, tables, period, columns, width, states, first, s, contact)
         for row in range(rows):
-            start[row] = states[(steps * rows + row) * w]
-        rebalance(kernel.balance, strobe[k], start, period)
-        copy(start, np.uint64(0), strobe[k + 1], np.uint64(0), rows)
-        slot = k - (count - keep)
-        if slot >= 0:
-            for x in range((steps + 1) * rows):
-                orbit[slot * steps * rows + x] = states[x * w]
+            strobe[k + 1, row] = states[end + row * w]
+        if balanced:
+            rebalance(kernel.balance, strobe[k], strobe[k + 1], period)
     return changes

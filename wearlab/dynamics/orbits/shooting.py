@@ -10,9 +10,9 @@ from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 from wearlab.arrays import Array, Complex
 from wearlab.dynamics.balance import Balance, solved_load, true_derivative
 from wearlab.dynamics.orbits.integrate import OnTables, under_one_load
-from wearlab.dynamics.orbits.period_map import LOCATED, over_period
+from wearlab.dynamics.orbits.period_map import LOCATED
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
-from wearlab.dynamics.orbits.shoot import CONVERGED, SINGULAR, STALLED, exchange, set_start, shoot
+from wearlab.dynamics.orbits.shoot import CONVERGED, SINGULAR, STALLED, exchange, shoot
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -98,26 +98,16 @@ class Shooting:
         """
         tangents = MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE
         most = min(most, max(2, tangents // periods))
-        count, shooter = periods * self.steps, self.shooter
-        width = shooter.width
-        states = np.empty((count + 1) * self.rows * len(width))
-        monodromy = np.empty((self.rows, self.rows))
-        code, passes, error, changes = shoot(
-            shooter.kernel, self.filled, self.period, periods, np.uint64(len(width)), width, state, contact,
-            most, states, monodromy, shooter.scratch,
-        )  # fmt: skip
-        more, taken = self.rows / ROWS_PER_PASS, passes * periods
-        self.maps += taken
+        shot = shoot(self.shooter, self.integrator, periods, state, contact, most)
+        code, more, taken = shot.code, self.rows / ROWS_PER_PASS, shot.passes * periods
+        self.maps += taken + shot.checks * periods
         self.beside += more * taken
-        self.located += int((1.0 + more) * passes * changes)
-        self.iterations += passes
+        self.located += int((1.0 + more) * shot.passes * shot.changes)
+        self.iterations += shot.passes
         self.singular = code == SINGULAR
         if code == STALLED and not self.small:
-            code = CONVERGED if error <= NEARLY * self.distance(state) else STALLED
-        if code != CONVERGED:
-            return None
-        path = states[len(width) - 1 :: len(width)].reshape(count + 1, self.rows)
-        return self._orbit(periods, path, monodromy)
+            code = CONVERGED if shot.error <= NEARLY * self.distance(state) else STALLED
+        return self._orbit(periods, shot.path, shot.derivative) if code == CONVERGED else None
 
     def chord(self, neighbour: Response) -> Orbit | None:
         """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
@@ -128,21 +118,16 @@ class Shooting:
         derivative = neighbour.derivative
         if derivative is None or neighbour.period != 1 or len(neighbour.state[0, 0]) != self.rows:
             return None
-        kernel, balance, state = self.integrator.kernel, self.balance, neighbour.state[0, 0].copy()
+        balance, state = self.balance, neighbour.state[0, 0].copy()
         matrix = np.eye(self.rows) - derivative
         matrix[balance.held, balance.held] -= 1.0
         factors, pivots, failed = dgetrf(matrix)
-        width, last = self.integrator.width, np.inf
-        states = np.empty((self.steps + 1) * self.rows * len(width))
+        states, last = self.integrator.states(1), np.inf
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
-            set_start(balance, states, state, len(width))
-            self.located += over_period(
-                kernel, self.filled, self.period, np.uint64(1), width, states, 0, self.integrator.scratch,
-                LOCATED,
-            )  # fmt: skip
+            self.located += self.integrator.advance(states, state, tangents=False)
             self.maps += 1.0
-            path = states.reshape(-1, self.rows, len(width))[:, :, 0]
+            path = states[:, :, 0]
             missed = path[-1] - path[0]
             step, bad = dgetrs(factors, pivots, missed)
             size, error = self.distance(path[0]), self.distance(step)
@@ -185,17 +170,10 @@ class Shooting:
 
     def path_of(self, state: Array) -> tuple[Array, Array]:
         """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
-        shooter = self.shooter
-        width = shooter.width
-        states = np.empty((self.steps + 1) * self.rows * len(width))
-        set_start(self.balance, states, state, len(width))
-        over_period(
-            shooter.kernel, self.filled, self.period, np.uint64(len(width)), width, states, 0,
-            shooter.scratch, LOCATED,
-        )  # fmt: skip
+        states = self.shooter.states(1)
+        self.shooter.advance(states, state)
         self.maps += 1
-        cube = states.reshape(-1, self.rows, len(width))
-        return cube[:, :, 0].copy(), cube[-1, :, 1 : 1 + self.rows].copy()
+        return states[:, :, 0].copy(), states[-1, :, 1 : 1 + self.rows].copy()
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods; return strobed states (count + 1, 2n), the last ``keep`` in full."""

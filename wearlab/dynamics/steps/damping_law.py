@@ -122,24 +122,6 @@ def _by_law(
     tangents_of_flanks(meshes, tables, step, WITHIN, x, frequency, m, place, speed, s, law, rub)
 
 
-def is_linear(law: Any) -> bool:
-    """Whether normal forces are linear in the motion while contact lasts: those of the viscous law."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(is_linear, jit_options=UNCOUNTED, strict=False)
-def _choose_linear(law: Any) -> Any:
-    return _always if _is_none(law) else _never
-
-
-def _always(law: Any) -> bool:
-    return True
-
-
-def _never(law: Any) -> bool:
-    return False
-
-
 @jit_inner(counted=False)
 def tangents_of_step(kernel: Any, tables: Any, step: int, a: float, b: float, period: float, s: Any) -> bool:
     """Make the forces linear about the motion of the scratch over the part a…b; whether the same flanks push.

@@ -9,7 +9,6 @@ from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 from wearlab.dynamics.balance import rebalance
 from wearlab.dynamics.orbits.integrate import OneState, UntilSteady
-from wearlab.dynamics.orbits.shoot import solve_linear
 from wearlab.dynamics.steps.equation import acceleration, free_acceleration, place_and_speed, see_within
 from wearlab.dynamics.steps.kernel import write
 from wearlab.dynamics.system import System
@@ -134,3 +133,40 @@ def _end_equation(
             for col in range(n):
                 felt = given.direction[c % count, col] * (square * k + half * b)
                 matrix[row, col] += given.per_force[c, row] * felt
+
+
+@jit_inner
+def solve_linear(matrix: Any, right: Any) -> float:
+    """Solve in place by elimination with row pivots.
+
+    References
+    ----------
+    Golub & Van Loan, Matrix Computations, 4th ed., 2013, §3.4.
+    """
+    n = len(right)
+    largest, least = 0.0, np.inf
+    for row in range(n):
+        for col in range(n):
+            largest = max(largest, abs(matrix[row, col]))
+    for k in range(n):
+        pivot = k
+        for row in range(k + 1, n):
+            if abs(matrix[row, k]) > abs(matrix[pivot, k]):
+                pivot = row
+        least = min(least, abs(matrix[pivot, k]))
+        if matrix[pivot, k] == 0.0 or not np.isfinite(matrix[pivot, k]):
+            return 0.0
+        if pivot != k:
+            right[k], right[pivot] = right[pivot], right[k]
+            for col in range(n):
+                matrix[k, col], matrix[pivot, col] = matrix[pivot, col], matrix[k, col]
+        for row in range(k + 1, n):
+            factor = matrix[row, k] / matrix[k, k]
+            right[row] -= factor * right[k]
+            for col in range(k, n):
+                matrix[row, col] -= factor * matrix[k, col]
+    for k in range(n - 1, -1, -1):
+        for col in range(k + 1, n):
+            right[k] -= matrix[k, col] * right[col]
+        right[k] /= matrix[k, k]
+    return least / largest
