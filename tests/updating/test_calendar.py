@@ -1,14 +1,20 @@
 """The day on which a life ends."""
 
 from datetime import date
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Days
+from wearlab.updating.layout import calendar
 from wearlab.updating.lives import days_of
+from wearlab.updating.measurements import UpdateError, calendar_of, read_observations
+from wearlab.updating.report_text import _at, answers
+from wearlab.updating.report_text import calendar_of as told_of
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 CYCLES = np.array([0.0, 36_525.0, np.inf, 1e12])
@@ -54,3 +60,63 @@ def test_no_cycles_from_the_last_inspection_are_its_own_day():
         for cycle in (36.0, 1.0, 0.0612):
             now = hours * 3600.0 / cycle
             assert days_of(days, CYCLES[:1], now, cycle) == [told]
+
+
+WEIGHED = "Datum;Stunden;Verlust [mg]\n01.03.2026;4000;6,1\n01.09.2026;7000;10,8\n15.01.2027;9300;13,9\n"
+
+
+def weighed(tmp_path, text=WEIGHED):
+    """Return a block of a table with dates and hours, and the calendar that follows from it."""
+    (tmp_path / "weighed.csv").write_text(text)
+    block = {"file": str(tmp_path / "weighed.csv"), "quantity": "worn_mass", "member": "pinion"}
+    block |= {"columns": {"date": "Datum", "hours": "Stunden", "value": "Verlust"}, "error": {"sd": "1 mg"}}
+    data = read_update({"unknown": UNKNOWN, "data": [block]}).data[0]
+    return data, calendar_of(data, None, None)
+
+
+def test_inspections_keep_the_dates_of_their_table(tmp_path):
+    """Was a straight line from the first to the last: the second was told as 2026-08-29."""
+    data, days = weighed(tmp_path)
+    seen, run = read_observations(data, days), SimpleNamespace(start=0.0, seconds_per_cycle=36.0)
+    cycle = seen.time / 36.0
+    found = calendar(days, None, cycle[-1], run, (cycle, seen.dates))
+    places = xr.Dataset({name: ("calendar_place", one) for name, one in found.items()})
+    told = [_at(one, 0.01, told_of(places)).split()[0] for one in cycle]
+    assert told == ["2026-03-01", "2026-09-01", "2027-01-15"]
+    evenly = calendar(days, None, cycle[-1], run, (cycle[:0],) * 2)
+    begun = np.array([found["calendar_date"][0], evenly["calendar_date"][0]], "datetime64[D]")
+    assert begun[0] == begun[1] and found["calendar_date"][-1][:10] == "2028-01-15"  # a year on
+
+
+def test_a_table_in_which_dates_fall_as_hours_rise_is_refused_by_its_lines(tmp_path):
+    with pytest.raises(UpdateError, match="line 3 has more hours than line 2, and an earlier date"):
+        weighed(tmp_path, WEIGHED.replace("01.09.2026", "01.09.2025"))
+
+
+@pytest.mark.parametrize(
+    ("rest", "said"),
+    [
+        ((5.0, 5.0, 5.0), "is reached on 2027-01-15, with 90 % between 2027-01-15 and 2027-01-15: 5 h after"),
+        (
+            (0.0, 5.0, 5.0),
+            "is reached on 2027-01-15, with 90 % between before 2027-01-15 and 2027-01-15: 5 h after",
+        ),
+        ((0.0, 0.0, 0.0), "was reached before the last inspection, 2027-01-15."),
+        (
+            (0.0, 0.0, 5.0),
+            "before the last inspection, 2027-01-15; with 5 % it is reached more than 5 h after",
+        ),
+    ],
+)
+def test_a_limit_that_has_passed_is_not_told_as_reached_on_the_day_of_the_inspection(rest, said):
+    """Was 'limit reached on 2027-01-15' of a limit that had passed eight thousand hours before."""
+    five = np.interp(range(5), (0, 2, 4), rest)
+    predictions = xr.Dataset(
+        {
+            "remaining_useful_life_quantile": ("quantile", five),
+            "end_of_life_quantile": ("quantile", np.full(5, "2027-01-15", object)),
+            "seconds_per_cycle": 3600.0,
+            "limit": ((), 2e-5, {"quantity": "max_wear_depth", "where": "pinion"}),
+        }
+    )
+    assert said in answers(xr.DataTree.from_dict({"predictions": predictions}))[0]

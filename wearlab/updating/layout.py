@@ -87,10 +87,21 @@ def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> di
     return found if days is None else found | {"end_of_life_quantile": day_texts(days, rest, known.now, run)}
 
 
-def calendar(days: Days, record: OperatingRecord | None, now: float, run: RunHistory) -> dict[str, Any]:
-    """Return cycles and their dates: of the record or of the calendar, and a year on."""
+def calendar(
+    days: Days, record: OperatingRecord | None, now: float, run: RunHistory, seen: tuple[Array, Array]
+) -> dict[str, Any]:
+    """Return cycles and their dates: of the record, or of the calendar and dated inspections; and a year on.
+
+    ``seen`` are cycles of inspections and their dates, where a table has both.
+    """
     hour = run.seconds_per_cycle / HOUR
-    if record is None or record.dates is None:
+    cycles, at = np.unique(seen[0], return_index=True)
+    if (record is None or record.dates is None) and len(cycles):
+        begun = seen[1][at[0]] - day_span((cycles[0] - run.start) * hour / days.hours_per_year)
+        cycle, date = np.append(run.start, cycles), np.append(begun, seen[1][at]).astype("datetime64[s]")
+        begins = int(cycles[0] <= run.start)
+        cycle, date = cycle[begins:], date[begins:]
+    elif record is None or record.dates is None:
         hours = (now - run.start) * hour if days.hours is None else days.hours
         begun = np.datetime64(days.date, "s") - day_span(hours / days.hours_per_year)
         cycle, date = np.array([run.start]), np.array([begun])

@@ -154,6 +154,7 @@ class Observed:
     place : (n,) there [SI], NaN without one
     row : (n,) line of the file
     fingerprint : hash of the file's bytes
+    dates : (n,) when that was, None where the file does not say it beside its clock
     """
 
     data: Data
@@ -166,6 +167,7 @@ class Observed:
     place: Array
     row: Index
     fingerprint: str
+    dates: "NDArray[np.datetime64] | None" = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -241,7 +243,9 @@ def read_observations(
         said = "is empty: with error.gain_sd no value may be below a limit of detection"
         columns.refuse(np.isnan(value), "value", said)
     when = "hours" if clock == "date" else clock
-    return Observed(data, when, time, value, sd, below, place_kind, place, columns.lines, columns.fingerprint)
+    dates = columns.dates("date") if "date" in has else None
+    held = (place_kind, place, columns.lines, columns.fingerprint, dates)
+    return Observed(data, when, time, value, sd, below, *held)
 
 
 def _seconds(columns: MeasuredColumns, days: Days | None, hours_at: Any) -> Array:
@@ -292,7 +296,13 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Days | None:
     if "date" not in columns.names or not len(columns):
         return days
     dates, hours = columns.dates("date"), columns.numbers("time", "s") / HOUR
-    first, last = int(np.argmin(hours)), int(np.argmax(hours))
+    order = np.lexsort((dates, hours))
+    if (back := np.diff(dates[order]) < np.timedelta64(0, "s")).any():
+        sooner, later = columns.lines[order[int(np.argmax(back)) :][:2]]
+        raise UpdateError(
+            f"{data.file}: line {later} has more hours than line {sooner}, and an earlier date: look at both"
+        )
+    first, last = order[0], order[-1]
     years = float((dates[last] - dates[first]) / DAY) / DAYS_A_YEAR
     rate = None if days is None else days.hours_per_year
     if rate is None and years > 0.0:

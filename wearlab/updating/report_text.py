@@ -33,6 +33,7 @@ BELIEVED = (
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
 DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
+BEFORE = "before "
 PASSED, MAYBE = "passed", 0.05  # probability from which the limit may have been passed
 TINY = 1e-15  # probability below which none is told
 OVER = 0.5  # probability from which the limit is said to have been passed
@@ -84,13 +85,25 @@ def answers(tree: xr.DataTree) -> list[str]:
         where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
         times = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
         low, middle, high = ((hours_text(t) or "0 h") if np.isfinite(t) else "never" for t in times[::2])
-        day = ""
+        day = looked = ""
         if "end_of_life_quantile" in predictions:
-            first, likely, latest_day = predictions["end_of_life_quantile"].values[::2]
+            first, likely, latest_day = _days(predictions)[::2]
             day = f" on {likely}, with 90 % between {first} and {latest_day}:"
+            looked = f", {likely.removeprefix(BEFORE)}"
         text = f"{wear}{where} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
+        if times[2] <= 0.0:
+            later = f"; with 5 % it is reached more than {high} after it" if times[4] > 0.0 else ""
+            text = f"{wear}{where} was reached before the last inspection{looked}{later}."
         lines.append(text if label is None else f"{label}: {text}")
     return lines
+
+
+def _days(predictions: xr.Dataset) -> list[str]:
+    """Return the days on which the limit is reached; of what has passed, that it was before the last look."""
+    days, rest = (predictions[f"{name}_quantile"] for name in ("end_of_life", "remaining_useful_life"))
+    return [
+        f"{BEFORE if left <= 0.0 else ''}{day}" for day, left in zip(days.values, _last(rest), strict=True)
+    ]
 
 
 def text_of_models(found: xr.Dataset) -> list[str]:
@@ -217,7 +230,7 @@ def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
         "costs": _numbers(costs),
     }
     if "end_of_life_quantile" in predictions:
-        found["days"] = predictions["end_of_life_quantile"].values
+        found["days"] = _days(predictions)
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
         found["days_about"] = about.rpartition(", ")[2]
     if "inspection" in predictions.dims:

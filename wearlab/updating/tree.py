@@ -217,8 +217,15 @@ def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset
     found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
     found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
     if days is not None:
-        found |= calendar(days, outcome.study.record, answer.now, run)
-        at = f"day on which the limit is reached, at {days.hours_per_year:g} operating hours a year"
+        dated = [
+            (run.asked[n].cycle, b.seen.dates) for n, b in enumerate(post.blocks) if b.seen.dates is not None
+        ]
+        told = (
+            tuple(np.concatenate(each) for each in zip(*dated, strict=True)) if dated else (cycles[:0],) * 2
+        )
+        found |= calendar(days, outcome.study.record, answer.now, run, told)
+        at = "day on which the limit is reached, that of the last inspection where it was before, at "
+        at += f"{days.hours_per_year:g} operating hours a year"
         ends = found["end_of_life_quantile"]
         found["end_of_life_quantile"] = variable("predictions", "end_of_life_quantile", ends, long_name=at)
     both = (("", post, outcome.draws), ("prior_", prior.posterior, outcome.prior_draws))
