@@ -5,6 +5,7 @@ import pytest
 
 import wearlab as wl
 from wearlab.cli.app import status_of
+from wearlab.table_options import duty_table
 from wearlab.tables import ReadTable, TableError, read_table
 
 PAIR = """
@@ -217,3 +218,40 @@ def test_thousands_with_a_point_are_told_and_mixed_signs_refused(table, tmp_path
     assert doubt.removeprefix("t.csv") in said.err and "decimal point" in said.out
     mean = (0.1 * 312 * 1.2 + 0.9 * 250 * 1.4) * np.pi / 30e3
     assert f"{mean:.6g}" in said.out.split("mean")[1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T (Nm),n (rpm),t (h)\n60,1450,400\n45,900,1200\n",
+        "Load case,M [kNm],n [min-1],h [%]\n1,0.060,1450,25\n2,0.045,900,75\n",
+        "torque_Nm,speed_rpm,hours\n60,1450,400\n45,900,1200\n",
+        "Drehmoment in Nm;Drehzahl in U/min;Stunden\n60,0;1450;400\n45,0;900;1200\n",
+    ],
+)
+def test_columns_of_a_spectrum_are_known_by_their_units_where_their_names_are_symbols(tmp_path, text):
+    """Were three tries: one column was asked for at a time."""
+    (tmp_path / "k.csv").write_text(text)
+    torque, speed, share = duty_table("k.csv", {}, {}, tmp_path)
+    assert torque == pytest.approx((60.0, 45.0)) and speed == pytest.approx((151.8436, 94.24778))
+    assert share[1] / share[0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "a,b,c\n1,2,3\n",
+            r'none is called torque, speed, share: columns = \{ torque = "…", speed = "…", sh',
+        ),
+        ("T [Nm],M [Nm],n [rpm],share\n1,1,2,3\n", "none is called torque: columns"),
+        (
+            "Torque,Speed,Share\n1,2,3\n",
+            r'units.torque and units.speed required: units = \{ torque = "N\*m", sp',
+        ),
+    ],
+)
+def test_all_that_a_spectrum_lacks_is_told_at_once(tmp_path, text, said):
+    (tmp_path / "k.csv").write_text(text)
+    with pytest.raises(TableError, match=said):
+        duty_table("k.csv", {}, {}, tmp_path)

@@ -1,7 +1,10 @@
 """What was meant: the known word that is spelled most like another."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
+
+PARTS = re.compile(r"[-_ ]+")
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -15,9 +18,30 @@ def meant(word: str, known: Iterable[str], otherwise: str = "") -> str:
     return otherwise if near is None else f", did you mean {near!r}?"
 
 
+MOST_LISTED = 40
+"""Choices up to which all of them are told beside the nearest."""
+
+
+def alike(word: str, known: Iterable[str]) -> list[str]:
+    """Return up to three known words that hold another as whole words, else the one spelled most like it.
+
+    >>> alike("sun-planet", ["sun-planet-1", "sun-planet-2"]), alike("diametre", ["diameter"])
+    (['sun-planet-1', 'sun-planet-2'], ['diameter'])
+    """
+    words, listed = PARTS.split(word.lower()), list(known)
+    within = [one for one in listed if _holds(PARTS.split(one.lower()), words)] if word else []
+    return within[:3] or get_close_matches(word, listed, 1)
+
+
+def _holds(words: list[str], part: list[str]) -> bool:
+    return any(words[at : at + len(part)] == part for at in range(len(words) - len(part) + 1))
+
+
 def choices(value: object, valid: Iterable[object]) -> str:
-    """Return the end of a message: the nearest valid choice first, then all of them."""
+    """Return the end of a message: the nearest valid choices first, then all of them unless they are many."""
     known = [str(choice) for choice in valid]
-    near = get_close_matches(str(value), known, 1, 0.6)
-    meant = f"did you mean {near[0]!r}? " if near else ""
-    return f"{meant}valid: {', '.join(known) or 'none'}"
+    near = alike(str(value), known)
+    meant = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+    return (
+        meant.rstrip() if near and len(known) > MOST_LISTED else f"{meant}valid: {', '.join(known) or 'none'}"
+    )

@@ -1,10 +1,12 @@
 """Tables that a scene refers to: read once, so that their contents are part of the scene."""
 
+import json
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic_core import PydanticCustomError
 
 from wearlab.options import Stored
@@ -169,6 +171,8 @@ def _column(
 
 
 DUTY = {"torque": "N*m", "speed": "rad/s"}
+USUAL = {"torque": "N*m", "speed": "rpm"}
+"""Units as campaign files have them."""
 TIMES = ("s", "1")
 """What shares of time may be: durations, or parts of a whole."""
 
@@ -192,11 +196,59 @@ def duty_table(
     if unknown := {*columns, *units} - {*DUTY, "share"}:
         raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
     table = read_table(_path(file, base))
+    columns = columns | _by_unit(table, columns)
+    known = {name: table.meant(name, columns) for name in (*DUTY, "share")}
+    lacking = {name: "…" for name, header in known.items() if header is None and name not in columns}
+    if lacking:
+        raise TableError(
+            f"{table.file}: columns are {', '.join(table.names)}; none is called {', '.join(lacking)}: "
+            f"columns = {_written(lacking)} ({table.understood})"
+        )
+    bare = {
+        name: unit
+        for name, unit in USUAL.items()
+        if not (units.get(name) or table.units.get(known[name] or ""))
+    }
+    if bare and all(known.values()):
+        raise TableError(
+            f"{' and '.join(f'units.{name}' for name in bare)} required: units = {_written(bare)}"
+        )
     torque, speed = (_of_table(table, columns, units, name, wanted) for name, wanted in DUTY.items())
     share = _times(table, columns, units)
     if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
         raise TableError(f"{file}: torques and shares must not be negative, speeds must be positive")
     return torque, speed, share
+
+
+def _by_unit(table: ReadTable, columns: Mapping[str, str]) -> dict[str, str]:
+    """Return the column of each quantity that no name tells and the unit of one column alone does."""
+    found: dict[str, str] = {}
+    for name, wanted in (*DUTY.items(), *(("share", time) for time in TIMES)):
+        free = [
+            one for one in table.names if table.units[one] and one not in {*columns.values(), *found.values()}
+        ]
+        alone = [one for one in free if _is_of(table.units[one], wanted)]
+        if (
+            name not in found
+            and table.meant(name, columns) is None
+            and name not in columns
+            and len(alone) == 1
+        ):
+            found[name] = alone[0]
+    return found
+
+
+def _is_of(unit: str, wanted: str) -> bool:
+    try:
+        in_unit(np.ones(1), unit, wanted, "")
+    except TableError:
+        return False
+    return True
+
+
+def _written(options: Mapping[str, str]) -> str:
+    each = (f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in options.items())
+    return f"{{ {', '.join(each)} }}"
 
 
 def _times(table: ReadTable, columns: Mapping[str, str], units: Mapping[str, str]) -> tuple[float, ...]:

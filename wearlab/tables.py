@@ -48,7 +48,11 @@ NAMES = {
     "deviation": ("deviation", "abweichung", "profile deviation", "profilabweichung", "f", "fa"),
     "torque": ("torque", "drehmoment", "moment", "input torque"),
     "speed": ("speed", "drehzahl", "rotational speed", "input speed"),
-    "share": ("share", "time", "time share", "duration", "zeit", "zeitanteil", "dauer"),
+    "share": ("share", "time", "time share", "duration", "hours", "zeit", "zeitanteil", "dauer", "stunden"),
+    "cycle": ("cycle", "cycles", "revolutions", "umdrehungen"),
+    "hours": ("hours", "operating hours", "running hours", "h", "betriebsstunden", "stunden"),
+    "date": ("date", "day", "datum", "tag"),
+    "worn_mass": ("worn_mass", "worn mass", "mass loss", "loss", "masseverlust", "verlust"),
 }
 """What columns may be called; a name of its own is given by ``columns``."""
 LARGEST_FILE = 200_000_000  # bytes

@@ -8,9 +8,11 @@ from made_up import SPEEDS, Axis, Campaign, Case, put, run
 
 from wearlab.figures import FigureError
 from wearlab.figures.drawing import plotted
-from wearlab.figures.kind import read
+from wearlab.figures.kind import no_axis, read
 from wearlab.figures.plot import Mark, Panel, Pen
 from wearlab.figures.render import _sides, strokes
+from wearlab.nearest import choices
+from wearlab.scene.problems import unknown_key
 from wearlab.store import Store
 
 
@@ -102,3 +104,14 @@ def test_no_row_of_panels_stands_empty(plot):
 def test_one_dimension_cannot_have_two_roles(plot):
     with pytest.raises(FigureError, match=r"rows and cols both are 'speed': leave one of them out"):
         plot(kind="wear-profile", rows="speed", cols="speed")
+
+
+def test_what_is_meant_is_told_by_whole_words_and_long_lists_are_not_told():
+    """Was 'did you mean sun-planet-3' of sun-planet, and 180 names behind 'did you mean diameter'."""
+    meshes = ["sun-planet-1", "sun-planet-2", "planet-ring-1"]
+    assert choices("sun-planet", meshes).startswith("did you mean 'sun-planet-1' or 'sun-planet-2'? valid: ")
+    assert choices("diameter [mm]", ["diameter", *map(str, range(50))]) == "did you mean 'diameter'?"
+    assert no_axis("wear state", {}, ["update", "flank"]) == "wear state is called 'update'"
+    assert unknown_key("crowning", ["lead_crowning", "mass", "profile_crowning"]).endswith(
+        "did you mean 'lead_crowning' or 'profile_crowning'?"
+    )

@@ -105,6 +105,11 @@ def test_a_bifurcation_over_a_sweep_and_over_wear(plot):
     assert curve.x.tolist() == [800.0, 800.0, 1100.0, 1100.0, 3720.0, 3720.0]  # of period two
     worn = plot(kind="bifurcation", y="poincare_deflection", x="cycle", select={"speed": 800})
     assert worn.panels[0].x_label.startswith("Wear cycles") and len(worn.panels[0].curves[0].x) == 1 + 1 + 2
+    deeper = {"kind": "bifurcation", "y": "poincare_deflection", "x": "max_wear_depth"}
+    with pytest.raises(FigureError, match="x = 'max_wear_depth' has several values there: select a flank"):
+        plot(**deeper, select={"speed": 800})  # was an IndexError of numpy
+    worn = plot(**deeper, select={"speed": 800, "flank": "pinion"})
+    assert worn.panels[0].x_label.startswith("Largest wear depth")
 
 
 def test_orders_are_stems(plot):

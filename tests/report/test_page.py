@@ -198,3 +198,10 @@ def test_a_figure_of_one_column_is_drawn_once_and_light(study, page):
     (one,) = drawn(replace(campaign, figures=(profiles,)), store)
     assert one.small and one.small != one.uri
     assert base64.b64decode(one.uri.partition(",")[2])[25] == 3  # colours by a palette
+
+
+def test_assumptions_stand_in_the_order_of_the_run():
+    """Was another order in every process: a page made again was another page."""
+    lines = [f"{word}: assumed" for word in ("pinion", "gear", "ring", "sun", "carrier", "oil", "bore", "rim")]
+    entry = SimpleNamespace(id="a", warnings=["last"], summary={"validity": "\n".join(lines)})
+    assert [line for line, _ in remarks({"a": entry})] == [*lines, "last"]

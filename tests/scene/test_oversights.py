@@ -63,3 +63,10 @@ def test_one_coefficient_for_steel_and_plastic_is_told():
 def test_the_run_says_it_first(given):
     scene = pair(**given)
     assert build(scene).validity[0] == oversights(scene)[0]
+
+
+def test_a_limit_that_leaves_little_of_a_tooth_is_told_with_the_module():
+    """Was a life of 3 mm on teeth of module 1.25 mm, told to within 78 % and without a word."""
+    for depth, said in (("20 um", 0), ("0.89 mm", 0), ("0.91 mm", 1), ("3 mm", 1)):
+        told = oversights(pair().replace("wear.until.depth", depth))
+        assert len([line for line in told if line.startswith("wear.until.depth = ")]) == said, depth

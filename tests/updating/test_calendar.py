@@ -79,11 +79,11 @@ def test_inspections_keep_the_dates_of_their_table(tmp_path):
     data, days = weighed(tmp_path)
     seen, run = read_observations(data, days), SimpleNamespace(start=0.0, seconds_per_cycle=36.0)
     cycle = seen.time / 36.0
-    found = calendar(days, None, cycle[-1], run, (cycle, seen.dates))
+    found = calendar(days, None, cycle[-1], run, [(cycle, seen.dates), (cycle, None)])
     places = xr.Dataset({name: ("calendar_place", one) for name, one in found.items()})
     told = [_at(one, 0.01, told_of(places)).split()[0] for one in cycle]
     assert told == ["2026-03-01", "2026-09-01", "2027-01-15"]
-    evenly = calendar(days, None, cycle[-1], run, (cycle[:0],) * 2)
+    evenly = calendar(days, None, cycle[-1], run, [])
     begun = np.array([found["calendar_date"][0], evenly["calendar_date"][0]], "datetime64[D]")
     assert begun[0] == begun[1] and found["calendar_date"][-1][:10] == "2028-01-15"  # a year on
 

@@ -188,3 +188,18 @@ def test_dates_of_two_meanings_are_refused(tmp_path, more, said):
 def test_the_format_of_dates_can_be_said(tmp_path):
     seen = dated(tmp_path, "Datum,Verlust [mg]\n03/04/2026,1\n", date_format="%m/%d/%Y")
     assert seen.time[0] / 3600.0 == pytest.approx(1000.0 + 62 * 10.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "date,hours,loss_mg\n2026-03-01,10,1.5\n2026-03-02,20,3\n",
+        "Datum;Betriebsstunden;Masseverlust [mg]\n01.03.2026;10;1,5\n02.03.2026;20;3\n",
+        "operating hours,mass loss (mg)\n10,1.5\n20,3\n",
+    ],
+)
+def test_usual_names_of_columns_need_no_mapping(tmp_path, text):
+    """Was "no column 'cycle' for time", then the same of the value."""
+    seen = read(tmp_path, text, columns={}, units={})
+    assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.value == pytest.approx([1.5e-6, 3e-6])
+    assert (seen.dates is not None) == ("2026" in text)

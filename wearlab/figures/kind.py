@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from wearlab.figures.plot import Series
 from wearlab.nearest import choices, meant
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
-from wearlab.schema import VARIABLES
+from wearlab.schema import DIMENSIONS, VARIABLES
 
 
 class FigureError(ValueError):
@@ -191,6 +191,10 @@ def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
     """
     axes = [axis for axis, key in keys.items() if key and name in key.split(".")]
     meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
+    word = name.replace("_", " ").lower()
+    told = [one.name for one in DIMENSIONS if word in one.meaning.lower() and one.name in {*known}]
+    if told and not axes and len(word) > 3:
+        return f"{name} is called {' or '.join(map(repr, told[:2]))}"
     return f"{meant}{choices(name, sorted(known))}"
 
 

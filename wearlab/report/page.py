@@ -36,7 +36,8 @@ def model_errors(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
     counted = Counter(
         line
         for entry in entries.values()
-        for line in {*str(entry.summary.get("model_error") or "").split("\n")} - {""}
+        for line in dict.fromkeys(str(entry.summary.get("model_error") or "").split("\n"))
+        if line
     )
     return tuple(counted.most_common(MOST_LINES))
 
@@ -48,8 +49,8 @@ def remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
     """
     lines: dict[str, set[str]] = {}
     for entry in entries.values():
-        said = {*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings} - {""}
-        for line in said:
+        said = [*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings]
+        for line in filter(None, dict.fromkeys(said)):
             lines.setdefault(line, set()).add(entry.id)
     alike: dict[str, list[str]] = {}
     for line in lines:

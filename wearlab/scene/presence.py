@@ -15,6 +15,8 @@ MODIFYING = ("tip_relief", "root_relief", "profile_crowning", "profile_slope", *
 """Options of a gear that modify its flanks."""
 REMEDY = "for a life give wear.until, such as until = { hours = 20000 } or { depth = '20 um' }"
 """How flanks of one wear state are let wear on."""
+DEEP = 0.3
+"""Wear depth over the module above which a limit is told to be deep; teeth are pi/2 modules thick."""
 ALIKE = 1.3
 """Ratio of Young's moduli up to which materials count as one, as all steels are."""
 
@@ -100,15 +102,27 @@ def parts_left_out(scene: Scene) -> list[str]:
 def oversights(scene: Scene) -> list[str]:
     """Return what a scene says and hardly means, each with a remedy.
 
-    Numbers of a load spectrum that may be a thousand times as large, an oil that changes no life, one wear
-    coefficient for gears of different materials.
+    Numbers of a load spectrum that may be a thousand times as large, a limit as deep as a tooth is thick, an
+    oil that changes no life, one wear coefficient for gears of different materials.
     """
     wear, duty = scene.wear, scene.duty_table
-    doubts = [] if duty is None else list(duty.doubts)
+    doubts = [*([] if duty is None else duty.doubts), *_deep_limit(scene)]
     if wear is None or wear.coefficient is None:
         return doubts
     each = [wear.coefficient_of(member) for member in scene.gears.toothed]
     return [*doubts, *(line for line in (_idle_oil(scene, each), _shared_coefficient(scene, each)) if line)]
+
+
+def _deep_limit(scene: Scene) -> list[str]:
+    """Return that a life is to end where little is left of the teeth."""
+    until = None if scene.wear is None else scene.wear.until
+    if until is None or until.depth is None or until.depth <= (deep := DEEP * scene.gears.module):
+        return []
+    return [
+        f"wear.until.depth = {1e3 * until.depth:.4g} mm is {until.depth / scene.gears.module:.2g} modules of "
+        f"teeth that are some {math.pi / 2:.2g} thick: look at its unit; above {1e3 * deep:.3g} mm, {DEEP:g} "
+        "modules, depths and lives are those of teeth that would long have been changed"
+    ]
 
 
 def _idle_oil(scene: Scene, each: list[CoefficientModel]) -> str:

@@ -8,6 +8,7 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from wearlab import options, slots, units
+from wearlab.nearest import alike, nearest
 from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
 
 LIMITS = {
@@ -61,9 +62,9 @@ def problems_of(error: ValidationError) -> list[str]:
 def unknown_key(key: str, keys: Iterable[str]) -> str:
     """Return why a key is refused, and the nearest valid one."""
     valid = [k for k in keys if k != key]
-    near = [k for k in valid if _words(k) == _words(key)] or get_close_matches(key, valid, 1)
+    near = [k for k in valid if _words(k) == _words(key)] or (nearest(key, valid) and alike(key, valid))
     if near:
-        return f"unknown key, did you mean {near[0]!r}?"
+        return f"unknown key, did you mean {' or '.join(map(repr, near))}?"
     elsewhere = nearest_place(key)
     belongs = f"; it belongs in {'.'.join(elsewhere)}" if elsewhere and not {*MEMBERS} & {*elsewhere} else ""
     return f"unknown key{belongs}; there are {', '.join(valid)}"

@@ -88,17 +88,19 @@ def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> di
 
 
 def calendar(
-    days: Days, record: OperatingRecord | None, now: float, run: RunHistory, seen: tuple[Array, Array]
+    days: Days, record: OperatingRecord | None, now: float, run: RunHistory, seen: Sequence[tuple[Array, Any]]
 ) -> dict[str, Any]:
     """Return cycles and their dates: of the record, or of the calendar and dated inspections; and a year on.
 
-    ``seen`` are cycles of inspections and their dates, where a table has both.
+    ``seen`` are cycles of the inspections of each table, and their dates where it has any.
     """
     hour = run.seconds_per_cycle / HOUR
-    cycles, at = np.unique(seen[0], return_index=True)
+    dated = [(at, dates) for at, dates in seen if dates is not None]
+    cycles, at = np.unique(np.concatenate([np.empty(0), *(own for own, _ in dated)]), return_index=True)
+    on = np.concatenate([np.empty(0, "datetime64[s]"), *(dates for _, dates in dated)])[at]
     if (record is None or record.dates is None) and len(cycles):
-        begun = seen[1][at[0]] - day_span((cycles[0] - run.start) * hour / days.hours_per_year)
-        cycle, date = np.append(run.start, cycles), np.append(begun, seen[1][at]).astype("datetime64[s]")
+        begun = on[0] - day_span((cycles[0] - run.start) * hour / days.hours_per_year)
+        cycle, date = np.append(run.start, cycles), np.append(begun, on)
         begins = int(cycles[0] <= run.start)
         cycle, date = cycle[begins:], date[begins:]
     elif record is None or record.dates is None:

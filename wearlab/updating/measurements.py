@@ -185,16 +185,30 @@ def columns_of(data: Data, unit: str | None = None) -> tuple[MeasuredColumns, st
     ------
     UpdateError : the file cannot be read, or a column is not there
     """
-    own = data.columns
-    clock = next((name for name in WHEN if getattr(own, name) is not None), "cycle")
+    own, usual = data.columns, _usual(data)
+    when = {name: getattr(own, name) for name in WHEN if getattr(own, name) is not None}
+    when = when or {name: usual[name] for name in ("cycle", "hours", "date") if name in usual}
+    clock = next(iter(when), "cycle")
     place = next((name for name in WHERE if getattr(own, name) is not None), None)
-    wanted = {"time": getattr(own, clock) or clock, "value": own.value or data.quantity}
-    wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit, "date": own.date if own.hours else None}
+    wanted = {"time": when.get(clock, clock), "value": own.value or usual.get("value") or data.quantity}
+    dated = when.get("date") if clock == "hours" else None
+    wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit, "date": dated}
     return (
         MeasuredColumns(data, wanted | {"place": getattr(own, place) if place else None}, unit),
         clock,
         place,
     )
+
+
+def _usual(data: Data) -> dict[str, str]:
+    """Return the columns that usual names tell: of cycles, hours and dates, and of what was measured."""
+    try:
+        table = read_table(Path(data.file))
+    except (TableError, OSError):
+        return {}
+    roles = {name: name for name in ("cycle", "hours", "date")} | {"value": data.quantity}
+    found = {role: table.meant(name, {}) for role, name in roles.items()}
+    return {role: name for role, name in found.items() if name is not None}
 
 
 def read_observations(

@@ -217,13 +217,8 @@ def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset
     found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
     found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
     if days is not None:
-        dated = [
-            (run.asked[n].cycle, b.seen.dates) for n, b in enumerate(post.blocks) if b.seen.dates is not None
-        ]
-        told = (
-            tuple(np.concatenate(each) for each in zip(*dated, strict=True)) if dated else (cycles[:0],) * 2
-        )
-        found |= calendar(days, outcome.study.record, answer.now, run, told)
+        seen = [(run.asked[n].cycle, block.seen.dates) for n, block in enumerate(post.blocks)]
+        found |= calendar(days, outcome.study.record, answer.now, run, seen)
         at = "day on which the limit is reached, that of the last inspection where it was before, at "
         at += f"{days.hours_per_year:g} operating hours a year"
         ends = found["end_of_life_quantile"]

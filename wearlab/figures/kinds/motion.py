@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kind import Ask, FigureError, kind
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, shown, slices, thinned
@@ -177,6 +177,11 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
     along = "response_speed" if "response_speed" in run.data[name].dims else "update"
     for piece in slices(run, name, ask, along, once):
         places, across = companion(run, ask.x or OVER[along], piece.place, ask)
+        if places.size != len(piece.values):
+            left = [str(dim) for dim in run.data[ask.x].dims if dim not in (along, *piece.place)]
+            raise FigureError(
+                f"{ask.name}: x = {ask.x!r} has several values there: select a {' and a '.join(left)}"
+            )
         across = Scale(SPEED, across.units) if along == "response_speed" else across
         x, y = np.repeat(places, piece.values.shape[1]), piece.values.ravel()
         yield Series(piece.key, x, y, across, piece.scale, "dots").at(np.isfinite(y))
