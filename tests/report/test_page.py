@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from made_up import put, run
@@ -202,6 +203,8 @@ def test_a_figure_of_one_column_is_drawn_once_and_light(study, page):
 
 def test_assumptions_stand_in_the_order_of_the_run():
     """Was another order in every process: a page made again was another page."""
-    lines = [f"{word}: assumed" for word in ("pinion", "gear", "ring", "sun", "carrier", "oil", "bore", "rim")]
+    lines = [
+        f"{word}: assumed" for word in ("pinion", "gear", "ring", "sun", "carrier", "oil", "bore", "rim")
+    ]
     entry = SimpleNamespace(id="a", warnings=["last"], summary={"validity": "\n".join(lines)})
     assert [line for line, _ in remarks({"a": entry})] == [*lines, "last"]
