@@ -15,6 +15,8 @@ from wearlab import options, units
 MODEL_VERSION = 5
 WHOLE_BELOW = 2**53
 
+Texts = dict[str, tuple[Any, str]]
+
 
 def canonical(sections: dict[str, Any]) -> str:
     """Return plain nested values as canonical JSON: sorted keys, no spaces, absent parts left out."""
@@ -23,20 +25,34 @@ def canonical(sections: dict[str, Any]) -> str:
     )
 
 
-def identity(scene: options.Part) -> str:
-    """Return the id of a scene: 20 hexadecimal digits of the hash over model version and what it says."""
-    said = canonical(essence(scene))
-    return hashlib.sha256(f"{MODEL_VERSION}\n{said}".encode()).hexdigest()[:20]
+def identity(scene: options.Part, texts: Texts) -> str:
+    """Return the id of a scene: 20 hexadecimal digits of the hash over model version and what it says.
+
+    Parameters
+    ----------
+    scene : all sections
+    texts : what sections say as canonical JSON, with the sections; those that are new are added
+    """
+    for name, value in scene.identifying().items():
+        if name not in texts or texts[name][0] is not value:
+            texts[name] = value, canonical(essence(scene, {name: value}))[1:-1]
+    said = ",".join(text for _, (_, text) in sorted(texts.items()) if text)
+    return hashlib.sha256(f"{MODEL_VERSION}\n{{{said}}}".encode()).hexdigest()[:20]
 
 
-def essence(part: options.Part) -> dict[str, Any]:
+def essence(part: options.Part, told: dict[str, Any] | None = None) -> dict[str, Any]:
     """Return the options of a part that do not stand at their default, as plain nested values.
 
     Which of several models it is stays there, default or not: the options of two models may share names.
     A part all of whose options are default is an empty table where no part is the default.
+
+    Parameters
+    ----------
+    part : some options
+    told : those of it that are looked at, by name [all]
     """
     essential = {}
-    for name, value in part.identifying().items():
+    for name, value in (part.identifying() if told is None else told).items():
         if value is None or (name != part.chooser and _is_default(type(part), name, value)):
             continue
         essential[name] = _essence(value)

@@ -66,6 +66,7 @@ class Scene(sections.Sections):
 
     _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
     _base: Path | None = PrivateAttr(default=None)
+    _texts: identity.Texts = PrivateAttr(default_factory=dict)
     _start_wear: StartWear | None = PrivateAttr(default=None)
     _calibration: CalibrationLife | None = PrivateAttr(default=None)
 
@@ -104,10 +105,14 @@ class Scene(sections.Sections):
         SceneError
             With every problem, one line each.
         """
-        base = None if base_directory is None else Path(base_directory)
-        raw = dict(mapping)
+        return cls._read(dict(mapping), None if base_directory is None else Path(base_directory), {})
+
+    @classmethod
+    def _read(cls, raw: dict[str, Any], base: Path | None, known: Mapping[str, Any]) -> "Scene":
+        """Return the scene of a table of which some sections have been read before."""
         try:
-            scene = cls.model_validate(raw, context={"base_directory": base, "kind": gears.kind_of(raw)})
+            context = {"base_directory": base, "kind": gears.kind_of(raw)}
+            scene = cls.model_validate({**raw, **known}, context=context)
         except ValidationError as error:
             raise problems.SceneError(problems.problems_of(error)) from None
         if broken := rules.broken_rules(scene):
@@ -167,7 +172,13 @@ class Scene(sections.Sections):
                 )
             except merge.DropError as error:
                 raise problems.SceneError((f"scene.{name}: {error}",)) from None
-        return type(self).from_mapping(changed, self._base)
+        same = {name for name, table in changed.items() if table is self._mapping.get(name)}
+        # another kind of gears or of motion may mean something else of all others
+        own = same - {"plugins"} if {"gears", "dynamics"} & set(changed) <= same else set()
+        known = {name: part for name in own if isinstance(part := getattr(self, name, None), options.Part)}
+        scene = type(self)._read(changed, self._base, known)
+        scene._texts = dict(self._texts)
+        return scene
 
     @property
     def start_wear(self) -> StartWear | None:
@@ -202,7 +213,7 @@ class Scene(sections.Sections):
     @cached_property
     def id(self) -> str:
         """The identity of the run: a hash of what the scene says beyond defaults, and the model version."""
-        return identity.identity(self)
+        return identity.identity(self, self._texts)
 
     @cached_property
     def _canonical(self) -> str:

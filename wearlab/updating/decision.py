@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 from scipy.special import ndtri
@@ -28,7 +29,7 @@ from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
 from wearlab.updating.draws import Draws, gains
 from wearlab.updating.layout import Lives, dataset
-from wearlab.updating.likelihood import PER, log_likelihood
+from wearlab.updating.likelihood import PER
 from wearlab.updating.lives import passage_time, present_state
 from wearlab.updating.posterior import weighted_quantiles
 from wearlab.updating.run_curves import RunHistory
@@ -96,22 +97,20 @@ def states_at(
     answer, post, n = outcome.answer, outcome.posterior, len(draws)
     block, drift = post.blocks[number], draws.drift[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    gain, runs = gains(post, draws, number, rng), draws.by_run(post)
-    last = [log_likelihood(block, run, number, draws.lanes(number, m)) for run, m in runs if drift.any()]
+    gain, runs, rate, w = gains(post, draws, number, rng), draws.by_run(post), drift**2 / PER, np.zeros(n)
+    last = draws.seen(post, number) if drift.any() else None
     for look in map(float, looks):
-        value, life, sd = np.empty(n), draws.life.copy(), np.empty(n)
-        for k, (run, mine) in enumerate(runs):
-            factor, rate, w = draws.factor[mine], drift[mine] ** 2 / PER, np.zeros(len(mine))
-            mean = run.asked[number].curve.at(run.own_cycle(np.array(look), factor, run.asked[number].clock))
-            if last:
-                spread = np.sqrt(last[k].variance + rate * (look - last[k].cycle))
-                w = last[k].mean + spread * rng.standard_normal(len(mine))
-            value[mine] = mean * gain[mine] + w
-            square = draws.sd[number][mine] ** 2 + own**2 + (block.relative * mean) ** 2
-            sd[mine] = np.sqrt(square + block.data.error.offset_sd**2)
+        mean, life = np.empty(n), draws.life.copy()
+        if last is not None:
+            spread = np.sqrt(last.variance + rate * (look - last.cycle))
+            w = last.mean + spread * rng.standard_normal(n)
+        for run, mine in runs:
+            factor, asked = draws.factor[mine], run.asked[number]
+            mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))
             if answer.drifting == number:
-                life[mine] = look + passage_time(*present_state(run, factor, w, look), rate, rng)
-        yield value, life, sd
+                life[mine] = look + passage_time(*present_state(run, factor, w[mine], look), rate[mine], rng)
+        square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
+        yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
 
 
 def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generator) -> float:
@@ -125,15 +124,36 @@ def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generato
     """
     order = np.argsort(rest)
     value, rest, sd = value[order], np.maximum(rest[order], 0.0), sd[order]
-    return float(np.mean([width(rest, weight) for weight in virtual_weights(value, sd, rng)]))
+    weight = virtual_weights(value, sd, rng)
+    below = np.cumsum(weight, axis=1)
+    total, at = below[:, -1:].copy(), np.arange(TRUTHS)
+    below -= np.float32(0.5) * weight  # a value stands in the middle of its weight
+    ends = []
+    for p in ENDS:
+        wanted = np.float32(p) * total
+        k = np.clip(np.sum(below < wanted, axis=1), 1, len(rest) - 1)
+        low, high = below[at, k - 1], below[at, k]
+        share = np.clip((wanted[:, 0] - low) / np.maximum(high - low, np.float32(1e-30)), 0.0, 1.0)
+        ends.append(rest[k - 1] + share * (rest[k] - rest[k - 1]))
+    return float(np.mean(ends[1] - ends[0]))
 
 
-def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> Iterator[Array]:
-    """Yield how well all draws explain virtual measurements of some of them, which are in order."""
+def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Return how well all draws explain virtual measurements of some of them, which are in order.
+
+    In single precision, (measurements, draws): a weight need not be known to more than its sum is by chance.
+    """
     truths = ((np.arange(TRUTHS) + rng.random()) / TRUTHS * len(value)).astype(int)
-    for t, error in zip(truths, rng.permutation(ndtri((np.arange(TRUTHS) + 0.5) / TRUTHS)), strict=True):
-        log = -0.5 * ((value[t] + sd[t] * error - value) / sd) ** 2 - np.log(sd)
-        yield np.exp(log - log.max())
+    error = rng.permutation(ndtri((np.arange(TRUTHS) + 0.5) / TRUTHS))
+    seen, middle = value[truths] + sd[truths] * error, value.mean()
+    share = (1.0 / sd).astype(np.float32)
+    weight = np.multiply.outer((seen - middle).astype(np.float32), share)
+    weight -= ((value - middle) / sd).astype(np.float32)
+    np.square(weight, out=weight)
+    weight *= np.float32(-0.5)
+    np.exp(weight, out=weight)  # a truth explains its own value: no row is nothing
+    weight *= share * np.float32(sd.min())
+    return weight
 
 
 def width(rising: Array, weight: Array) -> float:
@@ -247,8 +267,8 @@ def with_a_look(
     value, left, sd = value[~early][order], left[order], sd[~early][order]
     time = np.linspace(0.0, float(np.quantile(left, LAST)), PLACES + 1)
     at = np.searchsorted(left, time, side="right")
-    mass = [np.append(0.0, np.cumsum(weight)) for weight in virtual_weights(value, sd, rng)]
-    gone = np.array([each[at] / each[-1] for each in mass])
+    mass = np.cumsum(virtual_weights(value, sd, rng), axis=1, dtype=float)
+    gone = np.insert(mass, 0, 0.0, axis=1)[:, at] / mass[:, -1:]
     cost = costs.planned * (1.0 - gone) + costs.failure * gone
     length = cumulative_trapezoid(1.0 - gone, time, initial=0.0)
 

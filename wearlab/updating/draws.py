@@ -4,6 +4,7 @@ Checks say whether each inspection is like the others, and the course of all of 
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +12,13 @@ from scipy.interpolate import CubicSpline
 from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array
-from wearlab.updating.kalman import Innovation, smoothed_paths
-from wearlab.updating.likelihood import PER, Lanes, inspections_of, log_likelihood, modelled
+from wearlab.updating.kalman import Filtered, Innovation, smoothed_paths
+from wearlab.updating.likelihood import PER, Lanes, inspections_of, log_likelihood_of_runs, modelled
 from wearlab.updating.lives import Answer, passage_time, present_state
 from wearlab.updating.posterior import Posterior, even_weights
 from wearlab.updating.run_curves import RunHistory
 
 PIECE = 400  # draws whose errors are drawn at once
-PARTS = ("surprise", "chi_square", "log_likelihood", "before", "mean", "variance")
 FINE = 16  # times as fine as its grid an error is drawn
 
 
@@ -52,9 +52,15 @@ class Draws:
         """Return each run that was drawn, with its draws."""
         return [(post.histories[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
 
-    def lanes(self, block: int, some: NDArray[np.intp]) -> Lanes:
-        """Return what some draws ask the likelihood of a block."""
+    def lanes(self, block: int, some: Any = slice(None)) -> Lanes:
+        """Return what some draws ask the likelihood of a block; all of them without ``some``."""
         return Lanes(self.factor[some], self.sd[block][some], self.drift[block][some])
+
+    def seen(self, post: Posterior, number: int, *, steps: bool = False) -> Filtered:
+        """Return how probable a block is, and what is known of its drift or gain, of each draw."""
+        return log_likelihood_of_runs(
+            post.blocks[number], self.by_run(post), number, self.lanes(number), steps=steps
+        )
 
 
 def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
@@ -81,17 +87,16 @@ def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
     order = rng.permutation(n)
     sd, drift = (tuple(each[side][order] for each in spreads) for side in (0, 1))
     alive = Draws(run[order], np.exp(log_factor)[order], sd, drift, np.empty(n))
-    number = answer.drifting
-    for history, mine in alive.by_run(post):
-        if number is None:
+    if (number := answer.drifting) is None:
+        for history, mine in alive.by_run(post):
             alive.life[mine] = history.life(alive.factor[mine])
-            continue
-        seen = log_likelihood(post.blocks[number], history, number, alive.lanes(number, mine))
-        rate = drift[number][mine] ** 2 / PER
-        spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))
-        present = seen.mean + spread * rng.standard_normal(len(mine))
-        gap, ahead = present_state(history, alive.factor[mine], present, answer.now)
-        alive.life[mine] = answer.now + passage_time(gap, ahead, rate, rng)
+        return alive
+    seen, rate = alive.seen(post, number), drift[number] ** 2 / PER
+    spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))
+    present = seen.mean + spread * rng.standard_normal(n)
+    for history, mine in alive.by_run(post):
+        gap, ahead = present_state(history, alive.factor[mine], present[mine], answer.now)
+        alive.life[mine] = answer.now + passage_time(gap, ahead, rate[mine], rng)
     return alive
 
 
@@ -139,17 +144,7 @@ def _along(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Array,
 
 def innovations(post: Posterior, draws: Draws, number: int) -> list[Innovation]:
     """Return the innovation of each inspection of a block for every draw, lanes in the order of the draws."""
-    whole: list[Innovation] = []
-    for history, mine in draws.by_run(post):
-        steps = log_likelihood(
-            post.blocks[number], history, number, draws.lanes(number, mine), steps=True
-        ).steps
-        if not whole:
-            whole = [Innovation(step.count, *(np.empty(len(draws)) for _ in range(6))) for step in steps]
-        for to, step in zip(whole, steps, strict=True):
-            for part in PARTS:
-                getattr(to, part)[mine] = getattr(step, part)
-    return whole
+    return draws.seen(post, number, steps=True).steps
 
 
 def gains(
@@ -161,10 +156,8 @@ def gains(
         return gain
     if not known or not len(post.blocks[number].rows):
         return np.asarray(gain + sd * rng.standard_normal(len(draws)))
-    for history, mine in draws.by_run(post):
-        seen = log_likelihood(post.blocks[number], history, number, draws.lanes(number, mine))
-        gain[mine] += seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(mine))
-    return gain
+    seen = draws.seen(post, number)
+    return np.asarray(gain + seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(draws)))
 
 
 def over_cycles(
@@ -312,7 +305,10 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
     cycles, which = np.unique(post.histories[0].asked[number].cycle[block.rows], return_inverse=True)
     if len(cycles) <= MOST:
         steps = innovations(post, draws, number)
-        z, chi, logs = (np.stack([getattr(step, part) for step in steps]) for part in PARTS[:3])
+        z, chi, logs = (
+            np.stack([getattr(step, part) for step in steps])
+            for part in ("surprise", "chi_square", "log_likelihood")
+        )
         return cycles, np.array([step.count for step in steps]), z, chi, np.exp(np.minimum(logs, 0.0))
     few = draws.first(FEW)
     groups = np.array_split(np.arange(len(cycles)), MOST)

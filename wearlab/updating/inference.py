@@ -25,6 +25,7 @@ from wearlab.scene import Scene, SceneError
 from wearlab.sources import hash_of
 from wearlab.updating.clocks import changing, clock_of
 from wearlab.updating.fleet import fleet_groups, fleet_of
+from wearlab.updating.lives import Answer
 from wearlab.updating.measurements import UpdateError
 from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
 from wearlab.updating.posterior import Posterior, posterior
@@ -129,7 +130,7 @@ class Runner(NamedTuple):
 
     def run(self, wanted: Sequence[MeasuredCase]) -> list[tuple[tuple[RunHistory, ...], NDArray[np.intp]]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
-        self._compute(wanted, [scene for study in wanted for scene in study.scenes()])
+        self._compute(wanted, [scene for study in wanted for scene in study.scenes])
         conditions = [{} if study.record is None else conditions_of(study) for study in wanted]
         if any(conditions):
             self._compute(wanted, [scene for scenes in conditions for scene in scenes.values()])
@@ -177,8 +178,9 @@ def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
         def compute(scene: Scene) -> StoredRun:
             return runner.stored(study, {"update.replaced: its run with worn mates": scene})[0]
 
-        study, history = renewed(study, compute(study.scenes()[0]), compute)
+        study, history = renewed(study, compute(study.first), compute)
         return outcome(study, (history,), which)
+    known: Answer | None
     while True:
         answer = answered(study, runs, blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
@@ -191,7 +193,7 @@ def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
         if after[0][0].end <= runs[0].end * 1.01:
             break
         study, (runs, which) = longer, after
-    proposal = None
+    proposal, known = None, answer
     if study.spec.change != "none":
         blocks, asked = blocks_of(study, runs), study
 
@@ -199,10 +201,11 @@ def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
             return posterior(some, blocks, asked.prior)
 
         runs, proposal = changing(runs[0], study.spec.change, judge)
-        which = np.zeros(len(runs), np.intp)
+        which, known = np.zeros(len(runs), np.intp), None
     elif len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
         study, runs, which, proposal = _again(study, answer.posterior.weight, which, runner)
-    return outcome(study, runs, which, proposal)
+        known = None
+    return outcome(study, runs, which, proposal, known)
 
 
 def _again(
@@ -260,7 +263,7 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
     parts: list[Any] = []
     for study in wanted:
         spec = replace(study.spec, limit=None, data=())
-        parts += [study.label, [scene.id for scene in study.scenes(1)], repr(study.limit), repr(spec)]
+        parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
         parts += [repr(study.record and study.record.fingerprint)]
         for seen in study.seen:
             parts += [repr(replace(seen.data, file=Path(), cases=())), seen.fingerprint]

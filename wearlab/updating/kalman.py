@@ -77,14 +77,14 @@ class Filtered:
     ----------
     log_likelihood : of all values
     mean, variance : of W
-    cycle : of the last inspection
+    cycle : of the last inspection, of each lane where they differ
     steps : the innovation of each inspection, where it was asked for
     """
 
     log_likelihood: Array
     mean: Array
     variance: Array
-    cycle: float
+    cycle: Any
     steps: list[Innovation] = field(default_factory=list)
 
 

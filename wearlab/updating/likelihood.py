@@ -29,6 +29,7 @@ from wearlab.updating.kalman import (
     LOG_TWO_PI,
     Filtered,
     Hidden,
+    Innovation,
     Inspection,
     SharedError,
     filtered,
@@ -44,6 +45,7 @@ PIECE, NUMBERS = 2000, 400_000  # values, and numbers, that are worked on at onc
 SIZE = 128  # values of a bin, at least; of more than its square, as many as there are bins
 NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
+INNOVATION = ("surprise", "chi_square", "log_likelihood", "before", "mean", "variance")
 MATTERS = 0.1  # numerical over measuring error from which it counts
 
 
@@ -67,13 +69,16 @@ def log_density(prior: Distribution, log_value: Array) -> Array:
     return found
 
 
-class Range(NamedTuple):
-    """Where ln of an unknown is looked for at first, and what its prior allows at all."""
+OfRuns = Sequence[tuple[RunHistory, Any]]  # each run with the lanes that are its own
 
-    low: float
-    high: float
-    least: float
-    most: float
+
+class Range(NamedTuple):
+    """Where ln of an unknown is looked for, and what its prior allows at all; a number, or one a run."""
+
+    low: Any
+    high: Any
+    least: Any
+    most: Any
 
 
 def range_of(prior: Distribution, scale: float = 1.0) -> Range:
@@ -217,8 +222,55 @@ def _previous(cycle: Array, start: float) -> Array:
     return np.asarray(np.append(start, times[:-1])[np.searchsorted(times, cycle)])
 
 
+def log_likelihood_of_runs(
+    block: Block, pairs: OfRuns, number: int, lanes: Lanes, *, steps: bool = False
+) -> Filtered:
+    """Return how probable the block is where lanes, along their first dimension, have runs of their own.
+
+    Parameters
+    ----------
+    block, number : what was measured, and its place
+    pairs : each run with the lanes that are its own
+    lanes, steps : as for one run, the lanes' shapes of equal length, without a clock
+    """
+    run = pairs[0][0]
+    first, begin, size = run.asked[number], run.begin(number), max(map(len, lanes[:3]))
+    shared = all(
+        (one.asked[number].cycle is first.cycle or np.array_equal(one.asked[number].cycle, first.cycle))
+        and one.begin(number) == begin
+        for one, _ in pairs
+    )
+    factor = np.broadcast_to(lanes.factor, (size, *np.shape(lanes.factor)[1:]))
+    if shared and not (condenses(block, first, lanes.sd) and not steps):
+        model = np.empty((*factor.shape, len(block.rows)))
+        for one, mine in pairs:
+            model[mine] = modelled(block, one, number, factor[mine])
+        return log_likelihood(block, run, number, lanes, steps=steps, model=model)
+    parts = []
+    for one, mine in pairs:
+        own, sd, drift = (each[mine] if len(each) > 1 else each for each in lanes[:3])
+        parts.append(log_likelihood(block, one, number, Lanes(own, sd, drift), steps=steps))
+    order = np.argsort(np.concatenate([mine for _, mine in pairs]), kind="stable")
+
+    def joined(name: str, each: Sequence[Any]) -> Array:
+        return np.concatenate([getattr(one, name) for one in each])[order]
+
+    steps_of = zip(*(part.steps for part in parts), strict=True)
+    told = [Innovation(each[0].count, *(joined(name, each) for name in INNOVATION)) for each in steps_of]
+    last = [np.broadcast_to(part.cycle, len(mine)) for part, (_, mine) in zip(parts, pairs, strict=True)]
+    cycle = np.concatenate(last)[order].reshape(-1, *np.ones(parts[0].mean.ndim - 1, int))
+    total, mean, variance = (joined(name, parts) for name in ("log_likelihood", "mean", "variance"))
+    return Filtered(total, mean, variance, cycle, told)
+
+
 def log_likelihood(
-    block: Block, run: RunHistory, number: int, lanes: Lanes, *, steps: bool = False
+    block: Block,
+    run: RunHistory,
+    number: int,
+    lanes: Lanes,
+    *,
+    steps: bool = False,
+    model: Array | None = None,
 ) -> Filtered:
     """Return how probable the block is, and what is known of its drift.
 
@@ -227,6 +279,7 @@ def log_likelihood(
     block, run, number : what was measured, the run, the block's place
     lanes : coefficients and errors
     steps : whether each inspection's surprise is kept
+    model : what the model says of each value [that of the run]
     """
     factor, sd, drift, passed = lanes
     rate = drift**2 / PER
@@ -234,12 +287,12 @@ def log_likelihood(
     cycle, hidden, offset = asked.cycle[rows], block.seen.censored[rows], data.error.offset_sd
     last: Any = float(cycle.max(initial=start))
     shares = bool(np.any(rate > 0.0)) or offset > 0.0
-    if not steps and not shares and passed is None and condenses(block, asked, sd):
+    if not steps and not shares and passed is None and model is None and condenses(block, asked, sd):
         zero = np.zeros(np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape))
         total, gain, spread = (part + zero for part in _condensed(block, run, asked, factor, sd))
         return Filtered(total, gain, spread, last)
     since_start = None if passed is None else passed(run.equal(cycle))
-    model = modelled(block, run, number, factor, since_start)
+    model = modelled(block, run, number, factor, since_start) if model is None else model
     variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
     variance = variance + own**2 if own.any() else variance
     variance = variance + (block.relative * model) ** 2 if block.relative else variance

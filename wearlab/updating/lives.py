@@ -253,7 +253,7 @@ def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Ar
     mass *= post.weight[i] / mass.sum()
     ordered = np.sort(mass, axis=None)
     kept = np.nonzero(mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())])
-    rate = values_of(block.drift, post.spreads[i][number][1])[kept[2]] ** 2 / PER
+    rate = np.ravel(values_of(block.drift, post.spreads[i][number][1]))[kept[2]] ** 2 / PER
     spread = np.sqrt(seen.variance[kept] + rate * (now - seen.cycle))
     nodes, heights = np.polynomial.hermite_e.hermegauss(STATES)
     mean = seen.mean[kept] + np.multiply.outer(nodes, spread)

@@ -125,6 +125,7 @@ def outcome(
     runs: tuple[RunHistory, ...],
     which: NDArray[np.intp],
     log_proposal: Array | None = None,
+    known: Answer | None = None,
 ) -> UpdateOutcome:
     """Update one case.
 
@@ -133,10 +134,11 @@ def outcome(
     study, runs : what was asked, and what the stored runs say
     which : the number of the draw that each run is
     log_proposal : of the runs, see `posterior`
+    known : the answer by these runs, where it is known already
     """
-    blocks = blocks_of(study, runs)
     rng = np.random.default_rng(study.spec.seed)
-    answer = answered(study, runs, blocks, log_proposal)
+    answer = known or answered(study, runs, blocks_of(study, runs), log_proposal)
+    blocks = answer.posterior.blocks
     draws = drawn(answer, study.spec.draws, rng)
     before = answered(study, runs, unseen(blocks), log_proposal)
     prior_draws = drawn(before, study.spec.draws, rng)

@@ -10,22 +10,33 @@ log to a grid eight times as fine, where the prior is added; nodes are doubled u
 foretold by the rest. Unknown errors have even grids in their logs, where the posterior is.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Flags
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import Block, Lanes, Range, Spread, log_density, log_likelihood, range_of
+from wearlab.updating.likelihood import (
+    Block,
+    Lanes,
+    Range,
+    Spread,
+    log_density,
+    log_likelihood_of_runs,
+    range_of,
+)
 from wearlab.updating.run_curves import RunHistory
 
-COARSE, COARSE_SPREAD = 101, 21  # points while ranges are narrowed
+COARSE, COARSE_SPREAD, CENTRED = 101, 21, 41  # points while ranges are narrowed, and the top is found
+AT_ONCE = 2_000_000  # values of all lanes that are worked on at once
 NODES, SPREADS = 97, 33  # of the factor to begin with, of an error
 MOST_NODES = {False: 6145, True: 769}  # by whether errors are unknown besides
 FINER = 8
@@ -123,9 +134,12 @@ class Posterior:
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
-        return conditional(
-            self.histories[i], self.blocks[number], number, self.nodes[i], self.spreads[i][number]
+        grids = [None if grid is None else grid[None] for grid in self.spreads[i][number]]
+        found, seen = conditional(
+            self.histories[i : i + 1], self.blocks[number], number, self.nodes[i][None], (grids[0], grids[1])
         )
+        mean, variance = (np.broadcast_to(part, found.shape)[0] for part in (seen.mean, seen.variance))
+        return found[0], Filtered(found[0], mean, variance, seen.cycle)
 
 
 def quantiles(below: Callable[[Array], Array], p: Array, low: float, high: float) -> Array:
@@ -165,29 +179,36 @@ def even_weights(n: int) -> Array:
 
 
 def conditional(
-    run: RunHistory, block: Block, number: int, log_factor: Array, spreads: SpreadGrids
+    runs: Sequence[RunHistory], block: Block, number: int, log_factor: Array, spreads: SpreadGrids
 ) -> tuple[Array, Filtered]:
-    """Return log p(y_b, ln sd, ln drift | factor) with the weights of the grids, (factors, sds, drifts)."""
+    """Return log p(y_b, ln sd, ln drift | factor) weighted by the grids, (runs, factors, sds, drifts).
+
+    Parameters
+    ----------
+    runs, block, number : stored runs, what was measured, the block's place
+    log_factor : (runs, factors)
+    spreads : (runs, n) grids over ln of the unknown errors
+    """
     sd, drift = (values_of(s, grid) for s, grid in zip((block.sd, block.drift), spreads, strict=True))
-    lanes = Lanes(np.exp(log_factor)[:, None, None], sd[None, :, None], drift[None, None, :])
-    seen = log_likelihood(block, run, number, lanes)
-    return seen.log_likelihood + _log_prior(block.sd, spreads[0])[:, None] + _log_prior(
-        block.drift, spreads[1]
-    ), seen
+    lanes = Lanes(np.exp(log_factor)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :])
+    seen = log_likelihood_of_runs(block, [(run, [i]) for i, run in enumerate(runs)], number, lanes)
+    priors = [_log_prior(s, grid) for s, grid in zip((block.sd, block.drift), spreads, strict=True)]
+    return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][:, None, None, :], seen
 
 
 def values_of(spread: Spread | None, grid: Array | None) -> Array:
-    """Return the values of an error on its grid; the known one without it, 0 where there is none."""
+    """Return the values of an error on its grid, (runs, n); the known one, 0 where there is none."""
     if spread is None:
-        return np.zeros(1)
-    return np.array([spread.known]) if grid is None else np.exp(grid)
+        return np.zeros((1, 1))
+    return np.full((1, 1), spread.known) if grid is None else np.exp(grid)
 
 
 def _log_prior(spread: Spread | None, grid: Array | None) -> Array:
-    """Return the logs of an error's prior times the weights of its grid."""
+    """Return the logs of an error's prior times the weights of its grid, (runs, n)."""
     if spread is None or grid is None:
-        return np.zeros(1)
-    return np.asarray(spread.log_density(grid) + np.log(even_weights(len(grid)) * (grid[1] - grid[0])))
+        return np.zeros((1, 1))
+    step = grid[:, 1:2] - grid[:, :1]
+    return np.asarray(spread.log_density(grid) + np.log(even_weights(grid.shape[1]) * step))
 
 
 def posterior(
@@ -206,28 +227,25 @@ def posterior(
     log_proposal : (runs,) log of how much more often each was drawn than its prior has it [0]
     """
     runs, some = tuple(histories), tuple(blocks)
-    proposal = np.zeros(len(runs)) if log_proposal is None else log_proposal
-    grids: list[_Grid] = []
-    known = any(len(block.rows) for block in some) or prior is None
-    for run in runs:  # each begins where the one before it ended up; of a prior all are alike
-        grids.append(
-            _Grid(run, some, prior, grids[-1].factor if grids else None) if known or not grids else grids[0]
-        )
-    n = FINER * (max(len(grid.nodes) for grid in grids) - 1) + 1
-    place, logs = (np.stack(each) for each in zip(*(grid.fine(n) for grid in grids), strict=True))
+    alike = prior is not None and not any(len(block.rows) for block in some)  # of a prior all are
+    grids = _Grids(runs[:1] if alike else runs, some, prior)
+    place, logs = grids.fine(FINER * (max(map(len, grids.nodes)) - 1) + 1)
+    each = np.zeros(len(runs), np.intp) if alike else np.arange(len(runs))
     parts = {
         "histories": runs,
         "blocks": some,
         "prior": prior,
-        "nodes": tuple(grid.nodes for grid in grids),
-        "spreads": tuple(grid.spreads for grid in grids),
-        "centre": np.array([grid.centre for grid in grids]),
-        "width": np.array([grid.width for grid in grids]),
-        "place": place,
-        "log_proposal": proposal,
-        "resolved": all(grid.resolved for grid in grids),
+        "nodes": tuple(grids.nodes[i] for i in each),
+        "spreads": tuple(
+            tuple(tuple(None if g is None else g[i] for g in both) for both in grids.spreads) for i in each
+        ),
+        "centre": grids.centre[each],
+        "width": grids.width[each],
+        "place": place[each],
+        "log_proposal": np.zeros(len(runs)) if log_proposal is None else log_proposal,
+        "resolved": grids.resolved,
     }
-    return _normed(parts, logs)
+    return _normed(parts, logs[each])
 
 
 def _normed(parts: Mapping[str, Any], logs: Array) -> Posterior:
@@ -283,62 +301,78 @@ def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
     return _normed({**parts, "nodes": nodes, "centre": centre, "width": width, "place": s}, logs)
 
 
-class _Grid:
-    """The grids of one run, put where its posterior is."""
+class _Grids:
+    """The grids of all runs, each put where its posterior is; ``some`` are the numbers of those looked at."""
 
     def __init__(
-        self,
-        run: RunHistory,
-        blocks: tuple[Block, ...],
-        prior: Distribution | None,
-        begin: Range | None = None,
+        self, runs: Sequence[RunHistory], blocks: tuple[Block, ...], prior: Distribution | None
     ) -> None:
-        self.run, self.prior = run, prior
+        self.runs, self.prior, self.all = runs, prior, np.arange(len(runs))
         self.blocks = [(number, block) for number, block in enumerate(blocks) if len(block.rows)]
         self.axes = {
-            (number, side): range_of(spread.prior, spread.scale)
+            (number, side): self._range(spread.prior, spread.scale)
             for number, block in enumerate(blocks)
             for side, spread in enumerate((block.sd, block.drift))
             if spread is not None and spread.prior is not None
         }
-        self.count = len(blocks)
-        self.centre, self.width, self.resolved = float(np.log(run.factor)), 1.0, True
-        self.factor = None if prior is None else begin or range_of(prior)
-        self.ends = (0.0, 0.0)
+        self.count, self.resolved = len(blocks), True
+        self.centre, self.width = np.log([run.factor for run in runs]), np.ones(len(runs))
+        if prior is not None:
+            self.factor = self._range(prior)
         self._narrow()
         self.spreads = self._spreads(SPREADS)
-        self.nodes, self.likelihood = np.array([self.centre]), np.zeros(1)
-        if self.factor is None:
-            self.likelihood = self._log_likelihood(self.nodes)
+        self.nodes, self.likelihood = tuple(self.centre[:, None]), [np.zeros(1)] * len(runs)
+        if prior is None:
+            self.likelihood = list(self._log_likelihood(self.centre[:, None], self.all))
         else:
-            self._resolve()
+            self._resolve(prior)
 
     def fine(self, n: int) -> tuple[Array, Array]:
-        """Return s and the log of prior times likelihood per unit of s, on ``n`` points."""
-        if self.factor is None or self.prior is None:
-            return np.zeros(1), self.likelihood
-        coarse = np.linspace(*self.ends, len(self.nodes))
-        s = np.linspace(*self.ends, n)
-        logs = CubicSpline(coarse, np.maximum(self.likelihood, self.likelihood.max() - 1e6))(s)
-        u = self.centre + self.width * np.sinh(s)
-        return s, logs + log_density(self.prior, u) + np.log(self.width * np.cosh(s))
+        """Return s and the log of prior times likelihood per unit of s, (runs, n)."""
+        if self.prior is None:
+            return np.zeros((len(self.runs), 1)), np.stack(self.likelihood)
+        s = np.linspace(*self._ends(self.all), n, axis=1)
+        logs, sizes = np.empty(s.shape), np.array([len(nodes) for nodes in self.nodes])
+        for size in np.unique(sizes):
+            some = np.flatnonzero(sizes == size)
+            coarse = np.stack([self.likelihood[i] for i in some])
+            coarse = np.maximum(coarse, coarse.max(axis=1, keepdims=True) - 1e6)
+            logs[some] = CubicSpline(np.linspace(0.0, 1.0, size), coarse, axis=1)(np.linspace(0.0, 1.0, n))
+        u, width = self.centre[:, None] + self.width[:, None] * np.sinh(s), self.width[:, None]
+        return s, logs + log_density(self.prior, u) + np.log(width * np.cosh(s))
+
+    def _range(self, prior: Distribution, scale: float = 1.0) -> Range:
+        return Range(*(np.full(len(self.runs), end) for end in range_of(prior, scale)))
+
+    def _ends(self, some: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return s at the ends of the ranges of the factor."""
+        low, high = (np.arcsinh((end - self.centre) / self.width)[some] for end in self.factor[:2])
+        return low, high
 
     def _spreads(self, n: int) -> tuple[SpreadGrids, ...]:
         grids: list[list[Array | None]] = [[None, None] for _ in range(self.count)]
         for (number, side), axis in self.axes.items():
-            grids[number][side] = np.linspace(axis.low, axis.high, n)
+            grids[number][side] = np.linspace(axis.low, axis.high, n, axis=1)
         return tuple((sd, drift) for sd, drift in grids)
 
-    def _tables(self, points: Array) -> dict[int, Array]:
-        return {
-            number: conditional(self.run, block, number, points, self.spreads[number])[0]
-            for number, block in self.blocks
-        }
+    def _tables(self, points: Array, some: NDArray[np.intp]) -> dict[int, Array]:
+        """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
+        tables = {}
+        for number, block in self.blocks:
+            pairs = [None if grid is None else grid[some] for grid in self.spreads[number]]
+            size = points.shape[1] * len(block.rows) * math.prod(g.shape[1] for g in pairs if g is not None)
+            parts = []
+            for mine in np.array_split(np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)):
+                sd, drift = (None if grid is None else grid[mine] for grid in pairs)
+                runs = [self.runs[i] for i in some[mine]]
+                parts.append(conditional(runs, block, number, points[mine], (sd, drift))[0])
+            tables[number] = np.concatenate(parts)
+        return tables
 
-    def _log_likelihood(self, points: Array) -> Array:
-        total = np.zeros(len(points))
-        for table in self._tables(points).values():
-            total = total + (table[:, 0, 0] if table[0].size == 1 else logsumexp(table, axis=(1, 2)))
+    def _log_likelihood(self, points: Array, some: NDArray[np.intp]) -> Array:
+        total = np.zeros(points.shape)
+        for table in self._tables(points, some).values():
+            total += table[:, :, 0, 0] if table[0, 0].size == 1 else logsumexp(table, axis=(2, 3))
         return total
 
     def _narrow(self) -> None:
@@ -347,93 +381,109 @@ class _Grid:
         How small an error may be is seen only where the factor is right: its range comes first.
         """
         self.spreads = self._spreads(COARSE_SPREAD)
-        for _ in range(1 + (len(self.axes) > 0)):
-            self._narrow_factor()
+        for n in range(1 + (len(self.axes) > 0)):
+            if self.prior is not None:
+                self._narrow_factor(self.prior, first=n == 0)
+            some = self.all
             for _ in range(ROUNDS if self.axes else 0):
-                if not self._errors_moved():
+                some = some[self._errors_moved(some)]
+                if not len(some):
                     break
 
-    def _narrow_factor(self) -> None:
-        if self.factor is None or self.prior is None:
-            return
-        for _ in range(ROUNDS):
-            points = np.linspace(self.factor.low, self.factor.high, COARSE)
-            logs = log_density(self.prior, points) + self._log_likelihood(points)
-            self.factor, moved = _fitted(self.factor, points, logs)
-            if not moved:
-                break
-        self._centre()
+    def _narrow_factor(self, prior: Distribution, first: bool) -> None:
+        for moving in (self.all[:1], self.all[1:]) if first else (self.all,):
+            for end in self.factor[:2] if first else ():  # the others begin where the first run ended up
+                end[moving] = end[0]
+            for _ in range(ROUNDS):
+                if not len(moving):
+                    break
+                now = Range(*(end[moving] for end in self.factor))
+                points = np.linspace(now.low, now.high, COARSE, axis=1)
+                logs = log_density(prior, points) + self._log_likelihood(points, moving)
+                now, moved = _fitted(now, points, logs)
+                self.factor.low[moving], self.factor.high[moving] = now.low, now.high
+                moving = moving[moved]
+        self._centre(prior)
 
-    def _errors_moved(self) -> bool:
-        """Fit the ranges of unknown errors once; say whether any moved."""
-        points, own = np.array([self.centre]), np.zeros(1)
-        if self.factor is not None and self.prior is not None:
-            low, high = (np.arcsinh((end - self.centre) / self.width) for end in self.factor[:2])
-            s = np.linspace(low, high, COARSE)
-            points = self.centre + self.width * np.sinh(s)
+    def _errors_moved(self, some: NDArray[np.intp]) -> Flags:
+        """Fit the ranges of unknown errors once; say of which runs any moved."""
+        points, own = self.centre[some, None], np.zeros((len(some), 1))
+        if self.prior is not None:
+            s = np.linspace(*self._ends(some), COARSE, axis=1)
+            points = points + self.width[some, None] * np.sinh(s)
             own = log_density(self.prior, points) + np.log(np.cosh(s))
-        tables = self._tables(points)
-        alone = {number: logsumexp(table, axis=(1, 2)) for number, table in tables.items()}
-        together = own + sum(alone.values(), np.zeros(len(points)))
-        moved = False
+        tables = self._tables(points, some)
+        alone = {number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()}
+        together = own + sum(alone.values(), np.zeros(points.shape))
+        moved = np.zeros(len(some), bool)
         for (number, side), axis in self.axes.items():
             grid = self.spreads[number][side]
             if number in tables and grid is not None:
-                table = tables[number] + (together - alone[number])[:, None, None]
-                margin = logsumexp(table, axis=(0, 2 - side)) - np.log(even_weights(len(grid)))
-                self.axes[number, side], more = _fitted(axis, grid, margin)
+                table = tables[number] + (together - alone[number])[:, :, None, None]
+                margin = logsumexp(table, axis=(1, 3 - side)) - np.log(even_weights(grid.shape[1]))
+                now, more = _fitted(Range(*(end[some] for end in axis)), grid[some], margin)
+                axis.low[some], axis.high[some] = now.low, now.high
                 moved |= more
         self.spreads = self._spreads(COARSE_SPREAD)
         return moved
 
-    def _centre(self) -> None:
+    def _centre(self, prior: Distribution) -> None:
         """Find the largest density and how wide it is."""
-        assert self.factor is not None and self.prior is not None
-        low, high = self.factor.low, self.factor.high
+        some, (low, high) = self.all, (end.copy() for end in self.factor[:2])
         for _ in range(ROUNDS):
-            points = np.linspace(low, high, 41)
-            logs = log_density(self.prior, points) + self._log_likelihood(points)
-            best = int(np.argmax(logs))
-            self.centre = float(points[best])
-            near = np.flatnonzero(logs > logs[best] - 0.5)
-            self.width = 0.5 * float(points[near[-1]] - points[near[0]])
-            if len(near) > 4:
+            points, rows = np.linspace(low[some], high[some], CENTRED, axis=1), np.arange(len(some))
+            logs = log_density(prior, points) + self._log_likelihood(points, some)
+            best = np.argmax(logs, axis=1)
+            near = logs > logs[rows, best][:, None] - 0.5
+            first, last = near.argmax(axis=1), CENTRED - 1 - near[:, ::-1].argmax(axis=1)
+            self.centre[some] = points[rows, best]
+            self.width[some] = 0.5 * (points[rows, last] - points[rows, first])
+            low[some] = points[rows, np.maximum(best - 2, 0)]
+            high[some] = points[rows, np.minimum(best + 2, CENTRED - 1)]
+            some = some[near.sum(axis=1) <= 4]
+            if not len(some):
                 return
-            low, high = float(points[max(best - 2, 0)]), float(points[min(best + 2, 40)])
 
-    def _resolve(self) -> None:
-        """Double the nodes until every other one is foretold by the rest."""
-        assert self.factor is not None and self.prior is not None
-        low, high = (float(np.arcsinh((end - self.centre) / self.width)) for end in self.factor[:2])
-        self.ends = (low, high)
-        most, n = MOST_NODES[bool(self.axes)], NODES
-        s = np.linspace(*self.ends, n)
-        values = self._log_likelihood(self.centre + self.width * np.sinh(s))
+    def _resolve(self, prior: Distribution) -> None:
+        """Double the nodes of each run until every other one is foretold by the rest."""
+        most, n, some, nodes = MOST_NODES[bool(self.axes)], NODES, self.all, list(self.nodes)
+        values = self._log_likelihood(self._at(n, some), some)
         while True:
-            u = self.centre + self.width * np.sinh(s)
-            logs = values + log_density(self.prior, u)
-            held = np.isfinite(logs)
-            safe = np.maximum(values, values[held].max(initial=-1e300) - 1e6)
-            off = np.abs(np.expm1(np.minimum(CubicSpline(s[::2], safe[::2])(s[1::2]) - safe[1::2], 50.0)))
-            self.resolved = bool(np.all(off * np.exp(logs[1::2] - logs[held].max()) < FORETOLD))
-            if self.resolved or 2 * n - 1 > most:
+            u = self._at(n, some)
+            logs = values + log_density(prior, u)
+            top = np.where(np.isfinite(logs), logs, -np.inf).max(axis=1, keepdims=True)
+            largest = np.where(np.isfinite(logs), values, -1e300).max(axis=1, keepdims=True)
+            safe, even = np.maximum(values, largest - 1e6), np.arange(n)
+            foretold = CubicSpline(even[::2], safe[:, ::2], axis=1)(even[1::2])
+            off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
+            rough = ~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1)
+            last = 2 * n - 1 > most
+            for k in np.flatnonzero(~rough | last):
+                nodes[some[k]], self.likelihood[some[k]] = u[k], values[k]
+            self.resolved &= not (last and rough.any())
+            some, values = some[rough], values[rough]
+            if last or not len(some):
                 break
-            more = np.empty(2 * n - 1)
-            more[::2] = values
-            s = np.linspace(*self.ends, 2 * n - 1)
-            more[1::2] = self._log_likelihood(self.centre + self.width * np.sinh(s[1::2]))
-            values, n = more, 2 * n - 1
-        self.nodes, self.likelihood = self.centre + self.width * np.sinh(s), values
+            more, n = np.empty((len(some), 2 * n - 1)), 2 * n - 1
+            more[:, ::2], more[:, 1::2] = values, self._log_likelihood(self._at(n, some)[:, 1::2], some)
+            values = more
+        self.nodes = tuple(nodes)
+
+    def _at(self, n: int, some: NDArray[np.intp]) -> Array:
+        """Return ln factor at n nodes, (some, n)."""
+        s = np.linspace(*self._ends(some), n, axis=1)
+        return np.asarray(self.centre[some, None] + self.width[some, None] * np.sinh(s))
 
 
-def _fitted(now: Range, points: Array, logs: Array) -> tuple[Range, bool]:
-    """Return the range that holds all within `DEPTH` of the top, and whether it moved."""
-    held = np.flatnonzero(logs > logs.max() - DEPTH)
-    width = (now.high - now.low) * (4.0 if np.argmax(logs) in (0, len(logs) - 1) else 1.0)
-    low, high = float(points[max(held[0] - 1, 0)]), float(points[min(held[-1] + 1, len(points) - 1)])
-    moved = high - low < 0.6 * (now.high - now.low)
-    if held[0] == 0 and low > now.least + 1e-9:
-        low, moved = max(now.least, low - width), True
-    if held[-1] == len(points) - 1 and high < now.most - 1e-9:
-        high, moved = min(now.most, high + width), True
-    return now._replace(low=low, high=high), moved
+def _fitted(now: Range, points: Array, logs: Array) -> tuple[Range, Flags]:
+    """Return the ranges that hold all within `DEPTH` of the top, and which moved; (runs, points)."""
+    rows, end = np.arange(len(logs)), logs.shape[1] - 1
+    held, top = logs > logs.max(axis=1, keepdims=True) - DEPTH, np.argmax(logs, axis=1)
+    first, last = held.argmax(axis=1), end - held[:, ::-1].argmax(axis=1)
+    width = (now.high - now.low) * np.where((top == 0) | (top == end), 4.0, 1.0)
+    low, high = points[rows, np.maximum(first - 1, 0)], points[rows, np.minimum(last + 1, end)]
+    down = (first == 0) & (low > now.least + 1e-9)
+    up = (last == end) & (high < now.most - 1e-9)
+    moved = (high - low < 0.6 * (now.high - now.low)) | down | up
+    low = np.where(down, np.maximum(now.least, low - width), low)
+    return now._replace(low=low, high=np.where(up, np.minimum(now.most, high + width), high)), moved

@@ -60,7 +60,7 @@ def renewed(
     ------
     UpdateError : a gear is not there, or a measurement or limit does not say of which gear it is
     """
-    scene, start = study.scenes()[0], float(first["cycle"].values[0])
+    scene, start = study.first, float(first["cycle"].values[0])
     flanks = [str(flank) for flank in first["wear_depth"].known("flank")]
     gears = list(dict.fromkeys(map(_gear, flanks)))
     eras = {gear: [Era(start, first)] for gear in gears}

@@ -1,7 +1,8 @@
 """What of a campaign is updated: for every case its runs, its observations, its unknowns."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,18 +74,29 @@ class MeasuredCase:
         """The unknowns that cost runs."""
         return {key: prior for key, prior in self.spec.unknown.items() if key != FACTOR}
 
-    def scenes(self, most: int | None = None) -> tuple[Scene, ...]:
-        """Return the scenes of its runs: one, or one a draw, of the first draws where ``most`` says so."""
+    @property
+    def first(self) -> Scene:
+        """The scene of its first run."""
+        return next(self._each())
+
+    @cached_property
+    def scenes(self) -> tuple[Scene, ...]:
+        """The scenes of its runs: one, or one a draw."""
+        return tuple(self._each())
+
+    def _each(self) -> Iterator[Scene]:
         base = _lengthened(self.scene, self.longer)
         if not self.drawn:
-            return (base,)
+            yield base
+            return
         lean = base.replace("store.variables", sorted(needed(self.seen, self.limit)))  # draws are many
-        points = zip(*(values[:most] for values in self.drawn.values()), strict=True)
-        return tuple(lean.replace(dict(zip(self.drawn, point, strict=True))) for point in points)
+        assert lean.id  # what its sections say is then known to all that differ from it in one
+        for point in zip(*self.drawn.values(), strict=True):
+            yield lean.replace(dict(zip(self.drawn, point, strict=True)))
 
     def campaign(self, title: str, scenes: Sequence[Scene] | None = None) -> Campaign:
         """Return its runs, or other scenes, as a campaign with the axis ``draw``."""
-        some = self.scenes() if scenes is None else scenes
+        some = self.scenes if scenes is None else scenes
         cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(some))
         return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(some)))),))
 
@@ -250,7 +262,7 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     ------
     UpdateError : none of them is there
     """
-    scenes, wanted = study.scenes(), wanted_of(study)
+    scenes, wanted = study.scenes, wanted_of(study)
     ids = [scene.id for scene in scenes]
     runs = read_runs(store, dict.fromkeys(ids), wanted)
     if len(ids) == 1 and not runs:
