@@ -337,7 +337,10 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     HDF5 is asked itself, without the objects that h5py makes of every answer: a third of the time.
     """
     key = name.encode()
-    hard = key in file.id and file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
+    try:
+        hard = file.id.links.get_info(key).type == h5py.h5l.TYPE_HARD
+    except KeyError:
+        hard = False
     dataset = h5py.h5o.open(file.id, key) if hard else None
     if not isinstance(dataset, h5py.h5d.DatasetID) or _leads_elsewhere(dataset):
         raise StoreError(f"{path}: {name} is no variable of this file")

@@ -84,11 +84,21 @@ class Answer:
         if self._passage is not None:
             return np.array([self._passage.below(end) for end in cycle])
         post = self.posterior
+        start, span, clocked = self._spans
         with np.errstate(divide="ignore", invalid="ignore"):
-            spans = [max(run.limit_cycle - run.start, 0.0) * run.factor for run in post.histories]
-            passed = np.stack([np.maximum(run.equal(cycle), 0.0) for run in post.histories])
-            needed = np.log(np.array(spans)[:, None] / passed)
+            passed = cycle - start[:, None]
+            for i in clocked:
+                passed[i] = post.histories[i].equal(cycle)
+            needed = np.log(span[:, None] / np.maximum(passed, 0.0))
         return np.asarray(post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf))))
+
+    @cached_property
+    def _spans(self) -> tuple[Array, Array, list[int]]:
+        """Start of each run, its cycles to the limit at factor 1, and which have a clock."""
+        runs = self.posterior.histories
+        spans = [max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs]
+        clocked = [i for i, run in enumerate(runs) if run.clock is not None]
+        return np.array([run.start for run in runs]), np.array(spans), clocked
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed."""

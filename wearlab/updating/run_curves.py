@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 TINY = 1e-12
-BITS = 53  # bisections to round-off
+BITS, ROUNDED = 60, 2e-16  # bisections to round-off; a step that is
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
@@ -65,10 +65,18 @@ def variables_of(run: "xr.Dataset") -> StoredRun:
     }
 
 
-def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> dict[str, StoredRun]:
+def read_runs(
+    store: "Store", ids: Collection[str], names: Collection[str], once: Collection[str] = ()
+) -> dict[str, StoredRun]:
     """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
 
     Every file is opened once, and compared with its hash when first read; the catalogue has dims and labels.
+
+    Parameters
+    ----------
+    store, ids : the runs, in order
+    names : of variables
+    once : of variables that the first of them has besides
 
     Raises
     ------
@@ -76,12 +84,14 @@ def read_runs(store: "Store", ids: Collection[str], names: Collection[str]) -> d
     """
     from wearlab.store.reading import read_variables
 
-    placed = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
+    found = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
+    placed = {run_id: found[run_id] for run_id in ids if run_id in found}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
     runs: dict[str, StoredRun] = {}
     for run_id, run in placed.items():
         layout, path = layouts[str(run.layout)], str(store.file_of(run_id))
-        dims = {name: layout["variables"][name]["dims"] for name in names if name in layout["variables"]}
+        wanted = names if runs else {*names, *once}
+        dims = {name: layout["variables"][name]["dims"] for name in wanted if name in layout["variables"]}
         arrays = read_variables(path, dims, run.sha256)
         if wrong := [name for name, values in arrays.items() if values.ndim != len(dims[name])]:
             raise StoreError(f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' mends it")
@@ -134,20 +144,30 @@ class RunCurve:
         left, width = self.cycle[piece - 1], self.cycle[piece] - self.cycle[piece - 1]
         y0, y1 = self.value[piece - 1, 0] - level, self.value[piece, 0] - level
         d0, d1 = self.slope[piece - 1, 0] * width, self.slope[piece, 0] * width
-        low, high = np.zeros(level.shape), np.ones(level.shape)
-        for _ in range(BITS):
-            t = 0.5 * (low + high)
-            above = _cubic(t, y0, y1, d0, d1) >= 0.0
-            low, high = np.where(above, low, t), np.where(above, t, high)
+        low, high, t = np.zeros(level.shape), np.ones(level.shape), np.full(level.shape, 0.5)
+        for _ in range(BITS):  # Newton's steps where they stay between, else bisections
+            off = _cubic(t, y0, y1, d0, d1)
+            low, high = np.where(off >= 0.0, low, t), np.where(off >= 0.0, t, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                newton = t - off / _cubic_slope(t, y0, y1, d0, d1)
+            then = np.where((low < newton) & (newton < high), newton, 0.5 * (low + high))
+            moved, t = np.abs(then - t), then
+            if np.all(moved <= ROUNDED):
+                break
         rate = self.slope[-1, 0]
         ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, math.inf)
         outside = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
-        return np.asarray(np.where(inside, left + high * width, outside))
+        return np.asarray(np.where(inside, left + t * width, outside))
 
 
 def _cubic(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
     """Return the cubic over t from 0 to 1 that has values y and slopes d at both ends (Hermite)."""
     return y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
+
+
+def _cubic_slope(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
+    """Return the derivative of that cubic."""
+    return d0 + t * (2.0 * (3.0 * (y1 - y0) - 2.0 * d0 - d1) + 3.0 * t * (2.0 * (y0 - y1) + d0 + d1))
 
 
 class Asked(NamedTuple):

@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 
 DRAW = "draw"
 DEPTHS = ("max_wear_depth", "wear_depth", THICKNESS)
-ALWAYS = ("life", "verdict", "end_reason", "error_estimate_life", "error_estimate_wear_depth")
+ERRORS = {"life", "error_estimate_life", "error_estimate_wear_depth"}  # told by the first run
+ALWAYS = ("verdict", "end_reason", *ERRORS)
+SCALES = {"operation", "wear"}  # sections that say how wear goes with k and with cycles
 
 
 @dataclass(frozen=True)
@@ -264,7 +266,7 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     """
     scenes, wanted = study.scenes, wanted_of(study)
     ids = [scene.id for scene in scenes]
-    runs = read_runs(store, dict.fromkeys(ids), wanted)
+    runs = read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
         why = None if entry is None else store.find(ids[0]).reason
@@ -275,7 +277,9 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
         if run_id not in runs:
             continue
         try:
-            read.append(history_of(runs[run_id], run_id, scene.model_dump(), study.seen, study.limit))
+            read.append(
+                history_of(runs[run_id], run_id, scene.model_dump(include=SCALES), study.seen, study.limit)
+            )
             which.append(i)
         except UpdateError:
             if i == 0:
