@@ -168,7 +168,9 @@ def test_commands_know_a_fleet(kept, store, capsys):
     assert status_of(["ls", "--updates", "--json", "--store", place]) == 0
     assert {row["id"] for row in json.loads(capsys.readouterr().out)} >= {tree.attrs["id"]}
     assert status_of(["check", str(campaign.path)]) == 0
-    assert "update of new" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "update of 5 units" in said and said.count("limit: ") == 1
+    assert "measured: 9 values of worn mass pinion in fleet.csv: A 2, B 3, C 2, D 2, new 0" in said
     assert status_of(["update", str(campaign.path), "--check", "5", "--store", place]) == 2
     assert "--replay scores" in capsys.readouterr().err
     assert "open B first" in report(campaign, store)

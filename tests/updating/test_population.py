@@ -3,31 +3,42 @@
 import numpy as np
 import pytest
 from scipy import stats
-from units import LIMIT, PRIORS, RATE, law, liners, lognormal, simulated, unit
+from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, simulated, unit
 
+import wearlab
 from wearlab.updating import population as room
 from wearlab.updating.fleet import after, now
 from wearlab.updating.population import factors, population
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
-ALL = ("power", "straying", "sd_0")
 
 
-def test_the_next_inspection_of_every_liner_is_foreseen():
-    """From the inspections before and the other liners; the median rate of the others is off by 0.245 mm."""
-    units = liners(lognormal("0.05 mm", 0.5))
-    found = population(units, law(*ALL), 0)
-    rng, error, inside = np.random.default_rng(1), [], {0: 0, 1: 0}
-    for number, each in enumerate(units):
-        values = dict(zip(each.cycles, each.blocks[0].seen.value, strict=True))
-        for before, then in zip(each.cycles[:-1], each.cycles[1:], strict=True):
-            foreseen = after(found, number, [before], rng)[0].value(then, P)
-            error.append(foreseen[2] - values[then])
-            for width in inside:
-                inside[width] += foreseen[width] <= values[then] <= foreseen[-1 - width]
-    assert found.resolved and len(error) == 26
-    assert 1e3 * np.mean(np.abs(error)) < 0.235
-    assert 0.80 <= inside[0] / 26 <= 0.97 and 0.35 <= inside[1] / 26 <= 0.7
+def rules():
+    """Return how far the others' median rate since the last inspection, and a line from 0, are off [mm]."""
+    hours = [np.append(0.0, each.cycles) for each in liners()]
+    depth = [np.append(0.0, each.blocks[0].seen.value) for each in liners()]
+    rates = [np.diff(y) / np.diff(x) for x, y in zip(hours, depth, strict=True)]
+    rate, line = [], []
+    for k, (x, y) in enumerate(zip(hours, depth, strict=True)):
+        others = np.median(np.concatenate([each for n, each in enumerate(rates) if n != k]))
+        rate += list(np.abs(y[1:-1] + others * np.diff(x[1:]) - y[2:]))
+        line += list(np.abs(y[1:-1] / x[1:-1] * x[2:] - y[2:]))
+    return 1e3 * np.mean(rate), 1e3 * np.mean(line)
+
+
+def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
+    """The campaign of the liners, um for mm: from the inspections before and the other liners."""
+    campaign = wearlab.load(LINERS.parents[1] / "update_liners.toml")
+    tree = wearlab.update(campaign, wearlab.Store(tmp_path / "store"), replay=True, progress=False)
+    stats = tree["sample_stats"].to_dataset()
+    error, of_rate, of_line = (
+        1e6 * float(stats[f"replay_{name}"]) for name in ("mean_error", "error_of_rate", "error_of_line")
+    )
+    assert (of_rate, of_line) == pytest.approx(rules(), rel=1e-6)
+    assert of_rate == pytest.approx(0.245, abs=0.001) and error < 0.235
+    assert int(stats["replay_count"]) == 26
+    assert 0.80 <= float(stats["replay_in_90"]) / 26 <= 0.97
+    assert 0.35 <= float(stats["replay_in_50"]) / 26 <= 0.7
 
 
 @pytest.mark.slow

@@ -389,7 +389,7 @@ def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> floa
 def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
     """Return every inspection that is foreseen: its value, what those before and the other units tell.
 
-    Two simple rules stand beside it: the median rate of the other units, a line through the origin.
+    Two simple rules stand beside it: the others' median rate between inspections, a line through the origin.
     """
     rows: list[dict[str, Any]] = []
     for number, unit in enumerate(found.units):
@@ -409,19 +409,20 @@ def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
     told = stacked(rows)
     at, seen, block = told["cycle"], told["value"], told["block"]
     before, worn = told.pop("before"), told.pop("worn")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        pace = np.where(at > 0.0, seen / at, np.nan)
+    first = np.isinf(before)
+    with np.errstate(divide="ignore", invalid="ignore"):  # from one inspection to the next
+        pace = (seen - np.where(first, 0.0, worn)) / (at - np.where(first, 0.0, before))
         line = np.where(before > 0.0, worn / before, np.nan)
     rate = np.full(len(rows), np.nan)
     for k, name in enumerate(told["unit_name"]):
         others = pace[(told["unit_name"] != name) & (block == block[k]) & np.isfinite(pace)]
         rate[k] = np.median(others) if len(others) else np.nan
     told |= {
-        "first": np.isinf(before),
+        "first": first,
         "flagged": told["check_p"] < ALARM / len(rows),
         "by_a_line": line * at,
     }
-    told["by_the_rate"] = np.where(np.isinf(before), np.nan, worn + rate * (at - before))
+    told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
     si = found.units[0].blocks[_main(block)].data.si
     labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}
     return dataset("fleet", labelled, quantile=P)

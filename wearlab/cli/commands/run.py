@@ -10,12 +10,15 @@ from wearlab.store import Store
 from wearlab.units import convert
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
 
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
     from wearlab.store import Store
     from wearlab.store.updates import KeptUpdate
+    from wearlab.updating.study import MeasuredCase
 
 
 @registry.command()
@@ -176,19 +179,27 @@ def tell_update(campaign: "Campaign") -> None:
 
     if campaign.update is None:
         return
-    for study in studies(campaign):
-        output.say(f"\nupdate of {study.label}")
+    for some in _told_together(studies(campaign)):
+        study = some[0]
+        output.say(f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}")
         for key, prior in study.spec.unknown.items():
             cost = "" if key not in study.costly else f", {study.spec.draws} runs"
             before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
             output.say(f"  unknown: {key}, before {before}{cost}")
-        for seen in study.seen:
-            words = seen.data.label.replace("_", " ")
-            output.say(f"  measured: {len(seen)} values of {words} in {seen.data.file.name}")
-        where = "" if study.limit.where is None else f" of the {study.limit.where}"
-        unit = VARIABLES[study.limit.quantity]
-        level = convert(study.limit.value, unit.units, unit.display_units)
-        output.say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
+        for blocks in zip(*(one.seen for one in some), strict=True):
+            data, count = blocks[0].data, sum(map(len, blocks))
+            each = ", ".join(f"{one.label} {len(seen)}" for one, seen in zip(some, blocks, strict=True))
+            said = f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
+            output.say(f"  measured: {said}{f': {each}' if len(some) > 1 else ''}")
+        for limit in dict.fromkeys(one.limit for one in some):
+            where, unit = f" of the {limit.where}" if limit.where else "", VARIABLES[limit.quantity]
+            level = convert(limit.value, unit.units, unit.display_units)
+            output.say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
+
+
+def _told_together(wanted: "Sequence[MeasuredCase]") -> "list[Sequence[MeasuredCase]]":
+    """Return what is said at once: the units of a fleet, and each case by itself."""
+    return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
 
 
 def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
@@ -204,11 +215,13 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
         output.say("\nwearlab update: made before, it would be read")
         return
     output.say("\nwearlab update needs")
-    for study in wanted:
-        planned = plan(study.campaign(campaign.title), store, workers=workers)
+    for some in _told_together(wanted):
+        scenes = {scene.id: scene for study in some for scene in study.scenes}
+        planned = plan(some[0].campaign(campaign.title, list(scenes.values())), store, workers=workers)
         states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
         time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
-        output.say(f"  {study.label}: {len(planned.runs)} runs, {states}{time}")
+        label = some[0].label if len(some) == 1 else f"{len(some)} units"
+        output.say(f"  {label}: {len(planned.runs)} runs, {states}{time}")
     output.say("  and as many longer ones where the measurements lie beyond them")
 
 
