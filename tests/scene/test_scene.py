@@ -10,6 +10,7 @@ from wearlab.mesh.excitations.fourier import FourierExcitation
 from wearlab.mesh.excitations.pairs import PairsExcitation
 from wearlab.mesh.stiffnesses import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
+from wearlab.scene.merge import merge, nested, without
 from wearlab.wear.coefficients import ConstantCoefficient, HardnessCoefficient
 
 
@@ -176,6 +177,25 @@ def test_replace_gives_a_new_scene(table):
     assert other.operation.torque == 300.0 and scene.operation.torque == 340.0
     assert other.id != scene.id
     assert other.replace("operation.torque", "0.34 kNm") == scene
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("operation.torque", "300 N*m"),
+        ("mesh.damping_ratio", 0.05),
+        ("store", None),
+        ("gears.pinion.tip_relief.amount", "12 um"),
+        ("wear.until", {"cycles": 1e6}),
+    ],
+)
+def test_a_scene_that_keeps_what_was_read_is_as_one_read_anew(full, key, value):
+    scene = Scene.from_mapping(full)
+    assert scene.id and scene.replace("numerics.tolerance", 1e-5).id  # what its sections say is known
+    for before in (scene, scene.with_start_wear(None), pickle.loads(pickle.dumps(scene))):
+        kept = before.replace(key, value)
+        anew = Scene.from_mapping(merge(full, nested(key, value)) if value else without(full, key))
+        assert (kept.id, kept.canonical()) == (anew.id, anew.canonical())
 
 
 def test_replace_makes_alternatives_and_models_make_way(table):

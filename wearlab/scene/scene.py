@@ -66,6 +66,7 @@ class Scene(sections.Sections):
 
     _mapping: dict[str, Any] = PrivateAttr(default_factory=dict)
     _base: Path | None = PrivateAttr(default=None)
+    _parts: dict[str, options.Part] = PrivateAttr(default_factory=dict)
     _texts: identity.Texts = PrivateAttr(default_factory=dict)
     _start_wear: StartWear | None = PrivateAttr(default=None)
     _calibration: CalibrationLife | None = PrivateAttr(default=None)
@@ -118,6 +119,7 @@ class Scene(sections.Sections):
         if broken := rules.broken_rules(scene):
             raise problems.SceneError(broken)
         scene._mapping, scene._base = raw, base
+        scene._parts = {name: part for name, part in scene if name in raw and isinstance(part, options.Part)}
         return scene
 
     @property
@@ -172,10 +174,10 @@ class Scene(sections.Sections):
                 )
             except merge.DropError as error:
                 raise problems.SceneError((f"scene.{name}: {error}",)) from None
-        same = {name for name, table in changed.items() if table is self._mapping.get(name)}
-        # another kind of gears or of motion may mean something else of all others
-        own = same - {"plugins"} if {"gears", "dynamics"} & set(changed) <= same else set()
-        known = {name: part for name in own if isinstance(part := getattr(self, name, None), options.Part)}
+        same = {name for name in self._parts if changed.get(name) is self._mapping[name]}
+        # another kind of gears or of motion may mean something else of all other sections
+        alike = all(changed.get(name) is self._mapping.get(name) for name in ("gears", "dynamics"))
+        known = {name: self._parts[name] for name in same if alike}
         scene = type(self)._read(changed, self._base, known)
         scene._texts = dict(self._texts)
         return scene
