@@ -1,6 +1,7 @@
 """The grid against closed forms: linear wear with Gaussian errors is conjugate; so is a normal-gamma sd."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,11 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
+from wearlab.updating.draws import drawn
+from wearlab.updating.likelihood import log_likelihood
+from wearlab.updating.lives import Answer
 from wearlab.updating.outcome import answered
+from wearlab.updating.posterior import posterior
 
 P = np.array([0.001, 0.05, 0.25, 0.5, 0.75, 0.95, 0.999])
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
@@ -184,3 +189,36 @@ def test_runs_are_weighted_by_their_evidence():
     expected = np.exp(logs - np.logaddexp(*logs))
     assert answer.posterior.weight == pytest.approx(expected, abs=1e-6)
     assert answer.life_below(answer.life(np.array([0.3])))[0] == pytest.approx(0.3, abs=1e-6)
+
+
+@pytest.mark.parametrize("error", ["known", "unknown", "drift", "gain", "many"])
+@pytest.mark.parametrize("later", [1.0, 1.2])
+def test_runs_judged_at_once_are_as_each_alone(error, later):
+    """Evidence of each run, and innovations of draws; of runs that were measured at other cycles, too."""
+    unknown = read_distribution({"lognormal": {"median": SD, "cov": 0.5}}, "error")
+    model = {
+        "known": ErrorModel(SD),
+        "many": ErrorModel(SD),
+        "unknown": ErrorModel(unknown),
+        "drift": ErrorModel(SD, drift=unknown),
+        "gain": ErrorModel(SD, gain_sd=0.2),
+    }[error]
+    cycles = np.linspace(1e5, 8e5, 5000 if error == "many" else 6)
+    seen = (observed(cycles, weighings(cycles=cycles), model),)
+    some = blocks(seen, accumulating=True)
+    prior = read_distribution({"lognormal": {"median": 1.0, "cov": 0.3}}, "factor")
+    runs = [history(seen, rate=rate * RATE) for rate in (1.0, 1.1, 0.9)]
+    runs[1] = replace(runs[1], asked=(runs[1].asked[0]._replace(cycle=later * cycles),))
+    whole = posterior(runs, some, prior)
+    each = [posterior([run], some, prior) for run in runs]
+    assert whole.log_evidence == pytest.approx([one.evidence for one in each], abs=2e-6)
+    if error == "many":
+        return
+    draws = drawn(Answer(whole, 8e5, None), 30, np.random.default_rng(0))
+    steps = draws.seen(whole, 0, steps=True).steps
+    for i, run in enumerate(runs):
+        mine = np.flatnonzero(draws.run == i)
+        own = log_likelihood(some[0], run, 0, draws.lanes(0, mine), steps=True).steps
+        for one, of_all in zip(own, steps, strict=True):
+            assert of_all.surprise[mine] == pytest.approx(one.surprise, rel=1e-12)
+            assert of_all.variance[mine] == pytest.approx(one.variance, rel=1e-12)
