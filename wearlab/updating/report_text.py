@@ -372,7 +372,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     keys = ("unit_name", "cycle", "higher", "first", "check_p")
     flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
     unit = rows["value"].attrs["units"] if rows else "1"
-    shown = {"m": "mm", "kg": "g"}.get(unit, unit)
+    shown = {"m": "um", "kg": "g"}.get(unit, unit)
     found: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": [*filter(None, str(stats["notes"]).split(" | "))],
@@ -386,7 +386,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "shared": list(_shared(sample)),
         "words": SHARED,
         "stats": stats,
-        "shown": shown,
+        "shown": shown_unit(shown),
         "scale": convert(1.0, unit, shown) if shown != unit else 1.0,
     }
     if "predictions_without" in tree.children:
