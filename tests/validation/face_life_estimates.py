@@ -30,6 +30,8 @@ FINE = {"mesh.face_points": 101, "numerics.profile_points": 203, "numerics.cycle
 """What the reference of a scene is run with; a scene of the default tolerance has 41 slices and 101 nodes."""
 MOVING = 0.2
 """Share of the pairs that vibrate."""
+SOLID = 0.25
+"""Share of the pairs whose teeth are of elements, their slices held together by solid teeth unless by none."""
 
 
 def drawn(seed: int, number: int) -> Scene:
@@ -86,6 +88,8 @@ def drawn(seed: int, number: int) -> Scene:
     if kind != "planetary" and random.random() < MOVING:
         table["dynamics"] = {"model": "torsional"}
         mesh["damping_ratio"] = float(random.uniform(0.03, 0.12))
+    if kind != "planetary" and random.random() < SOLID:
+        mesh["stiffness"] = {"model": "finite-element"}
     return Scene.from_mapping(table)
 
 
