@@ -9,7 +9,8 @@ spring of its own at each slice. Lines act on each other through the bodies that
 
 Solid teeth yield otherwise: ``u = C f`` of the forces f on slices, C from elements.
 
-By Newton's method, the contact straightened about the last loads, and those of negative load released.
+By Newton's method, the contact straightened about the last loads, and those of negative load released. The
+factor of a solid line is kept while its loads change little.
 """
 
 import numpy as np
@@ -20,6 +21,8 @@ from wearlab.compiled import jit, jit_inner
 MOST_ITERATIONS = 80
 SETTLED = 1e-11
 """Largest change of a line load in the last iteration, over the mean one."""
+NEAR = 0.1
+"""Change of a line load, over the mean one, up to which the factor of a solid line is kept."""
 
 
 @jit
@@ -70,21 +73,28 @@ def solve_phases(
     slots = (n_lines, n_face)
     in_contact = np.zeros(slots, np.bool_)
     unit, offset, spring, free = np.zeros(slots), np.zeros(slots), np.zeros(slots), np.zeros(slots)
-    layer, factor = np.zeros((5, n_face)), np.zeros((n_face, n_face))
+    layer = np.zeros((5, n_face))
+    size = 0 if solid is None else n_face
+    factor, place = np.zeros((n_lines, size, size)), np.zeros((n_lines, n_face), np.int64)
     shared, system = np.zeros((n_lines, n_lines)), np.zeros((n_lines, n_lines + 2))
     slope, preload, at = np.zeros(n_lines), np.zeros(n_lines), np.zeros(n_lines)
+    far = np.ones(n_lines, np.bool_)
     most = 0
     for i in range(n_phases):
         load, reach = line_load[i], node[i]
+        if i > 0:
+            _follow(reach, node[i - 1], line_load[i - 1], load)
         _share(reach, width, cross, shared)
         _start(reach, load, gap, force[i], in_contact)
         mean = force[i] / width.sum()
+        far[:] = True
         settled = False
         for iteration in range(MOST_ITERATIONS + 1):  # the last time about what the contact yields, held
             for line in range(n_lines):
+                anew = solid is None or far[line] or settled
                 _straighten(
                     reach[line], width, filled, hertz, softening, least, gap, load[line], in_contact[line],
-                    spring[line], free[line], 0.0 if settled else 1.0,
+                    spring[line], free[line], anew, 0.0 if settled else 1.0,
                 )  # fmt: skip
                 if solid is None:
                     slope[line], preload[line] = _respond(
@@ -92,19 +102,35 @@ def solve_phases(
                         spring[line], free[line],
                     )  # fmt: skip
                 else:
-                    slope[line], preload[line] = _respond_solid(
-                        solid[i, line], factor, layer, unit[line], offset[line], spring[line], free[line]
-                    )
+                    if anew:
+                        slope[line] = _factorise(
+                            solid[i, line], factor[line], place[line], unit[line], spring[line]
+                        )
+                    if not settled:
+                        preload[line] = _respond_solid(
+                            solid[i, line], factor[line], place[line], offset[line], free[line]
+                        )
             if settled:
                 break
             deflection[i], _ = _balance(slope, preload, shared, force[i], system, at)
             change, moved = _update(
-                reach, gap, at, unit, offset, spring, free, width, filled, force[i], load, in_contact
+                reach, gap, at, unit, offset, width, filled, load, in_contact, NEAR * mean, far
             )
             most = max(most, iteration + 1)
             settled = (not moved and change <= SETTLED * mean) or iteration + 1 == MOST_ITERATIONS
         _, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
     return most
+
+
+@jit_inner
+def _follow(reach, before, its_load, load):  # type: ignore[no-untyped-def]
+    """Begin, where nothing is known, from the loads one phase before; on slices reached since, from 1."""
+    if load.max() > 0.0 or its_load.max() == 0.0:
+        return
+    for line in range(reach.shape[0]):
+        for j in range(reach.shape[1]):
+            if reach[line, j] >= 0:
+                load[line, j] = its_load[line, j] if before[line, j] >= 0 else 1.0
 
 
 @jit_inner
@@ -137,71 +163,108 @@ def _start(reach, load, gap, force, in_contact):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _straighten(  # type: ignore[no-untyped-def]
-    reach, width, filled, hertz, softening, least, gap, load, in_contact, spring, free, straightened
+    reach, width, filled, hertz, softening, least, gap, load, in_contact, spring, free, anew, straightened
 ):
     """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
 
-    ``straightened``: 1 about the last loads, 0 with what the contact yields under them held.
+    ``anew``: about the last loads, else stiffnesses stay and the gaps alone follow the loads.
+    ``straightened``: 1 about them, 0 with what the contact yields under them held.
     """
     for j in range(len(width)):
-        spring[j], free[j] = 0.0, 0.0
-        if in_contact[j]:
-            k = reach[j]
+        if not in_contact[j]:
+            spring[j], free[j] = 0.0, 0.0
+            continue
+        k = reach[j]
+        yielding = hertz[k] - softening * np.log(max(load[j], least) / least)
+        if anew:
             straight = straightened * softening if load[j] > least else 0.0
-            yielding = hertz[k] - softening * np.log(max(load[j], least) / least) - straight
-            spring[j] = filled[k] * width[j] / yielding
-            free[j] = gap[j, k] + straight * load[j]
+            spring[j] = filled[k] * width[j] / (yielding - straight)
+        free[j] = gap[j, k] + (yielding - filled[k] * width[j] / spring[j]) * load[j]
 
 
 @jit_inner
-def _respond_solid(compliance, factor, layer, unit, offset, spring, free):  # type: ignore[no-untyped-def]
-    """Fill ``u = unit δ − offset`` of one line of solid teeth, and return A and B of ``F = A δ − B``.
+def _factorise(compliance, factor, place, unit, spring):  # type: ignore[no-untyped-def]
+    """Factorise ``M = C + 1/spring`` of the slices of one line that touch, and return A of ``F = A δ − B``.
 
-    With ``M = C + 1/spring`` of the slices that touch, ``f = M⁻¹ (δ − free)`` and ``u = C f``.
+    Fills ``factor`` below the diagonal, on it with its inverse; ``place`` with the slices, then −1; ``unit``
+    with ``M⁻¹ 1`` on these, ``C M⁻¹ 1`` elsewhere.
     """
-    n_face, count = len(spring), 0
-    one, other, place = layer[0], layer[1], layer[2]
-    for j in range(n_face):
+    count = 0
+    for j in range(len(spring)):
         if spring[j] > 0.0:
             place[count] = j
             count += 1
+    place[count:] = -1
+    one = np.ones(count)
     for a in range(count):
-        j = int(place[a])
-        one[a], other[a] = 1.0, free[j]
-        for b in range(a + 1):
-            value = compliance[j, int(place[b])]
-            if a == b:
-                value += 1.0 / spring[j]
+        row, own = factor[a], compliance[place[a]]
+        for b in range(a):
+            value, other = own[place[b]], factor[b]
             for k in range(b):
-                value -= factor[a, k] * factor[b, k]
-            factor[a, b] = np.sqrt(value) if a == b else value / factor[b, b]
+                value -= row[k] * other[k]
+            row[b] = value * other[b]
+        value = own[place[a]] + 1.0 / spring[place[a]]
         for k in range(a):
-            one[a] -= factor[a, k] * one[k]
-            other[a] -= factor[a, k] * other[k]
-        one[a] /= factor[a, a]
-        other[a] /= factor[a, a]
-    slope, preload = 0.0, 0.0
+            value -= row[k] * row[k]
+        row[a] = 1.0 / np.sqrt(value)
+    _solve(factor, one)
+    _spread(compliance, place, one, unit)
+    return one.sum()
+
+
+@jit_inner
+def _solve(factor, right):  # type: ignore[no-untyped-def]
+    """Solve ``L Lᵀ x = right`` in place, with the inverse of L's diagonal on the factor's."""
+    count = len(right)
+    for a in range(count):
+        row, value = factor[a], right[a]
+        for k in range(a):
+            value -= row[k] * right[k]
+        right[a] = value * row[a]
     for a in range(count - 1, -1, -1):
-        one[a] /= factor[a, a]
-        other[a] /= factor[a, a]
+        row = factor[a]
+        value = right[a] * row[a]
+        right[a] = value
         for k in range(a):
-            one[k] -= factor[a, k] * one[a]
-            other[k] -= factor[a, k] * other[a]
-        slope += one[a]
-        preload += other[a]
-    for j in range(n_face):
-        unit[j], offset[j] = 0.0, 0.0
+            right[k] -= row[k] * value
+
+
+@jit_inner
+def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
+    """Fill the force of slices that touch, and what the others yield under it."""
+    filled[:] = 0.0
+    count = len(force)
+    if count < len(filled):
         for a in range(count):
-            unit[j] += compliance[j, int(place[a])] * one[a]
-            offset[j] += compliance[j, int(place[a])] * other[a]
-    return slope, preload
+            row = compliance[place[a]]
+            for j in range(len(filled)):
+                filled[j] += row[j] * force[a]
+    for a in range(count):
+        filled[place[a]] = force[a]
+
+
+@jit_inner
+def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-untyped-def]
+    """Fill ``offset`` of forces ``unit δ − offset`` of one line of solid teeth, and return B of ``A δ − B``."""
+    count = 0
+    while count < len(place) and place[count] >= 0:
+        count += 1
+    force = np.empty(count)
+    for a in range(count):
+        force[a] = free[place[a]]
+    _solve(factor, force)
+    _spread(compliance, place, force, offset)
+    return force.sum()
 
 
 @jit_inner
 def _respond(  # type: ignore[no-untyped-def]
     reach, width, spacing, filled, body, shear, layer, unit, offset, spring, free
 ):
-    """Fill ``u = unit δ − offset`` of one line's layer, and return A and B of ``F = A δ − B``."""
+    """Fill ``unit δ − offset`` of one line on its layer, and return A and B of ``F = A δ − B``.
+
+    That is the force of a slice that touches, and what the others yield.
+    """
     n_face, last = len(width), len(body) - 1
     lower, middle, forward, right, other = layer
     first_node = -1
@@ -242,8 +305,10 @@ def _respond(  # type: ignore[no-untyped-def]
         offset[j] = (other[j] - lower[j + 1] * offset[j + 1]) / forward[j]
     slope, preload = 0.0, 0.0
     for j in range(n_face):
-        slope += spring[j] * (1.0 - unit[j])
-        preload += spring[j] * (free[j] - offset[j])
+        if spring[j] > 0.0:
+            unit[j], offset[j] = spring[j] * (1.0 - unit[j]), spring[j] * (free[j] - offset[j])
+            slope += unit[j]
+            preload += offset[j]
     return slope, preload
 
 
@@ -305,30 +370,35 @@ def _balance(slope, preload, shared, force, system, at):  # type: ignore[no-unty
 
 @jit_inner
 def _update(  # type: ignore[no-untyped-def]
-    reach, gap, at, unit, offset, spring, free, width, filled, force, load, in_contact
+    reach, gap, at, unit, offset, width, filled, load, in_contact, near, far
 ):
     """Put new loads and contacts in place; return the largest change of a load and whether contacts changed.
 
-    Without a force only the first to touch stays in contact.
+    Fills ``far``: whether contacts of a line changed, or a load of it by more than ``near``. Without a force
+    only the first to touch stays in contact.
     """
     largest, moved, least_gap = 0.0, False, np.inf
     best_line, best = -1, -1
     for line in range(reach.shape[0]):
+        own, far[line] = 0.0, False
         for j in range(reach.shape[1]):
             k = reach[line, j]
             if k < 0:
                 continue
-            under = unit[line, j] * at[line] - offset[line, j]
+            value = unit[line, j] * at[line] - offset[line, j]
             if gap[j, k] < least_gap:
                 least_gap, best_line, best = gap[j, k], line, j
             if in_contact[line, j]:
-                new = spring[line, j] * (at[line] - free[line, j] - under) / (filled[k] * width[j])
+                new = value / (filled[k] * width[j])
                 if new < 0.0:
-                    in_contact[line, j], moved, new = False, True, 0.0
-                largest = max(largest, abs(new - load[line, j]))
+                    in_contact[line, j], far[line], new = False, True, 0.0
+                own = max(own, abs(new - load[line, j]))
                 load[line, j] = new
-            elif at[line] - gap[j, k] - under > 0.0:
-                in_contact[line, j], moved = True, True
+            elif at[line] - gap[j, k] - value > 0.0:
+                in_contact[line, j], far[line] = True, True
+        moved = moved or far[line]
+        far[line] = far[line] or own > near
+        largest = max(largest, own)
     if best >= 0 and not in_contact.any():
-        in_contact[best_line, best] = True
+        in_contact[best_line, best], far[best_line] = True, True
     return largest, moved
