@@ -51,7 +51,7 @@ class FaceKind:
     ----------
     contact : of the worn flanks
     law : the wear law at all nodes of the face, slice after slice; None: no wear
-    patch : over which width along the profile wear is spread and felt, None: point by point
+    patch : over which width along the profile wear is spread and felt, slice after slice; None: point by point
     lags : γ of each mesh of this kind, by its number in the set [1]
     """
 
@@ -213,10 +213,8 @@ class FaceCoupling(Coupled):
 
 
 def felt(patch: Patch | None, depth: Array) -> Array:
-    """Return the wear that the mesh feels, slice by slice, (2, n_face, n) [m]."""
-    if patch is None:
-        return depth
-    return np.stack([patch.felt(depth[:, j]) for j in range(depth.shape[1])], axis=1)
+    """Return the wear that the mesh feels, every slice along its profile, (2, n_face, n) [m]."""
+    return depth if patch is None else patch.felt(depth.reshape(2, -1)).reshape(depth.shape)
 
 
 def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
@@ -228,10 +226,7 @@ def face_rate(kind: FaceKind, law: PreparedLaw, state: FaceState) -> Array:
     law : its wear law
     state : its wear and its line loads
     """
-    depth, force = state.wear, state.line_load * law.path.face_width
-    pointwise = wear_rate(law, force.ravel(), depth.reshape(2, -1)).reshape(depth.shape)
-    patch = kind.patch
-    if patch is None:
-        return pointwise
-    each = [patch.rate(pointwise[:, j], depth[:, j], force[j]) for j in range(depth.shape[1])]
-    return np.stack(each, axis=1)
+    depth, force = state.wear.reshape(2, -1), state.line_load.ravel() * law.path.face_width
+    pointwise = wear_rate(law, force, depth)
+    rate = pointwise if kind.patch is None else kind.patch.rate(pointwise, depth, force)
+    return rate.reshape(state.wear.shape)

@@ -71,19 +71,28 @@ class Windows(NamedTuple):
 def squares(half_width: Array, path: WearPath) -> Squares:
     """Return the products of the coefficients of wear across the patches of half widths (n,) [m].
 
+    Over a face they are (n_face, n), and nodes those of slice after slice.
+
     References
     ----------
     Johnson 1985, §2.7 and Appendix 1.
     """
-    n = len(half_width)
-    each = [windows(half_width, ascending(arc)) for arc in path.arc]
-    felt = np.sum([window.last - window.first for window in each], axis=0)
+    rows = np.atleast_2d(half_width)
+    n = rows.size
+    each = [[windows(row, ascending(arc)) for arc in path.arc] for row in rows]
+    felt = np.concatenate([np.sum([window.last - window.first for window in own], axis=0) for own in each])
     first = np.concatenate([[0], np.cumsum(felt)])
-    node, product = np.empty(first[-1], np.int64), np.empty(int(felt @ felt))
-    where, image, begin, end = (np.stack(part) for part in zip(*each, strict=True))
+    filled = np.concatenate([[0], np.cumsum(felt**2)])
+    node, product = np.empty(first[-1], np.int64), np.empty(filled[-1])
     centre = np.stack([ascending(arc) for arc in path.arc])
-    scratch = np.empty((most_orders(half_width, path) - FIRST_ORDER + 1, int(felt.max())))
-    _fill(where, image + n * np.arange(2)[:, None], begin, end, centre, half_width, scratch, node, product)
+    scratch = np.empty((most_orders(rows, path) - FIRST_ORDER + 1, int(felt.max())))
+    for number, (row, own) in enumerate(zip(rows, each, strict=True)):
+        where, image, begin, end = (np.stack(part) for part in zip(*own, strict=True))
+        at, last = len(row) * number, len(row) * (number + 1)
+        _fill(
+            where, image + at + n * np.arange(2)[:, None], begin, end, centre, row, scratch,
+            node[first[at] : first[last]], product[filled[at] : filled[last]],
+        )  # fmt: skip
     return Squares(first, node, product)
 
 
@@ -205,7 +214,7 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     ----------
     Johnson 1985, §2.7 and Appendix 1.
     """
-    length = np.asarray(path.arc_weight)
+    length = np.tile(path.arc_weight, (1, len(np.atleast_2d(half_width))))
     return Levelling(
         squares(half_width, path), sliding * length, -path.contact_modulus / np.pi / length.ravel()
     )
@@ -279,7 +288,7 @@ def elastic(
 
     Parameters
     ----------
-    half_width : (n,) a [m]
+    half_width : (n,) a, over a face (n_face, n) and all else slice after slice [m]
     reference : (n,) force that makes the patches [N]
     sliding : (2, n) k ζ times passes, per contact [1/(Pa cycle)]
     static_rate : (2, n) pointwise static rate of unworn flanks [m per cycle]

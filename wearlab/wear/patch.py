@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_array
+from scipy.sparse import block_diag, csr_array
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
@@ -176,7 +176,7 @@ def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
     @wraps(make)
     def kept_or_made(*args: Given.args, **kwargs: Given.kwargs) -> Made:
         given: tuple[Any, ...] = (*args, *kwargs.values())
-        if len(given[0]) > MOST_NODES:
+        if np.size(given[0]) > MOST_NODES:
             return make(*args, **kwargs)
         of_path = [
             part
@@ -198,24 +198,15 @@ def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
 
 @remembered
 def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
-    """Return S of both flanks, (2n, 2n) [1]."""
-    blocks = [csr_array(spreading(half_width, arc)) for arc in path.arc]
-    n, entries = len(half_width), np.cumsum([0, *(block.nnz for block in blocks)])
-    return csr_array(
-        (
-            np.concatenate([block.data for block in blocks]),
-            np.concatenate([block.indices + n * flank for flank, block in enumerate(blocks)]),
-            np.concatenate(
-                [[0], *(block.indptr[1:] + at for block, at in zip(blocks, entries, strict=False))]
-            ),
-        ),
-        shape=(n * len(blocks), n * len(blocks)),
-    )
+    """Return S of both flanks, (2n, 2n) [1]; over a face of half widths (n_face, n), slice after slice."""
+    rows = np.atleast_2d(half_width)
+    blocks = [csr_array(spreading(row, arc)) for arc in path.arc for row in rows]
+    return csr_array(block_diag(blocks, format="csr"))
 
 
 def felt_matrix(spread: csr_array, path: WearPath) -> csr_array:
     """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
-    length = path.arc_weight.ravel()
+    length = np.tile(path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)).ravel()
     felt = csr_array(spread.T)
     row = np.repeat(np.arange(len(length)), np.diff(felt.indptr))
     felt.data = (1.0 / length)[row] * felt.data * length[felt.indices]

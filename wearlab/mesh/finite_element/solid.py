@@ -21,7 +21,7 @@ of Higher Analysis, 1958, ch. 4, for shapes of the section with functions along 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +41,7 @@ from wearlab.mesh.finite_element.elements import (
     lame,
     sector,
 )
+from wearlab.mesh.finite_element.kept import kept_or_made
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 
 SOLID = Options(refinement=1, patch=0.2, samples=21)
@@ -203,10 +204,13 @@ def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options =
         diagonal[e, count:, count:] += whole[:count, :count]
         upper[e, count:] = whole[:count, count:]
         diagonal[e + 1] += whole[count:, count:]
-        force[e, count:] += into[:, None] * resting[e, 0, :, None]
-        force[e + 1, :count] += into[:, None] * resting[e, 1, :, None]
-        force[e + 1, count:] += into[:, None] * resting[e, 2, :, None]
-    table = _compliance(diagonal, upper, force.reshape(*force.shape[:2], -1))
+        for j in np.flatnonzero(resting[e].any(axis=0)):
+            force[e, count:, j] += into * resting[e, 0, j]
+            force[e + 1, :count, j] += into * resting[e, 1, j]
+            force[e + 1, count:, j] += into * resting[e, 2, j]
+    loaded = [int(np.flatnonzero(own).max(initial=-1)) + 1 for own in resting.any(axis=1)]
+    met = each * np.maximum.accumulate([*loaded, n])
+    table = _compliance(diagonal, upper, force.reshape(*force.shape[:2], -1), met)
     return SolidCompliance(at.q, table.reshape(n, each, n, each).transpose(1, 0, 3, 2).copy())
 
 
@@ -232,7 +236,7 @@ def _quadratic(h: float) -> tuple[Array, Array, Array]:
     return mass, mixed, stiff
 
 
-def _compliance(diagonal: Array, upper: Array, force: Array) -> Array:
+def _compliance(diagonal: Array, upper: Array, force: Array, met: Array) -> Array:
     """Return ``Fᵀ K⁻¹ F`` of blocks on three diagonals, loads F in the order in which blocks meet them.
 
     With ``K = L Lᵀ`` it is ``Σ y_eᵀ y_e`` of ``y = L⁻¹ F``, block after block; a load does nothing before its
@@ -242,11 +246,11 @@ def _compliance(diagonal: Array, upper: Array, force: Array) -> Array:
     ----------
     diagonal, upper : (n, m, m) and (n − 1, m, m) blocks of a symmetric positive definite K
     force : (n, m, n_loads) F
+    met : (n,) loads met by each block or one before it
     """
     count = force.shape[2]
     table, moved, joint = np.zeros((count, count)), np.zeros((diagonal.shape[1], count)), None
-    last = [int(np.flatnonzero(each).max(initial=-1)) for each in np.abs(force).max(axis=1)]
-    for e, (block, reached) in enumerate(zip(diagonal, np.maximum.accumulate(last) + 1, strict=True)):
+    for e, (block, reached) in enumerate(zip(diagonal, met, strict=True)):
         right = force[e, :, :reached].copy()
         if joint is not None:
             block = block - joint.T @ joint
@@ -298,9 +302,16 @@ def solid_compliance(gear: Gear, edges: Array, oblique: float, options: Options 
 
 @lru_cache(KEPT_IN_PROCESS)
 def _remembered(shape: Gear, edges: tuple[float, ...], oblique: float, options: Options) -> SolidCompliance:
+    places, table = kept_or_made(
+        (shape, edges, oblique, options), partial(_on_its_wheel, shape, np.array(edges), oblique, options)
+    )
+    table.setflags(write=False)
+    return SolidCompliance(places, table)
+
+
+def _on_its_wheel(shape: Gear, ends: Array, oblique: float, options: Options) -> SolidCompliance:
     from scipy.interpolate import PchipInterpolator
 
-    ends = np.array(edges)
     q, table = tooth_in_sector(shape, ends, oblique, options)
     width, n = np.diff(ends), len(ends) - 1
     beyond = PchipInterpolator(np.array(OF_WHEEL), wheel_beyond(shape, OF_WHEEL, options))
@@ -309,5 +320,4 @@ def _remembered(shape: Gear, edges: tuple[float, ...], oblique: float, options: 
         wave = np.diff(np.sin(k * ends)) / (k * width) if k else np.ones(n)
         part = (2.0 if k else 1.0) / ends[-1] * beyond(k)
         table += part[:, None, :, None] * (wave[:, None] * wave)[:, None, :]
-    table.setflags(write=False)
     return SolidCompliance(q, table)

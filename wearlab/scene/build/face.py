@@ -21,7 +21,7 @@ from wearlab.scene.build.wear import build_law
 from wearlab.scene.face import face_coupling, face_keys, hands
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
-from wearlab.wear.path import WearPath
+from wearlab.wear.path import WearPath, contact_half_width
 
 SLICES_AT_DEFAULT, LEAST_SLICES, MOST_SLICES = 41, 11, 161
 DEFAULT_TOLERANCE = 1e-3
@@ -145,20 +145,24 @@ def lead(gear: Any) -> Lead:
 
 @dataclass(frozen=True)
 class FacePatchSetting(PatchSetting):
-    """What a contact patch may know of flanks with a width.
+    """What a contact patch may know of flanks with a width: forces and law slice after slice.
 
     Parameters
     ----------
-    mean_static : (n,) mean force on a pair of unworn flanks when it touches at the node, over the face, as if
-        it were on the whole face [N]
+    line_load : (n_face, n) static load per width of unworn flanks when they touch at the node [N/m]
     """
 
-    mean_static: Array
+    line_load: Array
 
     @cached_property
     def static(self) -> Array:
-        """That force, (n,) [N]."""
-        return self.mean_static
+        """That load as a force on the whole face, (n_face n,) [N]."""
+        return self.line_load.ravel() * self.path.face_width
+
+    @cached_property
+    def half_width(self) -> Array:
+        """Hertz's half width of every slice, (n_face, n) [m]."""
+        return contact_half_width(self.reference.reshape(self.line_load.shape), self.path)
 
 
 class SectionOfKind(NamedTuple):
@@ -180,12 +184,10 @@ def build_face(scene: Scene, kind: PairOfSet, of: SectionOfKind, turned: Helix) 
     turned : the helix
     """
     contact = build_face_contact(scene, kind, of.analysis, turned)
-    patch = None
+    over_face, patch = build_law(scene, kind.pair, repeated(of.path, contact.grid.shape[0])), None
     if scene.wear is not None:
         unworn = contact.grid.at_nodes(contact.unworn.load)
-        mean = contact.grid.width @ unworn
-        patch = scene.wear.contact_patch.build(FacePatchSetting(of.analysis, of.path, of.law, mean))
-    over_face = build_law(scene, kind.pair, repeated(of.path, contact.grid.shape[0]))
+        patch = scene.wear.contact_patch.build(FacePatchSetting(of.analysis, of.path, over_face, unworn))
     return FaceKind(contact, over_face, patch, of.lags)
 
 

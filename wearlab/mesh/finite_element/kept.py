@@ -1,0 +1,80 @@
+"""Teeth of solid elements kept on disk: set up once for each shape, whatever runs and processes follow.
+
+A file is named by what its tooth was made from: shape, slices, options, and the sources that compute. It holds
+numbers alone and a digest of them; one that was cut short or changed is made anew. The folder
+(`wearlab.files.cache_folder`) keeps the teeth used last.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from io import BytesIO
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from zipfile import BadZipFile
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.files import cache_folder
+from wearlab.sources import PACKAGE, hash_of
+
+KEPT_BYTES = 500_000_000
+"""Of teeth on disk: 2 MB each of 26 slices, 10 MB of 53, 90 MB of 161."""
+Arrays = tuple[Array, Array]
+
+
+def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Arrays:
+    """Return two arrays as they were kept, or made and kept.
+
+    Parameters
+    ----------
+    given : what they are made from, told in full by its repr
+    make : makes them
+    """
+    name = hashlib.sha256(f"{_sources()} {given!r}".encode()).hexdigest()
+    file = cache_folder() / "teeth" / f"{name}.npz"
+    found = _read(file)
+    if found is None:
+        found = make()
+        _write(file, found)
+    return found
+
+
+@cache
+def _sources() -> str:
+    """Return the hash of what computes: elements, outlines and gears."""
+    return hash_of(sorted([*(PACKAGE / "mesh" / "finite_element").glob("*.py"), *PACKAGE.glob("gears/*.py")]))
+
+
+def _digest(arrays: Arrays) -> Array:
+    digest = hashlib.sha256()
+    for each in arrays:
+        digest.update(repr(each.shape).encode() + np.ascontiguousarray(each).tobytes())
+    return np.frombuffer(digest.digest(), np.uint8)
+
+
+def _read(file: Path) -> Arrays | None:
+    try:
+        with np.load(BytesIO(file.read_bytes()), allow_pickle=False) as kept:
+            arrays, digest = (kept["first"], kept["second"]), kept["digest"]
+        os.utime(file)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return None
+    return arrays if np.array_equal(digest, _digest(arrays)) else None
+
+
+def _write(file: Path, arrays: Arrays) -> None:
+    """Put a file in place whole, and drop those used longest ago; a folder that cannot be written keeps none."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:
+            np.savez(part, first=arrays[0], second=arrays[1], digest=_digest(arrays))
+        os.replace(part.name, file)
+        kept = sorted(((one.stat(), one) for one in file.parent.iterdir()), key=lambda one: -one[0].st_mtime)
+        for size, (_, old) in zip(np.cumsum([status.st_size for status, _ in kept]), kept, strict=True):
+            if size > KEPT_BYTES:
+                old.unlink(missing_ok=True)
+    except OSError:
+        pass
