@@ -59,6 +59,43 @@ def test_without_a_misalignment_there_is_no_face_load_factor():
     assert "iso_single_stiffness" in run and "iso_face_load_factor" not in run
 
 
+def pitting(**changes):
+    """The safety against pitting asked for as the printed example has it."""
+    given = reference(ISO)
+    asked = {
+        "gears__pinion__roughness_ra": f"{given['roughness_ra']} um",
+        "gears__gear__roughness_ra": f"{given['roughness_ra']} um",
+        "rating__allowable_contact_stress": f"{given['allowable_contact_stress']} MPa",
+        "rating__viscosity_40": f"{given['viscosity_40']} mm^2/s",
+        "rating__hours": f"{given['hours']} h",
+        "rating__equivalent_misalignment": "20 um",
+    }
+    kept = {key: value for key, value in {**asked, **changes}.items() if value is not None}
+    return scene(**kept)
+
+
+def test_the_printed_safety_against_pitting():
+    run, given = simulate(pitting()), reference(ISO)
+    assert run["iso_nominal_contact_stress"].item() == pytest.approx(
+        1e6 * float(given["nominal_contact_stress"]), rel=1e-4
+    )
+    stress = run["iso_contact_stress"].values
+    wanted = run["iso_nominal_contact_stress"].item() * run["iso_face_load_factor"].item() ** 0.5
+    assert stress == pytest.approx(wanted, rel=1e-12)
+    held = run["iso_pitting_safety"].values * stress
+    assert held / 1e6 == pytest.approx(both(given["permissible_contact_stress"]), rel=1e-5)
+    assert "ISO 6336-2:2006, second-hand" in str(run["validity"].values)
+
+
+@pytest.mark.parametrize(
+    "missing", ["rating__viscosity_40", "rating__hours", "gears__gear__roughness_ra", "mesh.misalignment"]
+)
+def test_what_the_safety_against_pitting_lacks_is_named(missing):
+    key = "rating__equivalent_misalignment" if missing == "mesh.misalignment" else missing
+    with pytest.raises(SceneError, match=rf"rating\.\w+: .* also takes {missing.replace('__', '.')}"):
+        pitting(**{key: None})
+
+
 def test_a_rating_is_of_a_pair():
     with pytest.raises(SceneError, match="rating: is of a pair"):
         Scene.from_mapping(

@@ -31,7 +31,7 @@ FINE = {"mesh.face_points": 101, "numerics.profile_points": 203, "numerics.cycle
 MOVING = 0.2
 """Share of the pairs that vibrate."""
 SOLID = 0.25
-"""Share of the pairs whose teeth are of elements, their slices held together by solid teeth unless by none."""
+"""Share of the pairs whose teeth are of elements, coupled as solid teeth unless by none."""
 
 
 def drawn(seed: int, number: int) -> Scene:

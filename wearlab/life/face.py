@@ -51,7 +51,7 @@ class FaceKind:
     ----------
     contact : of the worn flanks
     law : the wear law at all nodes of the face, slice after slice; None: no wear
-    patch : over which width along the profile wear is spread and felt, slice after slice; None: point by point
+    patch : over which width along the profile wear is spread and felt, slice after slice; None: at points
     lags : γ of each mesh of this kind, by its number in the set [1]
     """
 

@@ -298,6 +298,17 @@ def _rating(scene: sections.Sections) -> Problems:
     """A rating is of one pair."""
     if scene.rating is not None and not scene.gears.descriptor.is_pair:
         yield "rating", "is of a pair, and this is a planetary set: leave it out, or rate each mesh as a pair"
+        return
+    if scene.rating is None:
+        return
+    given = [key for key in scene.rating.of_pitting if getattr(scene.rating, key) is not None]
+    wanted = [f"rating.{key}" for key in scene.rating.of_pitting if key not in given]
+    for name, gear in scene.gears.gears().items():
+        wanted += [f"gears.{name}.roughness_ra"] if gear.roughness_ra is None else []
+    if scene.rating.equivalent_misalignment is None and scene.mesh.misalignment is None:
+        wanted.append("mesh.misalignment (0 where gears are aligned)")
+    if given and wanted:
+        yield f"rating.{given[0]}", f"the safety against pitting also takes {', '.join(wanted)}"
 
 
 def _needs(scene: sections.Sections) -> Problems:

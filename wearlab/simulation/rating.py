@@ -1,10 +1,12 @@
-"""What ISO 6336-1 says of a pair, named as the dataset names it."""
+"""What ISO 6336-1 and -2 say of a pair, named as the dataset names it."""
 
 import math
 from typing import Any
 
 from wearlab.gears import iso_6336_1 as iso
+from wearlab.gears import iso_6336_2 as pitting
 from wearlab.gears.gear import Gear
+from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.face import helix_of
@@ -13,7 +15,10 @@ Values = dict[str, Any]
 
 
 def rated(scene: Scene, parts: Parts) -> Values:
-    """Return the stiffnesses and, where a misalignment is known, the face load factors, (n_mesh,) each."""
+    """Return stiffnesses, face load factors where a misalignment is known, and the safety against pitting.
+
+    (n_mesh,) each, of flanks (n_flank,).
+    """
     if scene.rating is None:
         return {}
     asked, pair, turned = scene.rating, parts.kinds[0].pair, helix_of(scene, parts.gears)
@@ -40,7 +45,50 @@ def rated(scene: Scene, parts: Parts) -> Values:
     flank = iso.face_load_factor((1.0 - asked.running_in) * misaligned, load, mesh.beta)
     depth = max(abs(gear.tip_radius - gear.root_radius) for gear in gears)
     root = iso.root_load_factor(flank, pair.face_width, depth)
-    return {**values, "iso_face_load_factor": [flank], "iso_root_load_factor": [root]}
+    values |= {"iso_face_load_factor": [flank], "iso_root_load_factor": [root]}
+    return {**values, **_pitting(scene, parts, flank)}
+
+
+ROUGHEST_OVER_MEAN = 6.0
+"""R_z over R_a, as ISO 6336-2 converts them."""
+
+
+def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> Values:
+    """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
+    asked, kind, turned = scene.rating, parts.gears.kinds[0], helix_of(scene, parts.gears)
+    assert asked is not None
+    pair = kind.pair
+    if pair.contact_ratio >= MOST_CONTACT_RATIO:
+        return {}
+    overlap = overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
+    tangential = specific_load(scene, parts) * pair.face_width
+    nominal = pitting.nominal_stress(pair, turned, overlap, tangential)
+    load = asked.application_factor * face_load_factor * asked.transverse_load_factor
+    stress = [factor * nominal * math.sqrt(load) for factor in pitting.single_contact_factors(pair, overlap)]
+    order = [gear for _, gear in parts.gears.flank_places]
+    values: Values = {
+        "iso_nominal_contact_stress": [nominal],
+        "iso_contact_stress": [stress[gear] for gear in order],
+    }
+    limit, viscosity, hours = asked.allowable_contact_stress, asked.viscosity_40, asked.hours
+    if limit is None or viscosity is None or hours is None:
+        return values
+    roughness = [getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears]
+    film = pitting.film_factors(
+        limit,
+        viscosity,
+        kind.speed * pair.driving.reference_radius,
+        ROUGHEST_OVER_MEAN * sum(roughness) / 2.0,
+        float(pair.equivalent_curvature(0.0)),
+    )
+    turns = 3600.0 * hours * kind.speed / (2.0 * math.pi)
+    lives = [pitting.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
+    held = [limit * life * math.prod(film) for life in lives]
+    return {**values, "iso_pitting_safety": [held[gear] / stress[gear] for gear in order]}
+
+
+MOST_CONTACT_RATIO = 2.0
+"""ε_α from which there is no point of single contact."""
 
 
 def tooth(gear: Gear, cosine: float) -> iso.Tooth:
@@ -75,6 +123,14 @@ def rating_flags(scene: Scene, parts: Parts) -> list[str]:
     load = specific_load(scene, parts) * scene.rating.application_factor
     if load < iso.VALID_LOAD:
         told.append(f"rating: single stiffness of loads from 100 N/mm on, and this is {1e-3 * load:.3g} N/mm")
-    if any(gear.internal for gear in parts.kinds[0].pair.gears):
+    pair = parts.kinds[0].pair
+    if any(gear.internal for gear in pair.gears):
         told.append("rating: a ring is taken as a rack")
+    if pair.contact_ratio >= MOST_CONTACT_RATIO:
+        told.append("rating: no contact stress, since two pairs and more touch always (ε_α of 2 and more)")
+    elif scene.rating.allowable_contact_stress is not None:
+        told.append(
+            "rating: safety against pitting by ISO 6336-2:2006, second-hand, checked against printed values; "
+            "of hardened steel, no pitting allowed, Z_W = Z_X = 1, R_z = 6 R_a, K_A K_v = application_factor"
+        )
     return told

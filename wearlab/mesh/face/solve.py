@@ -245,7 +245,7 @@ def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-untyped-def]
-    """Fill ``offset`` of forces ``unit δ − offset`` of one line of solid teeth, and return B of ``A δ − B``."""
+    """Fill ``offset`` of forces ``unit δ − offset`` on one solid line, and return B of ``A δ − B``."""
     count = 0
     while count < len(place) and place[count] >= 0:
         count += 1

@@ -1,7 +1,7 @@
 """Teeth of solid elements kept on disk: set up once for each shape, whatever runs and processes follow.
 
-A file is named by what its tooth was made from: shape, slices, options, and the sources that compute. It holds
-numbers alone and a digest of them; one that was cut short or changed is made anew. The folder
+A file is named by what its tooth was made from: shape, slices, options, and the sources that compute. It
+holds numbers alone and a digest of them; one that was cut short or changed is made anew. The folder
 (`wearlab.files.cache_folder`) keeps the teeth used last.
 """
 
@@ -66,7 +66,7 @@ def _read(file: Path) -> Arrays | None:
 
 
 def _write(file: Path, arrays: Arrays) -> None:
-    """Put a file in place whole, and drop those used longest ago; a folder that cannot be written keeps none."""
+    """Put a file in place whole, and drop those used longest ago; where it cannot be written keep none."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:

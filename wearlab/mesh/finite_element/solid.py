@@ -208,7 +208,7 @@ def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options =
             force[e, count:, j] += into * resting[e, 0, j]
             force[e + 1, :count, j] += into * resting[e, 1, j]
             force[e + 1, count:, j] += into * resting[e, 2, j]
-    loaded = [int(np.flatnonzero(own).max(initial=-1)) + 1 for own in resting.any(axis=1)]
+    loaded = [int(np.flatnonzero(own.any(axis=0)).max(initial=-1)) + 1 for own in resting]
     met = each * np.maximum.accumulate([*loaded, n])
     table = _compliance(diagonal, upper, force.reshape(*force.shape[:2], -1), met)
     return SolidCompliance(at.q, table.reshape(n, each, n, each).transpose(1, 0, 3, 2).copy())
