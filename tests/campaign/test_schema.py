@@ -71,6 +71,8 @@ DIMENSIONAL = {
     "fm",
     "am_phase",
     "worn_mass",
+    "allowable_contact_stress",
+    "viscosity_40",
 }
 
 

@@ -109,7 +109,7 @@ def nominal_stress(pair: GearPair, turned: Helix, overlap: float, tangential: fl
     return factors * math.sqrt(tangential / (2.0 * first.reference_radius * pair.face_width) * (u + 1.0) / u)
 
 
-class Film(NamedTuple):
+class FilmFactors(NamedTuple):
     """Factors of oil, speed and roughness on the limit of contact stress [1]."""
 
     oil: float
@@ -117,7 +117,9 @@ class Film(NamedTuple):
     roughness: float
 
 
-def film_factors(limit: float, viscosity: float, speed: float, roughness: float, radius: float) -> Film:
+def film_factors(
+    limit: float, viscosity: float, speed: float, roughness: float, radius: float
+) -> FilmFactors:
     """Return Z_L, Z_v and Z_R.
 
     Parameters
@@ -141,7 +143,7 @@ def film_factors(limit: float, viscosity: float, speed: float, roughness: float,
     C_L = 0.83 + 0.08 * (held - SOFT) / (HARD - SOFT)
     C_v = C_L + 0.02
     per_10 = 1e6 * roughness * (10.0 / (PER_MM * radius)) ** (1.0 / 3.0)
-    return Film(
+    return FilmFactors(
         C_L + 4.0 * (1.0 - C_L) / (1.2 + 134.0 / (1e6 * viscosity)) ** 2,
         C_v + 2.0 * (1.0 - C_v) / math.sqrt(0.8 + 32.0 / speed),
         (3.0 / per_10) ** (0.32 - 0.0002 * held),
