@@ -1,7 +1,7 @@
 """Twins, likelihoods and quadrature that share no code with the update: what its answers are held against.
 
 The wear is h(x) = r (x + x²/BEND), which the stored run's cubic pieces hold exactly; the likelihood of the
-measurements is written as one normal law with a whole covariance matrix.
+measurements is written as one normal law with a whole covariance matrix, an unknown gain on a grid.
 """
 
 from dataclasses import dataclass, replace
@@ -18,6 +18,7 @@ from wearlab.updating.run_curves import Asked, RunCurve
 
 BEND, END = 8e6, 6e6
 TIMES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 7.5e5])
+GAINS = 601  # at which an unknown gain is looked at
 PRIOR_SD = np.sqrt(np.log1p(0.36))  # of ln factor, cov 0.6
 PRIOR = {"lognormal": {"median": 1.0, "cov": 0.6}}
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -106,13 +107,13 @@ def log_normal_density(case, value, factor, sd, drift):
     """Return ln p(values | factors, sd, drift), (factors,)."""
     model = wear(factor[:, None] * case.cycle)
     if case.error.gain_sd:
-        own = sd**2 + (case.error.relative * model) ** 2
-        whole = (
-            own[:, :, None] * np.eye(len(value)) + case.error.gain_sd**2 * model[:, :, None] * model[:, None]
-        )
-        root = np.linalg.cholesky(whole)
-        z = np.linalg.solve(root, (value - model)[..., None])[..., 0]
-        return -0.5 * (z**2).sum(axis=1) - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+        gains = np.linspace(1.0 - 6.0 * case.error.gain_sd, 1.0 + 6.0 * case.error.gain_sd, GAINS)
+        logs = np.full(len(factor), -np.inf)
+        for gain in gains:
+            own = np.sqrt(sd**2 + (case.error.relative * gain * model) ** 2)
+            each = stats.norm.logpdf(value, gain * model, own).sum(axis=1)
+            logs = np.logaddexp(logs, each + stats.norm.logpdf(gain, 1.0, case.error.gain_sd))
+        return logs
     hidden = np.isnan(value)
     if case.error.relative or hidden.any():
         each = np.sqrt(sd**2 + (case.error.relative * model) ** 2)
@@ -178,7 +179,8 @@ def twin(case, seed):
         + np.repeat(walk, case.many)
         + case.error.offset_sd * np.repeat(rng.standard_normal(6), case.many)
     )
-    value = value + case.error.gain_sd * rng.standard_normal() * model
+    gain = 1.0 + case.error.gain_sd * rng.standard_normal()
+    value, model = value + (gain - 1.0) * model, gain * model
     value = value + np.hypot(sd, case.error.relative * model) * rng.standard_normal(len(model))
     value = np.where(value < case.below, np.nan, value)
     life = true_life(case, factor, drift, float(walk[-1]), rng)

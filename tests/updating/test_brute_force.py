@@ -173,8 +173,8 @@ def test_a_sensor_with_an_unknown_gain_tells_what_fresh_lives_tell(tmp_path):
     gain = np.linspace(0.2, 1.8, 641)
     for k in range(3):
         m, value = model[:, :, k], heard[f"order_{k + 1}_m_s2"]
-        sd = np.hypot(error(name, k + 1, "sd"), error(name, k + 1, "relative") * m)
-        each = stats.norm.logpdf(value[:, None], gain * m[:, :, None], sd[:, :, None]).sum(axis=1)
+        sd = np.hypot(error(name, k + 1, "sd"), error(name, k + 1, "relative") * gain * m[:, :, None])
+        each = stats.norm.logpdf(value[:, None], gain * m[:, :, None], sd).sum(axis=1)
         each = each + stats.norm.logpdf(gain, 1.0, error(name, k + 1, "gain_sd"))
         log = log + np.logaddexp.reduce(each, axis=1)
     density = np.exp(log - log.max())

@@ -19,7 +19,7 @@ def test_quantiles_are_those_of_an_independent_quadrature(name):
     assert answer_to(case, value).factor(P) == pytest.approx(quantiles_of(case, value), rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["known", "offset", "below a limit"])
+@pytest.mark.parametrize("name", ["known", "offset", "gain", "below a limit"])
 def test_intervals_hold_twins_drawn_outside(name):
     held, called = coverage(CASES[name], N)
     for (quantity, width), count in held.items():

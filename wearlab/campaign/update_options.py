@@ -52,7 +52,7 @@ class ErrorBlock(BaseModel):
         derived="none",
     )
     relative: Annotated[float, Ge(0.0), Lt(10.0)] | None = option(
-        None, "standard error over the value; with gain_sd over it before the gain", derived="none"
+        None, "standard error over what is measured, an unknown gain with it", derived="none"
     )
     offset_sd: str | float | None = option(
         None, "standard error that all values of one inspection share", derived="none"

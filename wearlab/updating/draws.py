@@ -329,9 +329,8 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
         count[g] = len(rows)
         for history, mine in few.by_run(post):
             model = modelled(own, history, number, few.factor[mine])
+            model = gain[mine, None] * model
             square = few.sd[number][mine, None] ** 2 + (block.relative * model) ** 2
-            each = (block.seen.value[rows] - gain[mine, None] * model) / np.sqrt(
-                square + block.seen.sd[rows] ** 2
-            )
+            each = (block.seen.value[rows] - model) / np.sqrt(square + block.seen.sd[rows] ** 2)
             z[g, mine], chi[g, mine] = each.sum(axis=1) / np.sqrt(len(rows)), np.sum(each**2, axis=1)
     return middle, count, z, chi, np.ones_like(z)

@@ -13,7 +13,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import hermite_e, legendre
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, logsumexp
 
@@ -21,6 +21,7 @@ from wearlab.arrays import Array, Flags
 
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 REACH = 7.0  # standard deviations of u that are integrated over
+SCORINGS, GAIN_NODES = 12, 20  # steps to the top of a gain's law, and points over it
 PANELS, POINTS, FINEST = 14, 6, 280  # of the integral over u; the last for u that is spread far wider
 
 
@@ -145,33 +146,76 @@ def filtered(
 
 
 def with_gain(
-    value: Array, model: Array, variance: Array, inspections: list[Inspection], gain_sd: float
+    value: Array,
+    model: Array,
+    variance: Array,
+    inspections: list[Inspection],
+    gain_sd: float,
+    relative: float = 0.0,
 ) -> Filtered:
     """Return the likelihood of values whose model has an unknown gain 1 + g, g ~ N(0, s²), and g's law.
 
-    Given the inspections before it, g is normal; the values of one add to its precision Σ m²/v.
+    Given the inspections before it, g is normal; the values of one add to its precision Σ m²/v. Of errors in
+    parts of what is measured v grows with the gain: g's law is then integrated over.
 
     Parameters
     ----------
     value, model : (…, n) measured, and the model
-    variance : (…, n) or (…, 1) of the independent errors
+    variance : (…, n) or (…, 1) of the independent errors, without those in parts of the value
     inspections : in order of time
     gain_sd : s
+    relative : standard error in parts of (1 + g) m
     """
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
     total, g, steps = np.zeros(v.shape[:-1]), np.zeros(v.shape[:-1]), []
     spread = np.full(v.shape[:-1], gain_sd**2)
+    until = np.zeros(0, np.intp)
     for _, values in inspections:
-        m, y, weight = np.broadcast_to(model, v.shape)[..., values], value[..., values], 1.0 / v[..., values]
+        m, y = np.broadcast_to(model, v.shape)[..., values], value[..., values]
+        weight = 1.0 / (v[..., values] + (relative * (1.0 + g[..., None]) * m) ** 2)
         sums = (np.sum(each * weight, axis=-1) for each in (y * y, m * y, m * m))
         before, wide, (chi, log_scale, g, spread) = g, spread, gain_after(g, spread, *sums)
         gained = -0.5 * (chi + np.sum(LOG_TWO_PI - np.log(weight), axis=-1) + log_scale)
         whole, r = np.sum(weight, axis=-1), y - m * (1.0 + before[..., None])
         mean, share = np.sum(r * weight, axis=-1) / whole, np.sum(m * weight, axis=-1) / whole
         off = mean / np.sqrt(1.0 / whole + wide * share**2)
+        if relative:
+            until = np.append(until, values)
+            every = np.broadcast_to(model, v.shape)[..., until]
+            logs, g, spread = _over_gain(value[..., until], every, v[..., until], gain_sd, relative)
+            gained = logs - total
         total = total + gained
         steps.append(Innovation(len(values), off, chi, gained, before, g, spread))
     return Filtered(total, g, spread, inspections[-1].cycle if inspections else 0.0, steps)
+
+
+def _over_gain(
+    y: Array, model: Array, own: Array, gain_sd: float, relative: float
+) -> tuple[Array, Array, Array]:
+    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ − 1.
+
+    By Gauss and Hermite's rule about the top, which Fisher's scoring finds.
+    """
+    gain = np.ones(model.shape[:-1])
+    for _ in range(SCORINGS):
+        m, part = gain[..., None] * model, (relative * model) ** 2
+        v, r = own + gain[..., None] ** 2 * part, y - m
+        rise = gain[..., None] * part / v  # half of the slope of ln v
+        slope = np.sum(model * r / v + (r * r / v - 1.0) * rise, axis=-1) - (gain - 1.0) / gain_sd**2
+        information = np.sum(model**2 / v + 2.0 * rise**2, axis=-1) + 1.0 / gain_sd**2
+        gain = gain + slope / information
+    width, logs, gains = information**-0.5, [], []
+    for node, weight in zip(*hermite_e.hermegauss(GAIN_NODES), strict=True):
+        gains.append(gain + width * node)
+        m = gains[-1][..., None] * model
+        v = own + (relative * m) ** 2
+        each = np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1)
+        each = each + ((gains[-1] - 1.0) / gain_sd) ** 2 + 2.0 * np.log(gain_sd) + LOG_TWO_PI
+        logs.append(-0.5 * each + 0.5 * node**2 + np.log(weight))
+    total = logsumexp(logs, axis=0)
+    mass = np.exp(np.array(logs) - total)
+    mean = np.sum(mass * gains, axis=0)
+    return total + np.log(width), mean - 1.0, np.sum(mass * (np.array(gains) - mean) ** 2, axis=0)
 
 
 def gain_after(g: Any, spread: Any, square: Array, cross: Array, precision: Array) -> tuple[Array, ...]:

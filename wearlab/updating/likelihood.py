@@ -295,7 +295,8 @@ def log_likelihood(
     model = modelled(block, run, number, factor, since_start) if model is None else model
     variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
     variance = variance + own**2 if own.any() else variance
-    variance = variance + (block.relative * model) ** 2 if block.relative else variance
+    gain, relative = data.error.gain_sd, block.numerical if data.error.gain_sd else block.relative
+    variance = variance + (relative * model) ** 2 if relative else variance
     if passed is not None:
         start, last = 0.0, passed(run.equal(np.array(last)))
     elif data.since == PREVIOUS:
@@ -303,10 +304,10 @@ def log_likelihood(
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
-    if data.error.gain_sd:
+    if gain:
         at_once = [Inspection(last, np.arange(len(rows)))][: len(rows)]
         times = inspections_of(block, run, number) if steps else at_once
-        return with_gain(block.seen.value[rows], model, variance, times, data.error.gain_sd)
+        return with_gain(block.seen.value[rows], model, variance, times, gain, data.error.relative)
     residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
         total = _independent(residual, variance, below - model, hidden)
@@ -344,6 +345,8 @@ def condenses(block: Block, asked: Asked, sd: Array) -> bool:
     if len(rows) <= MANY or _size(len(rows)) * asked.curve.value.shape[-1] > len(rows):
         return False
     if block.data.since is not None or seen.censored[rows].any():
+        return False
+    if block.data.error.gain_sd and block.data.error.relative:  # their variance goes with the gain
         return False
     return not seen.sd[rows].any() or (not block.relative and bool((sd == sd.flat[0]).all()))
 

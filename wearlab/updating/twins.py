@@ -160,9 +160,9 @@ def synthetic(
     """
     error, rows, since = block.data.error, block.rows, block.data.since
     model = modelled(block, run, number, np.array([truth.factor]))[0]
+    model = model * (1.0 + error.gain_sd * rng.standard_normal() if error.gain_sd else 1.0)
     spread = np.sqrt(truth.sd**2 + block.seen.sd[rows] ** 2 + (block.relative * model) ** 2)
-    gain = 1.0 + error.gain_sd * rng.standard_normal() if error.gain_sd else 1.0
-    value = model * gain + spread * rng.standard_normal(len(rows))
+    value = model + spread * rng.standard_normal(len(rows))
     last, strayed = float(since) if isinstance(since, float) else run.begin(number), 0.0
     for inspection in inspections_of(block, run, number):
         step = np.sqrt(truth.drift**2 / PER * (inspection.cycle - last)) * rng.standard_normal()
