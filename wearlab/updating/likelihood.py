@@ -295,7 +295,8 @@ def log_likelihood(
     model = modelled(block, run, number, factor, since_start) if model is None else model
     variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
     variance = variance + own**2 if own.any() else variance
-    gain, relative = data.error.gain_sd, block.numerical if data.error.gain_sd else block.relative
+    unknown_gain = data.error.gain_sd
+    relative = block.numerical if unknown_gain else block.relative
     variance = variance + (relative * model) ** 2 if relative else variance
     if passed is not None:
         start, last = 0.0, passed(run.equal(np.array(last)))
@@ -304,10 +305,10 @@ def log_likelihood(
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
-    if gain:
+    if unknown_gain:
         at_once = [Inspection(last, np.arange(len(rows)))][: len(rows)]
         times = inspections_of(block, run, number) if steps else at_once
-        return with_gain(block.seen.value[rows], model, variance, times, gain, data.error.relative)
+        return with_gain(block.seen.value[rows], model, variance, times, unknown_gain, data.error.relative)
     residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
         total = _independent(residual, variance, below - model, hidden)
