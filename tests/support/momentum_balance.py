@@ -22,6 +22,8 @@ MOST_PERIODS = 24
 """Periods looked at of an aperiodic motion, the first of those that are kept."""
 CLOSE = 1e-10
 """Impulse of a step over that of the load in a period, above which the motion that is kept does not serve."""
+STILL = 1e-6
+"""Size of a coordinate over the largest, below which errors of its motion are measured by that."""
 
 
 def unbalanced(response: Response) -> np.ndarray:
@@ -64,7 +66,8 @@ def _anew(response: Response, period: int, step: int) -> np.ndarray:
     """Return by what momentum a step under the forces that wear ends elsewhere, over a period, (n,)."""
     system = response.system
     n, start, end = len(system.load), *response.state[period, step : step + 2]
-    scale = np.abs(response.state[period]).max(axis=0)
+    sizes = np.abs(response.state[period]).max(axis=0).reshape(2, n)
+    scale = np.maximum(sizes, STILL * sizes.max(axis=1, keepdims=True)).ravel()
     if system.damping_law is None:
         reached = integrated(written_out(response, step), start, scale)
     else:
