@@ -1,8 +1,10 @@
 import math
 import pickle
+from pathlib import Path
 
 import pytest
 
+from wearlab.campaign import load
 from wearlab.dynamics.models.pair import Spur3dofDynamics, TorsionalDynamics
 from wearlab.life.steps import AdaptiveStep, EulerStep
 from wearlab.mesh.contacts import DisplacementContact
@@ -12,6 +14,8 @@ from wearlab.mesh.stiffnesses import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without
 from wearlab.wear.coefficients import ConstantCoefficient, HardnessCoefficient
+
+CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
 def test_values_are_si(table):
@@ -196,6 +200,15 @@ def test_a_scene_that_keeps_what_was_read_is_as_one_read_anew(full, key, value):
         kept = before.replace(key, value)
         anew = Scene.from_mapping(merge(full, nested(key, value)) if value else without(full, key))
         assert (kept.id, kept.canonical()) == (anew.id, anew.canonical())
+
+
+@pytest.mark.parametrize("file", sorted(CAMPAIGNS.glob("*.toml")), ids=lambda file: file.stem)
+def test_scenes_of_campaigns_keep_what_was_read_as_read_anew(file):
+    scene = load(file).cases[0].scene
+    for _ in range(2):
+        scene = scene.replace("store.variables", ["life"]).replace("store", None)
+        anew = Scene.from_mapping(scene._mapping, scene._base)
+        assert (scene.id, scene.canonical()) == (anew.id, anew.canonical())
 
 
 def test_replace_makes_alternatives_and_models_make_way(table):

@@ -57,6 +57,10 @@ def _written(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]
     ]
 
 
+RESOLVED = ("operation", "lubricant")
+"""Sections that put what follows from their options beside these: they are always read anew."""
+
+
 class Scene(sections.Sections):
     """The sections of a campaign file that one run depends on, checked against each other.
 
@@ -119,7 +123,8 @@ class Scene(sections.Sections):
         if broken := rules.broken_rules(scene):
             raise problems.SceneError(broken)
         scene._mapping, scene._base = raw, base
-        scene._parts = {name: part for name, part in scene if name in raw and isinstance(part, options.Part)}
+        given = ((name, part) for name, part in scene if name in raw and name not in RESOLVED)
+        scene._parts = {name: part for name, part in given if isinstance(part, options.Part)}
         return scene
 
     @property
