@@ -224,16 +224,12 @@ def _by_unit(table: ReadTable, columns: Mapping[str, str]) -> dict[str, str]:
     """Return the column of each quantity that no name tells and the unit of one column alone does."""
     found: dict[str, str] = {}
     for name, wanted in (*DUTY.items(), *(("share", time) for time in TIMES)):
-        free = [
-            one for one in table.names if table.units[one] and one not in {*columns.values(), *found.values()}
-        ]
+        if name in {*columns, *found} or table.meant(name, columns) is not None:
+            continue
+        taken = {*columns.values(), *found.values()}
+        free = [one for one in table.names if one not in taken and table.units[one]]
         alone = [one for one in free if _is_of(table.units[one], wanted)]
-        if (
-            name not in found
-            and table.meant(name, columns) is None
-            and name not in columns
-            and len(alone) == 1
-        ):
+        if len(alone) == 1:
             found[name] = alone[0]
     return found
 

@@ -12,6 +12,10 @@ from wearlab.scene.build import Parts
 from wearlab.scene.build.face import helix_of
 
 Values = dict[str, Any]
+ROUGHEST_OVER_MEAN = 6.0
+"""R_z over R_a, as ISO 6336-2 converts them."""
+MOST_CONTACT_RATIO = 2.0
+"""ε_α from which there is no point of single contact."""
 
 
 def rated(scene: Scene, parts: Parts) -> Values:
@@ -49,10 +53,6 @@ def rated(scene: Scene, parts: Parts) -> Values:
     return {**values, **_pitting(scene, parts, flank)}
 
 
-ROUGHEST_OVER_MEAN = 6.0
-"""R_z over R_a, as ISO 6336-2 converts them."""
-
-
 def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> Values:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
     asked, kind, turned = scene.rating, parts.gears.kinds[0], helix_of(scene, parts.gears)
@@ -85,10 +85,6 @@ def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> Values:
     lives = [pitting.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
     held = [limit * life * math.prod(film) for life in lives]
     return {**values, "iso_pitting_safety": [held[gear] / stress[gear] for gear in order]}
-
-
-MOST_CONTACT_RATIO = 2.0
-"""ε_α from which there is no point of single contact."""
 
 
 def tooth(gear: Gear, cosine: float) -> iso.Tooth:

@@ -13,7 +13,7 @@ tenth. A bin in which it changes by more, or in which a state of the run falls, 
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,7 +45,7 @@ PIECE, NUMBERS = 2000, 400_000  # values, and numbers, that are worked on at onc
 SIZE = 128  # values of a bin, at least; of more than its square, as many as there are bins
 NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
-INNOVATION = ("surprise", "chi_square", "log_likelihood", "before", "mean", "variance")
+INNOVATION = tuple(field.name for field in fields(Innovation))[1:]  # each a value a lane, after the count
 MATTERS = 0.1  # numerical over measuring error from which it counts
 
 

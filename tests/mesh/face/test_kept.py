@@ -1,5 +1,7 @@
 """Teeth kept on disk: found again bit by bit, made anew where a file is not what was written."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,7 @@ def test_what_was_made_is_read_again_bit_by_bit(made):
     assert not np.array_equal(first[0], other[0])
 
 
-@pytest.mark.parametrize("harm", ["cut", "changed", "no archive", "pickled"])
+@pytest.mark.parametrize("harm", ["cut", "changed", "no archive", "pickled", "flipped", "a pipe"])
 def test_a_file_that_is_not_what_was_written_is_made_anew(made, harm):
     ask, calls, folder = made
     whole = ask(1)
@@ -40,6 +42,11 @@ def test_a_file_that_is_not_what_was_written_is_made_anew(made, harm):
     content = file.read_bytes()
     if harm == "cut":
         file.write_bytes(content[: len(content) // 2])
+    elif harm == "flipped":  # how the archive says that its first part is packed
+        file.write_bytes(content[:8] + bytes([content[8] ^ 1]) + content[9:])
+    elif harm == "a pipe":
+        file.unlink()
+        os.mkfifo(file)
     elif harm == "no archive":
         file.write_bytes(b"")
     elif harm == "pickled":

@@ -155,6 +155,11 @@ class UntilSteady(ABC):
         )
 
 
+def unit_of_speed(tables: StageTables, period: float) -> float:
+    """Return the rate that velocities are measured by, of an oscillation in 16 steps [1/s]."""
+    return float(2.0 * np.pi * len(tables.width) / (16.0 * period))
+
+
 def remaining_change(strobe: Array, m: int, rate: float) -> float:
     """Return how far strobed states (n, 2n) still are from their limit over ``m`` periods, relative to size.
 
@@ -215,7 +220,7 @@ def integrate_until_steady(
 ) -> Response:
     """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response."""
     state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
-    rate = 2.0 * np.pi * len(tables.width) / (16.0 * period)
+    rate = unit_of_speed(tables, period)
     maps = 0
 
     def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:

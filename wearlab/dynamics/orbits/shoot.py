@@ -66,7 +66,16 @@ def least_pivot(factors: Array, matrix: Array) -> float:
     return float(pivots.min() / largest) if np.isfinite(pivots).all() and largest > 0.0 else 0.0
 
 
-def shoot(shooter: OnTables, plain: OnTables, periods: int, start: Array, contact: int, most: int) -> Shot:
+def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
+    """Return ``I − P``, mended where the size of a load stands for a coordinate, (2n, 2n)."""
+    matrix = np.eye(len(derivative)) - derivative
+    matrix[balance.held, balance.held] -= 1.0
+    return np.asarray(matrix)
+
+
+def shoot(
+    shooter: OnTables, plain: OnTables, periods: int, start: Array, contact: int, most: int, scale: Array
+) -> Shot:
     """Find the orbit over ``periods`` mesh periods near ``start`` (2n,), which it moves.
 
     Newton's step solves ``(I − P) x = P(y) − y``; steps that lead away are halved. While contact does not
@@ -79,14 +88,12 @@ def shoot(shooter: OnTables, plain: OnTables, periods: int, start: Array, contac
     start : near the orbit; where loads are unknown, they are the balance's
     contact : of the first pass: `LOCATED`, or `PERMANENT`, the affine map of a mesh whose pairs all touch
     most : passes allowed
+    scale : (2n,) units of the state, see `weighted_norm`
     """
-    balance, held, n = shooter.kernel.balance, shooter.kernel.balance.held, len(start) // 2
-    rate = 2.0 * np.pi * len(shooter.tables.width) / (16.0 * shooter.period)
-    scale = np.r_[np.ones(n), np.full(n, rate)]
-    states = shooter.states(periods)
+    balance, rows, states = shooter.kernel.balance, len(start), shooter.states(periods)
     exchange(balance, start)
-    trial, step = start.copy(), np.zeros(2 * n)
-    path, derivative = states[:, :, 0], np.empty((2 * n, 2 * n))
+    trial, step = start.copy(), np.zeros(rows)
+    path, derivative = states[:, :, 0], np.empty((rows, rows))
     old_residual, halved, error, changes, checks = np.inf, 0, np.inf, 0, 0
 
     def shot(code: int, passes: int) -> Shot:
@@ -95,7 +102,7 @@ def shoot(shooter: OnTables, plain: OnTables, periods: int, start: Array, contac
 
     for passes in range(1, most + 1):
         changes = shooter.advance(states, trial, contact)
-        derivative = states[-1, :, 1 : 1 + 2 * n].copy()
+        derivative = states[-1, :, 1 : 1 + rows].copy()
         missed = states[-1, :, 0] - states[0, :, 0]
         residual = weighted_norm(missed, scale)
         if contact != PERMANENT and not residual <= 4.0 * old_residual and halved < HALVINGS:
@@ -104,16 +111,14 @@ def shoot(shooter: OnTables, plain: OnTables, periods: int, start: Array, contac
             trial = start + step
             continue
         start[:] = trial
-        matrix = np.eye(2 * n) - derivative
-        matrix[held, held] -= 1.0
-        matrix *= scale / scale[:, None]
+        matrix = fixed_point_matrix(balance, derivative) * (scale / scale[:, None])
         factors, pivots, _ = dgetrf(matrix)
         if not least_pivot(factors, matrix) > LEAST_PIVOT:
             error = np.inf
             return shot(SINGULAR, passes)
         step = scale * dgetrs(factors, pivots, missed / scale)[0]
         error = weighted_norm(step, scale)
-        path = states[:, :, 0] + states[:, :, 1 : 1 + 2 * n] @ step
+        path = states[:, :, 0] + states[:, :, 1 : 1 + rows] @ step
         exact = False
         if changes == 0 and shooter.kernel.meshes.law is None:
             checks += 1

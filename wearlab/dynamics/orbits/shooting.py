@@ -9,10 +9,18 @@ from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
 from wearlab.dynamics.balance import Balance, solved_load, true_derivative
-from wearlab.dynamics.orbits.integrate import OnTables, under_one_load
+from wearlab.dynamics.orbits.integrate import OnTables, under_one_load, unit_of_speed
 from wearlab.dynamics.orbits.period_map import LOCATED
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
-from wearlab.dynamics.orbits.shoot import CONVERGED, SINGULAR, STALLED, exchange, shoot
+from wearlab.dynamics.orbits.shoot import (
+    CONVERGED,
+    SINGULAR,
+    STALLED,
+    exchange,
+    fixed_point_matrix,
+    shoot,
+    weighted_norm,
+)
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -68,7 +76,8 @@ class Shooting:
         self.integrator = OnTables(system, tables, period)
         self.filled, self.balance = self.integrator.tables, self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
-        self.rate = 2.0 * np.pi * self.steps / (16.0 * period)
+        self.rate = unit_of_speed(tables, period)
+        self.scale = np.repeat([1.0, self.rate], self.rows // 2)
         self.maps, self.located, self.iterations, self.singular = 0.0, 0, 0, False
         self.beside = 0.0  # what tangents of a large system were worth, in passes
 
@@ -98,7 +107,7 @@ class Shooting:
         """
         tangents = MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE
         most = min(most, max(2, tangents // periods))
-        shot = shoot(self.shooter, self.integrator, periods, state, contact, most)
+        shot = shoot(self.shooter, self.integrator, periods, state, contact, most, self.scale)
         code, more, taken = shot.code, self.rows / ROWS_PER_PASS, shot.passes * periods
         self.maps += taken + shot.checks * periods
         self.beside += more * taken
@@ -119,9 +128,7 @@ class Shooting:
         if derivative is None or neighbour.period != 1 or len(neighbour.state[0, 0]) != self.rows:
             return None
         balance, state = self.balance, neighbour.state[0, 0].copy()
-        matrix = np.eye(self.rows) - derivative
-        matrix[balance.held, balance.held] -= 1.0
-        factors, pivots, failed = dgetrf(matrix)
+        factors, pivots, failed = dgetrf(fixed_point_matrix(balance, derivative))
         states, last = self.integrator.states(1), np.inf
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
@@ -151,9 +158,7 @@ class Shooting:
 
     def distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of two states, velocities measured in units of ``rate``."""
-        difference = abs(state - other)
-        n = self.rows // 2
-        return max(float(difference[:n].max()), float(difference[n:].max()) / self.rate)
+        return weighted_norm(state - other, self.scale)
 
     def family(self, state: Array) -> Orbit | None:
         """Return one member of a family of orbits near ``state``; None: not found."""

@@ -1,27 +1,29 @@
 """Teeth of solid elements kept on disk: set up once for each shape, whatever runs and processes follow.
 
 A file is named by what its tooth was made from: shape, slices, options, and the sources that compute. It
-holds numbers alone and a digest of them; one that was cut short or changed is made anew. The folder
+holds numbers alone, then its SHA-256, looked at before anything is read out of it; one that was cut short or
+changed is made anew. The folder
 (`wearlab.files.cache_folder`) keeps the teeth used last.
 """
 
 import hashlib
 import os
+import time
 from collections.abc import Callable
 from functools import cache
 from io import BytesIO
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from zipfile import BadZipFile
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.files import cache_folder
+from wearlab.files import cache_folder, read_regular
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_BYTES = 500_000_000
 """Of teeth on disk: 2 MB each of 26 slices, 10 MB of 53, 90 MB of 161."""
+DIGEST = hashlib.sha256().digest_size
 Arrays = tuple[Array, Array]
 
 
@@ -48,29 +50,38 @@ def _sources() -> str:
     return hash_of(sorted([*(PACKAGE / "mesh" / "finite_element").glob("*.py"), *PACKAGE.glob("gears/*.py")]))
 
 
-def _digest(arrays: Arrays) -> Array:
-    digest = hashlib.sha256()
-    for each in arrays:
-        digest.update(repr(each.shape).encode() + np.ascontiguousarray(each).tobytes())
-    return np.frombuffer(digest.digest(), np.uint8)
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest()
+
+
+def _used(file: Path) -> None:
+    """Note when a tooth was used last, to the nanosecond: file systems themselves count milliseconds."""
+    now = time.time_ns()
+    os.utime(file, ns=(now, now))
 
 
 def _read(file: Path) -> Arrays | None:
     try:
-        with np.load(BytesIO(file.read_bytes()), allow_pickle=False) as kept:
-            arrays, digest = (kept["first"], kept["second"]), kept["digest"]
-        os.utime(file)
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        whole = read_regular(file, KEPT_BYTES)
+        _used(file)
+    except OSError:
         return None
-    return arrays if np.array_equal(digest, _digest(arrays)) else None
+    content, digest = whole[:-DIGEST], whole[-DIGEST:]
+    if _digest(content) != digest:
+        return None
+    with np.load(BytesIO(content), allow_pickle=False) as kept:
+        return kept["first"], kept["second"]
 
 
 def _write(file: Path, arrays: Arrays) -> None:
     """Put a file in place whole, and drop those used longest ago; where it cannot be written keep none."""
+    content = BytesIO()
+    np.savez(content, first=arrays[0], second=arrays[1])
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=file.parent, suffix=".part", delete=False) as part:
-            np.savez(part, first=arrays[0], second=arrays[1], digest=_digest(arrays))
+            part.write(content.getvalue() + _digest(content.getvalue()))
+        _used(Path(part.name))
         os.replace(part.name, file)
         kept = sorted(((one.stat(), one) for one in file.parent.iterdir()), key=lambda one: -one[0].st_mtime)
         for size, (_, old) in zip(np.cumsum([status.st_size for status, _ in kept]), kept, strict=True):
