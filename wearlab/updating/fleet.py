@@ -33,8 +33,7 @@ from wearlab.updating.population import (
     population,
     seen_by,
 )
-from wearlab.updating.posterior import quantiles
-from wearlab.updating.run_curves import RunCurve, RunHistory
+from wearlab.updating.run_curves import RunCurve, RunHistory, risen
 from wearlab.updating.scores import held_by
 from wearlab.updating.study import MeasuredCase
 
@@ -121,7 +120,7 @@ class UnitState:
         """Return quantiles of a value measured at a cycle [SI]."""
         mean, sd = self.measured(cycle)
         low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
-        return quantiles(lambda x: _below(x, mean, sd), p, low, high)
+        return risen(lambda x: _below(x, mean, sd), p, low, high)
 
     def crps(self, cycle: float, value: float, rng: np.random.Generator) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""

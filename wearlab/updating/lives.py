@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq, root_scalar
 from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
@@ -19,17 +18,17 @@ from wearlab.campaign.update_options import Days
 from wearlab.units import HOUR
 from wearlab.updating.likelihood import PER, Block
 from wearlab.updating.measurements import DAYS_A_YEAR
-from wearlab.updating.posterior import Posterior, quantiles, values_of
-from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.posterior import Posterior, values_of
+from wearlab.updating.run_curves import RunHistory, risen
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
 DROPPED = 1e-6  # probability of all states of a run that do not
 STATES = 5  # points over the present state
 STIFFEST = 1e8  # shape over mean from which a law is as good as a step
-TIMES, LONGEST = 49, 1e6  # of a first table of lives; times the median from which a life counts as endless
+LONGEST = 1e6  # times the median from which a life counts as endless
 AT_ONCE = 1e-9  # of the longest lives, below which a life ends at once
-NEAR, FAR = 0.01, 0.1  # of ln of a life guessed by some of the states: a step, how far it may be off
+SOME, NEAR = 600, 0.1  # states that ln of a life is guessed by, and how far it may then be off
 LAST_DAY = np.datetime64("9999-12-31")
 NEVER = "never"
 ROUNDING = 1e-6  # of a day, by which hours of a date may have been rounded down
@@ -75,7 +74,7 @@ class Answer:
         if not len(finite):
             return np.full(p.shape, np.inf)
         low, high = np.log(finite.min()) - 1e-6, np.log(finite.max()) + 1e-6
-        found = np.exp(quantiles(lambda u: self.life_below(np.exp(u)), p, low, high))
+        found = np.exp(risen(lambda u: self.life_below(np.exp(u)), p, low, high))
         return np.where(p > self.life_below(np.exp(high))[0], np.inf, found)
 
     def life_below(self, cycle: Array | float) -> Array:
@@ -169,35 +168,24 @@ class Passage:
         return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
 
     def quantile(self, p: Array) -> Array:
-        """Return quantiles: guessed by some of the states, then by secants, else by Brent's method."""
-        found = np.full(p.shape, self.now)
-        if not len(self.weight):
-            return found
-        at_once = AT_ONCE * np.quantile(self.mean, 0.99)
-        middle = np.median(self.mean[self.mean >= at_once])
-        logs = np.log(middle) + np.linspace(-np.log(LONGEST), np.log(LONGEST), TIMES)
-        thinned = max(len(self.weight) // 600, 1)
-        known = np.array([self.below(self.now + t, thinned) for t in np.exp(logs)])
+        """Return quantiles: guessed by some of the states, then by all of them near there, else anywhere."""
+        at_once = AT_ONCE * np.quantile(self.mean, 0.99) if len(self.mean) else np.nan
+        middle = np.log(np.median(self.mean[self.mean >= at_once])) if len(self.mean) else 0.0
+        low, high = middle - np.log(LONGEST), middle + np.log(LONGEST)
 
-        def off(u: float, wanted: float, thinned: int = 1) -> float:
-            return self.below(self.now + float(np.exp(u)), thinned) - wanted
+        def below(u: Array, thinned: int = 1) -> Array:
+            return np.array([self.below(self.now + float(np.exp(each)), thinned) for each in u])
 
-        def root(low: float, high: float, wanted: float, thinned: int = 1) -> float:
-            held = off(low, wanted, thinned) <= 0.0 <= off(high, wanted, thinned)
-            return float(brentq(off, low, high, (wanted, thinned), xtol=1e-8)) if held else np.inf
-
-        begun = self.below(self.now + float(np.exp(logs[0])))
-        for n, wanted in np.ndenumerate(p):
-            if wanted > begun:
-                k = int(np.clip(np.searchsorted(known, wanted), 1, TIMES - 1))
-                guess = root(logs[k - 1], logs[k], wanted, thinned)
-                at = np.nan
-                if np.isfinite(guess):
-                    near = root_scalar(
-                        off, (wanted,), "secant", x0=guess, x1=guess + NEAR, xtol=1e-8, maxiter=12
-                    )
-                    at = near.root if near.converged else np.nan
-                found[n] = self.now + np.exp(at if abs(at - guess) < FAR else root(logs[0], logs[-1], wanted))
+        begun, ended = below(np.array([low, high]))
+        held = (p > begun) & (p <= ended)
+        found = np.where(p > begun, np.inf, self.now)
+        thinned = max(len(self.weight) // SOME, 1)
+        guess = risen(lambda u: below(u, thinned), p[held], low, high)
+        near = risen(below, p[held], guess - NEAR, guess + NEAR)
+        off = np.abs(near - guess) >= NEAR
+        if off.any():
+            near[off] = risen(below, p[held][off], low, high)
+        found[held] = self.now + np.exp(near)
         return found
 
 

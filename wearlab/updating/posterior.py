@@ -11,7 +11,7 @@ foretold by the rest. Unknown errors have even grids in their logs, where the po
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -33,7 +33,7 @@ from wearlab.updating.likelihood import (
     log_likelihood_of_runs,
     range_of,
 )
-from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.run_curves import RunHistory, risen
 
 COARSE, COARSE_SPREAD, CENTRED = 101, 21, 41  # points while ranges are narrowed, and the top is found
 AT_ONCE = 2_000_000  # values of all lanes that are worked on at once
@@ -44,7 +44,6 @@ DEPTH = 28.0  # of the log density below its top that grids reach down to
 SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
 FORETOLD = 2e-6  # of the largest density, by which every other node may be off from what the rest foretell
 ROUNDS = 60
-CLOSE = 1e-11  # of the range of a quantile, by which it moves last; it converges faster than linearly
 
 SpreadGrids = tuple[Array | None, Array | None]
 
@@ -119,9 +118,8 @@ class Posterior:
         t, runs = t - i, np.arange(len(s))[:, None]
         y0, y1 = self.below[runs, i], self.below[runs, i + 1]
         d0, d1 = (self.density[runs, j] * step[:, None] for j in (i, i + 1))
-        return np.asarray(
-            y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
-        )
+        cubic = [d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0]
+        return np.asarray(np.polyval(cubic, t))
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor."""
@@ -130,7 +128,7 @@ class Posterior:
         def smaller(u: Array) -> Array:
             return np.asarray(self.weight @ self.smaller(np.broadcast_to(u, (len(self.weight), len(u)))))
 
-        return np.exp(quantiles(smaller, np.asarray(p, float), ends.min() - 1e-9, ends.max() + 1e-9))
+        return np.exp(risen(smaller, np.asarray(p, float), ends.min() - 1e-9, ends.max() + 1e-9))
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
@@ -140,25 +138,6 @@ class Posterior:
         )
         mean, variance = (np.broadcast_to(part, found.shape)[0] for part in (seen.mean, seen.variance))
         return found[0], Filtered(found[0], mean, variance, seen.cycle)
-
-
-def quantiles(below: Callable[[Array], Array], p: Array, low: float, high: float) -> Array:
-    """Return where a rising function reaches probabilities, by Ridders' method (1979)."""
-    ends = [(at, below(at) - p) for at in (np.full(p.shape, low), np.full(p.shape, high))]
-    (left, short), (right, over) = ends
-    found = np.full(p.shape, np.inf)
-    for _ in range(60):
-        middle = 0.5 * (left + right)
-        off = below(middle) - p
-        root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
-        before, found = found, np.clip(middle - (middle - left) * off / root, left, right)
-        if np.all(np.abs(found - before) <= CLOSE * (high - low)):
-            break
-        for at, y in ((middle, off), (found, below(found) - p)):
-            under, above = (y < 0.0) & (at > left), (y >= 0.0) & (at < right)
-            left, short = np.where(under, at, left), np.where(under, y, short)
-            right, over = np.where(above, at, right), np.where(above, y, over)
-    return found
 
 
 def weighted_quantiles(value: Array, weight: Array, p: Any) -> Array:

@@ -6,7 +6,7 @@ duty mixed within each cycle. It ends where something happens at a given cycle: 
 """
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 TINY = 1e-12
-BITS, ROUNDED = 60, 2e-16  # bisections to round-off; a step that is
+BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root moves last
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
@@ -115,59 +115,51 @@ class RunCurve:
 
     def at(self, cycle: Array, column: NDArray[np.intp] | int = 0) -> Array:
         """Return values at cycles, each of its column; the shapes are broadcast."""
-        if self.value.shape[1] == 1:
-            beyond = np.maximum(cycle - self.cycle[-1], 0.0) * self.slope[-1, 0]
-            return np.asarray(self._cubics(np.clip(cycle, self.cycle[0], self.cycle[-1])) + beyond)
-        i = np.clip(np.searchsorted(self.cycle, cycle, side="right") - 1, 0, len(self.cycle) - 2)
-        left, width = self.cycle[i], self.cycle[i + 1] - self.cycle[i]
-        t = np.clip((cycle - left) / width, 0.0, 1.0)
-        y0, y1 = self.value[i, column], self.value[i + 1, column]
-        d0, d1 = self.slope[i, column] * width, self.slope[i + 1, column] * width
+        inside = np.clip(cycle, self.cycle[0], self.cycle[-1])
         beyond = np.maximum(cycle - self.cycle[-1], 0.0)
-        return np.asarray(_cubic(t, y0, y1, d0, d1) + beyond * self.slope[-1, column])
+        if self.value.shape[1] == 1:
+            return np.asarray(self._cubics(inside)[..., 0] + beyond * self.slope[-1, 0])
+        i = np.clip(np.searchsorted(self.cycle, inside, side="right") - 1, 0, len(self.cycle) - 2)
+        found = np.polyval(self._cubics.c[:, i, column], inside - self.cycle[i])
+        return np.asarray(found + beyond * self.slope[-1, column])
 
     @cached_property
     def _cubics(self) -> PPoly:
-        """The pieces of column 0."""
-        width, y, d = np.diff(self.cycle), self.value[:, 0], self.slope[:, 0]
-        rise = np.diff(y) / width
-        bend = (3.0 * rise - 2.0 * d[:-1] - d[1:]) / width, (d[:-1] + d[1:] - 2.0 * rise) / width**2
-        return PPoly(np.stack([bend[1], bend[0], d[:-1], y[:-1]]), self.cycle)
+        width, (d0, d1) = np.diff(self.cycle)[:, None], (self.slope[:-1], self.slope[1:])
+        rise = np.diff(self.value, axis=0) / width
+        bend = (d0 + d1 - 2.0 * rise) / width**2, (3.0 * rise - 2.0 * d0 - d1) / width
+        return PPoly(np.stack([*bend, d0, self.value[:-1]]), self.cycle)
 
     def first_above(self, level: Array) -> Array:
         """Return the cycles at which column 0 first reaches levels; by its end slope beyond the run."""
         level = np.asarray(level, float)
         highest = np.maximum.accumulate(self.value[:, 0])
         i = np.searchsorted(highest, level, side="left")
-        inside = (i > 0) & (i < len(highest))
-        piece = np.clip(i, 1, len(highest) - 1)
-        left, width = self.cycle[piece - 1], self.cycle[piece] - self.cycle[piece - 1]
-        y0, y1 = self.value[piece - 1, 0] - level, self.value[piece, 0] - level
-        d0, d1 = self.slope[piece - 1, 0] * width, self.slope[piece, 0] * width
-        low, high, t = np.zeros(level.shape), np.ones(level.shape), np.full(level.shape, 0.5)
-        for _ in range(BITS):  # Newton's steps where they stay between, else bisections
-            off = _cubic(t, y0, y1, d0, d1)
-            low, high = np.where(off >= 0.0, low, t), np.where(off >= 0.0, t, high)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                newton = t - off / _cubic_slope(t, y0, y1, d0, d1)
-            then = np.where((low < newton) & (newton < high), newton, 0.5 * (low + high))
-            moved, t = np.abs(then - t), then
-            if np.all(moved <= ROUNDED):
-                break
-        rate = self.slope[-1, 0]
+        rate, low = self.slope[-1, 0], np.clip(i, 1, len(highest) - 1) - 1
+        piece = self._cubics.c[:, low, 0]
+        within = risen(lambda x: np.polyval(piece, x), level, 0.0, np.diff(self.cycle)[low])
         ahead = (level - self.value[-1, 0]) / rate if rate > 0.0 else np.full(level.shape, math.inf)
-        outside = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
-        return np.asarray(np.where(inside, left + t * width, outside))
+        beyond = np.where(i == 0, self.cycle[0], self.cycle[-1] + ahead)
+        return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
 
 
-def _cubic(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
-    """Return the cubic over t from 0 to 1 that has values y and slopes d at both ends (Hermite)."""
-    return y0 + t * (d0 + t * (3.0 * (y1 - y0) - 2.0 * d0 - d1 + t * (2.0 * (y0 - y1) + d0 + d1)))
-
-
-def _cubic_slope(t: Array, y0: Array, y1: Array, d0: Array, d1: Array) -> Array:
-    """Return the derivative of that cubic."""
-    return d0 + t * (2.0 * (3.0 * (y1 - y0) - 2.0 * d0 - d1) + 3.0 * t * (2.0 * (y0 - y1) + d0 + d1))
+def risen(rising: Callable[[Array], Array], wanted: Array, low: Array | float, high: Array | float) -> Array:
+    """Return where a rising function reaches values, by Ridders' method (1979); an end where it does not."""
+    left, right = (np.broadcast_to(np.asarray(end, float), np.shape(wanted)) for end in (low, high))
+    short, over = rising(left) - wanted, rising(right) - wanted
+    found, close = np.full(left.shape, np.inf), CLOSE * (right - left)
+    for _ in range(BITS):
+        middle = 0.5 * (left + right)
+        off = rising(middle) - wanted
+        root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
+        before, found = found, np.clip(middle - (middle - left) * off / root, left, right)
+        if np.all(np.abs(found - before) <= close):
+            break
+        for at, y in ((middle, off), (found, rising(found) - wanted)):
+            under, above = (y < 0.0) & (at > left), (y >= 0.0) & (at < right)
+            left, short = np.where(under, at, left), np.where(under, y, short)
+            right, over = np.where(above, at, right), np.where(above, y, over)
+    return found
 
 
 class Asked(NamedTuple):
