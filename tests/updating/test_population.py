@@ -7,7 +7,7 @@ from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, simulated
 
 import wearlab
 from wearlab.updating import population as room
-from wearlab.updating.fleet import after, now
+from wearlab.updating.fleet import DRAWS, after, joint, states_now
 from wearlab.updating.population import factors, population
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
@@ -142,7 +142,8 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
             lives.append(grid[np.argmax(over)] if over.any() else np.inf)
             units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
         found = population(units, asked, seed)
-        ranks += [float(now(found, k, rng).life_below(life)[0]) for k, life in enumerate(lives)]
+        states = states_now(found, *joint(found, DRAWS, rng))
+        ranks += [float(state.life_below(life)[0]) for state, life in zip(states, lives, strict=False)]
     ranks = np.array(ranks)
     assert stats.kstest(ranks, "uniform").pvalue > 1e-3
     assert 0.85 <= np.mean(np.abs(ranks - 0.5) <= 0.45) <= 0.95
@@ -153,7 +154,8 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     units = [*simulated(10, 4, 6), unit("new", [], [])]
     found = population(units, law("straying"), 0)
     rng = np.random.default_rng(0)
-    new, old = (now(found, k, rng) for k in (10, 0))
+    states = states_now(found, *joint(found, DRAWS, rng))
+    new, old = states[10], states[0]
     assert np.std(np.log(new.factor)) > 1.1 * found.quantile("spread", np.array(0.5))
     assert np.ptp(new.life(P[[0, 4]])) > 1.5 * np.ptp(old.life(P[[0, 4]]))
 

@@ -196,11 +196,19 @@ def states_of(
     return states
 
 
-def now(found: Population, number: int, rng: np.random.Generator) -> UnitState:
-    """Return the states of a unit after all measurements."""
-    unit, theta = found.units[number], found.theta[drawn(found, DRAWS, rng)]
-    own = factors(unit, found.law, theta, rng)
-    return states_of(found, unit, theta[None], own[None], np.array([np.inf]))[0]
+def joint(found: Population, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Return draws of what units share, (n, parameters), and of ln f of each unit with it, (units, n)."""
+    theta = found.theta[drawn(found, n, rng)]
+    return theta, np.stack([factors(unit, found.law, theta, rng) for unit in found.units])
+
+
+def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitState]:
+    """Return the states of all units after all measurements, of some of such draws; they lie in order."""
+    some, last = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int), np.array([np.inf])
+    return [
+        states_of(found, unit, theta[None, some], own[None, some], last)[0]
+        for unit, own in zip(found.units, log_factor, strict=True)
+    ]
 
 
 def after(
@@ -277,19 +285,26 @@ def fleet_groups(
     replay : also how well every inspection was foreseen
     """
     rng = np.random.default_rng([studies[0].spec.seed, 1])
-    rows = _observed(found, rng)
+    blanks, (theta, each) = _blanks(found, rng), joint(found, studies[0].spec.draws, rng)
+    rows = _observed(found, blanks, rng)
     stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
     stats |= {"notes": " | ".join([*_records(studies), *_notes(found)]), **(_scores(rows) if replay else {})}
     groups = {
-        "posterior": _posterior(found, studies[0].spec.draws, rng),
-        "predictions": _predictions(studies, found, rng),
+        "posterior": _posterior(found, theta, each, rng),
+        "predictions": _predictions(studies, found, states_now(found, theta, each), blanks),
         "observed_data": rows,
         "sample_stats": dataset("statistics", stats),
     }
     if rows and rows["flagged"].values.any():
-        rest = _without(found, rows.isel(observation=rows["flagged"].values))
-        groups["predictions_without"] = _predictions(studies, population(rest, found.law, 0), rng)
+        rest = population(_without(found, rows.isel(observation=rows["flagged"].values)), found.law, 0)
+        states = states_now(rest, *joint(rest, DRAWS, rng))
+        groups["predictions_without"] = _predictions(studies, rest, states, _blanks(rest, rng))
     return groups
+
+
+def _blanks(found: Population, rng: np.random.Generator) -> list[UnitState]:
+    """Return the states of units by what is known of the others alone."""
+    return [after(found, number, [-np.inf], rng, FEW)[0] for number in range(len(found.units))]
 
 
 def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
@@ -306,9 +321,9 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     ]
 
 
-def _posterior(found: Population, n: int, rng: np.random.Generator) -> xr.Dataset:
+def _posterior(found: Population, theta: Array, each: Array, rng: np.random.Generator) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
-    shown = {}
+    n, shown = len(theta), {}
     for parameter, column in zip(found.law.parameters, found.parameters(n, rng).T, strict=True):
         number = parameter.name.removeprefix("sd_")
         if number.isdigit():
@@ -316,10 +331,8 @@ def _posterior(found: Population, n: int, rng: np.random.Generator) -> xr.Datase
             shown[f"sd_{data.label}"] = variable("sample", "sd", np.exp(column), units=data.si)
         else:
             shown[parameter.name] = variable("fleet", parameter.name, np.exp(column))
-    at = found.theta[shared.drawn(found, n, rng)]
-    each = np.exp(np.stack([shared.factors(unit, found.law, at, rng) for unit in found.units], axis=-1))
-    new = np.exp(at[:, -1] + np.exp(at[:, -2]) * rng.standard_normal(n))
-    shown["factor"] = variable("fleet", "factor", each)
+    new = np.exp(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n))
+    shown["factor"] = variable("fleet", "factor", np.exp(each.T))
     shown["factor_of_another"] = variable("fleet", "factor_of_another", new)
     return sample(shown, n, unit=_names(found))
 
@@ -328,9 +341,10 @@ def _names(found: Population) -> np.ndarray:
     return np.array([unit.name for unit in found.units], dtype=object)
 
 
-def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.random.Generator) -> xr.Dataset:
+def _predictions(
+    studies: Sequence[MeasuredCase], found: Population, states: list[UnitState], blanks: list[UnitState]
+) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
-    states = [now(found, number, rng) for number in range(len(found.units))]
     middle = np.array([float(np.median(state.factor)) for state in states])
     pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
     calendars = any(study.spec.days is not None for study in studies)
@@ -339,7 +353,7 @@ def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.ran
         row = lives(state, np.quantile(state.factor, P), run, days)
         row |= {"end_passed": state.passed, "pace": pace[k]}
         row["worn"] = float(np.mean(state.wear(state.now)[0])) / run.level
-        row["p_like_the_others"] = _like_the_others(found, k, rng)
+        row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
         if calendars:
             row["hours_per_year"] = np.nan if days is None else days.hours_per_year
             row.setdefault("end_of_life_quantile", np.array([""] * len(P), dtype=object))
@@ -361,13 +375,12 @@ def _predictions(studies: Sequence[MeasuredCase], found: Population, rng: np.ran
     return dataset("predictions", values, unit=_names(found), quantile=P)
 
 
-def _like_the_others(found: Population, number: int, rng: np.random.Generator) -> float:
+def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
     """Return the probability of a last value as far off, by what the other units tell; NaN without any."""
     unit = found.units[number]
     others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
     if others < FEWEST or not len(unit.cycles):
         return float("nan")
-    (blank,) = after(found, number, [-np.inf], rng, FEW)
     told = [] if blank.block is None else _inspections(unit, blank.block)
     return _two_sided(blank, *told[-1]) if told and np.isfinite(told[-1][1]) else float("nan")
 
@@ -385,14 +398,14 @@ def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> floa
     return 2.0 * min(below, 1.0 - below)
 
 
-def _observed(found: Population, rng: np.random.Generator) -> xr.Dataset:
+def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generator) -> xr.Dataset:
     """Return every inspection that is foreseen: its value, what those before and the other units tell.
 
     Two simple rules stand beside it: the others' median rate between inspections, a line through the origin.
     """
     rows: list[dict[str, Any]] = []
-    for number, unit in enumerate(found.units):
-        (blank,), last = after(found, number, [-np.inf], rng, FEW), (-np.inf, np.nan)
+    for number, (unit, blank) in enumerate(zip(found.units, blanks, strict=True)):
+        last = -np.inf, np.nan
         values = [] if blank.block is None else _inspections(unit, blank.block)
         known = after(found, number, [at for at, *_ in values[:-1]], rng, FEW) if values[1:] else ()
         for state, (cycle, value, count) in zip((blank, *known), values, strict=False):

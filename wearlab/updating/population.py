@@ -73,17 +73,18 @@ class FleetMember:
         """The last inspection [cycles]; the first cycle where there was none."""
         return float(max(self.cycles, default=self.run.start))
 
-    @property
+    @cached_property
+    def _each(self) -> list[Array]:
+        return [np.unique(self.run.asked[n].cycle[block.rows]) for n, block in enumerate(self.blocks)]
+
+    @cached_property
     def cycles(self) -> Array:
         """The inspections, rising [cycles]."""
-        each = [self.run.asked[n].cycle[block.rows] for n, block in enumerate(self.blocks)]
-        return np.unique(np.concatenate(each)) if each else np.zeros(0)
+        return np.unique(np.concatenate([np.zeros(0), *self._each]))
 
     def inspected(self, number: int, cycles: Array) -> Index:
         """Return how many inspections of a block there had been by cycles."""
-        return np.searchsorted(
-            np.unique(self.run.asked[number].cycle[self.blocks[number].rows]), cycles, "right"
-        )
+        return np.searchsorted(self._each[number], cycles, "right")
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
