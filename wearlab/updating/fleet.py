@@ -120,7 +120,7 @@ class UnitState:
         """Return quantiles of a value measured at a cycle [SI]."""
         mean, sd = self.measured(cycle)
         low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
-        return risen(lambda x: _below(x, mean, sd), p, low, high)
+        return risen(lambda x: _below(x, mean, sd), p, low, high, 1e-6)
 
     def crps(self, cycle: float, value: float, rng: np.random.Generator) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""

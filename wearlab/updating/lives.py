@@ -180,8 +180,8 @@ class Passage:
         held = (p > begun) & (p <= ended)
         found = np.where(p > begun, np.inf, self.now)
         thinned = max(len(self.weight) // SOME, 1)
-        guess = risen(lambda u: below(u, thinned), p[held], low, high)
-        near = risen(below, p[held], guess - NEAR, guess + NEAR)
+        guess = risen(lambda u: below(u, thinned), p[held], low, high, 1e-3)
+        near = risen(below, p[held], guess - NEAR, guess + NEAR, 1e-5)
         off = np.abs(near - guess) >= NEAR
         if off.any():
             near[off] = risen(below, p[held][off], low, high)

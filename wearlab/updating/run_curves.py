@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 TINY = 1e-12
-BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root moves last
+BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root may move last
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
@@ -143,17 +143,26 @@ class RunCurve:
         return np.where((i > 0) & (i < len(highest)), self.cycle[low] + within, beyond)
 
 
-def risen(rising: Callable[[Array], Array], wanted: Array, low: Array | float, high: Array | float) -> Array:
-    """Return where a rising function reaches values, by Ridders' method (1979); an end where it does not."""
+def risen(
+    rising: Callable[[Array], Array],
+    wanted: Array,
+    low: Array | float,
+    high: Array | float,
+    close: float = CLOSE,
+) -> Array:
+    """Return where a rising function reaches values, by Ridders' method (1979); an end where it does not.
+
+    ``close`` is the last move over the range; it converges faster than linearly.
+    """
     left, right = (np.broadcast_to(np.asarray(end, float), np.shape(wanted)) for end in (low, high))
     short, over = rising(left) - wanted, rising(right) - wanted
-    found, close = np.full(left.shape, np.inf), CLOSE * (right - left)
+    found, range_ = np.full(left.shape, np.inf), right - left
     for _ in range(BITS):
         middle = 0.5 * (left + right)
         off = rising(middle) - wanted
         root = np.sqrt(np.maximum(off * off - short * over, 1e-300))
         before, found = found, np.clip(middle - (middle - left) * off / root, left, right)
-        if np.all(np.abs(found - before) <= close):
+        if np.all(np.abs(found - before) <= close * range_):
             break
         for at, y in ((middle, off), (found, rising(found) - wanted)):
             under, above = (y < 0.0) & (at > left), (y >= 0.0) & (at < right)
