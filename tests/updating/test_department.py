@@ -1,22 +1,30 @@
 """A maintenance engineer asks: twelve gearboxes, dates, weighings, a load record; which to open first?"""
 
+import re
 from datetime import date
+from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import wearlab as wl
+from wearlab.report.page import report
 from wearlab.updating import update
-from wearlab.updating.report_text import answers, fleet_table, text_of
+from wearlab.updating.report_text import answers, fleet_about, fleet_table, text_of
 
 END = date(2026, 6, 30)
 CAMPAIGN = Path(__file__).parents[2] / "campaigns" / "update_department.toml"
 
 
 @pytest.fixture(scope="module")
-def tree(tmp_path_factory):
-    return update(wl.load(CAMPAIGN), wl.Store(tmp_path_factory.mktemp("store")), progress=False)
+def store(tmp_path_factory):
+    return wl.Store(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def tree(store):
+    return update(wl.load(CAMPAIGN), store, progress=False)
 
 
 def true_days():
@@ -53,10 +61,24 @@ def test_the_page_says_which_two_to_open_first_and_why_and_what_contradicts_what
     names, sure = predictions["unit"].values, predictions["end_passed"].values <= 0.05
     assert [row[0] for row in rows] == [*names[~sure], *names[sure]] and len(heads) == len(rows[0])
     assert "! G06 at " in text and "look at the reading, its unit and its hours" in text
-    assert "leaving out the inspections above that are marked !" in text
-    first, second = (line for line in answers(tree) if line.startswith("open "))
+    assert "if the readings above that are marked ! are wrong, leaving out those:" in text
+    said = answers(tree)
+    assert any(line.startswith("if the readings marked ! are wrong: open ") for line in said)
+    first, second = (line for line in said if line.startswith("open "))
     assert "first: " in first and "next: " in second and first.count(";") >= 1
     soonest = sorted(true_days().items(), key=lambda pair: pair[1])[:5]
     without = text.partition("leaving out")[2]
     opened = [line.split()[1] for line in without.splitlines() if line.strip().startswith("open ")]
     assert set(opened[:2]) & {name for name, _ in soonest}
+
+
+def test_the_report_leads_with_what_contradicts_and_has_a_day_for_each(tree, store):
+    """Before the tables: the reading to look at, what to open if it is right, and if it is wrong."""
+    page = unescape(report(wl.load(CAMPAIGN), store))
+    answer = page.partition('id="answer"')[2].partition("</section>")[0]
+    leads = re.findall(r'<p class="lead">(.*?)</p>', answer)
+    assert leads[0].startswith("! G06 at ") and leads[1].startswith("open ")
+    for name in ("predictions", "predictions_without"):
+        for row in fleet_table(tree, name)[1:]:
+            assert all(f">{cell}</td>" in answer for cell in row)
+    assert fleet_about(tree) in answer and "60 µm of wear on the pinion" in answer

@@ -17,7 +17,7 @@ from wearlab.report.page import report
 from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
 from wearlab.updating.measurements import calendar_of
-from wearlab.updating.report_text import answers, text_of
+from wearlab.updating.report_text import answers, fleet_table, text_of
 from wearlab.updating.study import studies
 
 HEAD, _, BLOCK = STATIC.partition("[[update.data]]")
@@ -83,8 +83,12 @@ def test_every_unit_gets_a_day_and_an_interval(kept, store):
 
 
 def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(tmp_path, store, kept):
-    tree = update(fleet(tmp_path, ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500")), store)
+    rows, costs = ROWS.replace("B,2026-01-01,840,500", "B,2026-01-01,840,1500"), "planned = 1, failure = 9"
+    priced = FLEET.replace("[update]", f"[update]\ndecision = {{ {costs} }}", 1)
+    tree = update(fleet(tmp_path, rows, priced), store)
     text = "\n".join(text_of(tree))
+    change = {row[0]: row[-1] for row in fleet_table(tree)[1:]}  # that of the others goes on to be advised
+    assert change["B"] == "now" and all(change[name].startswith("20") for name in ("A", "C", "D", "new"))
     assert "! B at 840 h: much more wear than" in text and "leaving out" in text
     clean = kept[1]["predictions"]["life_quantile"].sel(unit="A").values
     spoilt, without = (
@@ -204,7 +208,7 @@ def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
     table = [line.split() for line in text if "%" in line and line.split()[0] in "ABCDEF"]
     assert table[0][0] == "B" and table[0][4] == "passed"
     assert not any("never" in line for line in text)
-    assert any("open B first: the limit may have been passed" in line for line in text)
+    assert any("open B first: the limit has been passed" in line for line in text)
     assert any("B: the limit has been passed" in line for line in answers(tree))
     observed = tree["observed_data"].to_dataset()
     assert set(observed["unit_name"].values) == set("ABCDEF")

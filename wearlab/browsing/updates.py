@@ -1,6 +1,5 @@
 """Pages of updates: what `wearlab update` answered, and its figures."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from wearlab.browsing import figures, words
@@ -10,7 +9,7 @@ from wearlab.figures.kind import KINDS, FigureError, read
 from wearlab.figures.render import rendered
 from wearlab.store import updates as kept
 from wearlab.store.files import StoreError
-from wearlab.updating.report_text import answers, fleet_table, text_of
+from wearlab.updating.report_text import alerts, answers, fleet_about, fleet_table, text_of
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -26,7 +25,7 @@ def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str], list[str]]
         try:
             tree = kept.read_update(store, update.id)
             said = ["Its file has gone."] if tree is None else answers(tree)
-            told.append((update, said, [] if tree is None else _alerts(text_of(tree)[1:])))
+            told.append((update, said, [] if tree is None else alerts(tree)))
         except (StoreError, KeyError, ValueError) as error:
             told.append((update, [f"It cannot be read: {error}"], []))
     return told
@@ -53,18 +52,14 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
     return {
         "title": known.title or "Update",
         "answers": answers(tree),
-        "alerts": _alerts(lines := text_of(tree)[1:]),
-        "lines": lines,
-        "fleet": fleet_table(tree),
+        "alerts": alerts(tree),
+        "lines": text_of(tree)[1:],
+        "fleet": (table := fleet_table(tree)),
+        "about": fleet_about(tree) if table else "",
         "figures": drawn,
         "runs": known.runs,
         "id": known.id,
     }
-
-
-def _alerts(lines: Sequence[str]) -> list[str]:
-    """Return what an answer says against its own numbers."""
-    return [line.strip()[1:].strip() for line in lines if line.strip().startswith("! ")]
 
 
 def _plot(store: "Store", subject: str, kind: str) -> Any:

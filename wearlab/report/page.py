@@ -159,7 +159,6 @@ def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
     rows = [_row(campaign, case, entries.get(case.id), store, compared) for case in campaign.cases]
     states = Counter({case.id: row.state for case, row in zip(campaign.cases, rows, strict=True)}.values())
     text = inheritance.source_text(campaign.path)
-    measured, updated = _measured(campaign, store)
     report = getattr(campaign, "report", None) or ReportSpec()
     return dict(
         title=campaign.title,
@@ -184,29 +183,36 @@ def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
         model_errors=model_errors(entries),
         code=tuple(_code(store, entries)),
         lineage=tuple(_lineage(campaign, store, entries)),
-        measured=measured,
-        updated=updated,
+        **_measured(campaign, store),
         text=text,
         hash=inheritance.fingerprint(text),
     )
 
 
-def _measured(campaign: "Campaign", store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return what the update of the campaign's measurements says, in lines, and its answers in sentences."""
+def _measured(campaign: "Campaign", store: "Store") -> dict[str, Any]:
+    """Return what the update of the campaign's measurements says, its answers, and the table of a fleet."""
     from wearlab.store import updates
-    from wearlab.updating import inference, measurements
-    from wearlab.updating.report_text import BELIEVED, answers, text_of
+    from wearlab.updating import inference, measurements, report_text
 
+    found: dict[str, Any] = dict.fromkeys(("measured", "updated", "fleet", "about"), ())
     if campaign.update is None:
-        return (), ()
+        return found
     try:
         own = updates.updates_of(store, inference.subject_of(campaign))
     except measurements.UpdateError as error:
-        return (f"! {error}",), ()
+        return found | {"measured": (f"! {error}",)}
     tree = updates.read_update(store, own[0].id) if own else None
     if tree is None:
-        return ("! no update of these measurements as they stand is kept: wearlab update FILE makes it",), ()
-    return (*text_of(tree)[1:], "", *BELIEVED), tuple(answers(tree))
+        said = "! no update of these measurements as they stand is kept: wearlab update FILE makes it"
+        return found | {"measured": (said,)}
+    found["measured"] = (*report_text.text_of(tree)[1:], "", *report_text.BELIEVED)
+    if not (fleet := report_text.fleet_table(tree)):
+        return found | {"updated": report_text.answers(tree)}
+    alerts, wrong = [f"! {line}" for line in report_text.alerts(tree)], report_text.IF_WRONG
+    without = report_text.fleet_table(tree, "predictions_without")
+    tables = [(words, each[0], each[1:]) for words, each in (("", fleet), (f"{wrong}:", without)) if each]
+    about = report_text.fleet_about(tree)
+    return found | {"updated": [*alerts, *report_text.opened(tree)], "fleet": tables, "about": about}
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:

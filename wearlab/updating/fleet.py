@@ -362,6 +362,10 @@ def _predictions(
             one = dated(advice, days, state.now, run)
             row |= {str(n): v.variable for n, v in one.data_vars.items() if not v.dims}
         rows.append(row)
+    advised = next((row for row in rows if "best_change" in row), {})
+    for name, one in advised.items():  # of a unit whose limit has been passed nothing is advised
+        for row in (row for row in rows if name not in row):
+            row[name] = one.copy(data=np.full_like(one, "" if one.dtype == object else np.nan))
     values: dict[str, Any] = {}
     for name, column in stacked(rows).items():
         first = rows[0][name]

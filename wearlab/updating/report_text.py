@@ -34,16 +34,24 @@ FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
 DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
 BEFORE = "before "
-PASSED, MAYBE = "passed", 0.05  # probability from which the limit may have been passed
+PASSED, MAYBE, SURE = (
+    "passed",
+    0.05,
+    0.95,
+)  # probabilities from which the limit may have, and has, been passed
 TINY = 1e-15  # probability below which none is told
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
+IF_WRONG = "if the readings marked ! are wrong"
+ABOUT = (
+    "limit: {}; worn: how much of it at the last inspection; pace: how many times as fast as the middle unit"
+)
 SHARED = {
-    "median": "middle unit's factor on the wear coefficient",
-    "spread": "units differ in ln k by a standard deviation of",
-    "straying": "wear strays from its mean course, over the wear, by",
-    "power": "wear goes with the hours to the power",
-    "factor_of_another": "factor of another unit, not yet measured",
+    "median": "the middle unit wears as the file's coefficient says, times",
+    "spread": "two units in three wear as fast as the middle one within a factor of",
+    "straying": "the wear of a unit strays from a steady course by this share of itself",
+    "power": "wear goes with the hours to this power (below 1 it slows down)",
+    "factor_of_another": "a unit not yet measured wears as the file's coefficient says, times",
 }
 
 
@@ -66,23 +74,18 @@ def text_of(tree: xr.DataTree) -> list[str]:
 def answers(tree: xr.DataTree) -> list[str]:
     """Return a sentence a case or unit: when the limit is reached, as far as the measurements tell."""
     if "unit" in tree["predictions"].dims:
-        predictions = tree["predictions"].to_dataset()
-        each = []
+        predictions, each = tree["predictions"].to_dataset(), []
         for name, _, _, when, ends, *_ in _rows(predictions):
             if when == PASSED:
                 each.append(f"{name}: the limit has been passed.")
                 continue
             on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
             each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
-        return [*_first(predictions), *each]
+        return [*opened(tree), *each]
     lines = []
     for label in _labels(tree):
         predictions = group(tree, "predictions", label)
-        limit = predictions["limit"]
-        declared = VARIABLES[str(limit.attrs["quantity"])]
-        value = convert(float(limit), declared.units, declared.display_units)
-        wear = f"{value:.4g} {shown_unit(declared.display_units)} of wear"
-        where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
+        wear = _limit(predictions)
         times = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
         low, middle, high = ((hours_text(t) or "0 h") if np.isfinite(t) else "never" for t in times[::2])
         day = looked = ""
@@ -90,12 +93,21 @@ def answers(tree: xr.DataTree) -> list[str]:
             first, likely, latest_day = _days(predictions)[::2]
             day = f" on {likely}, with 90 % between {first} and {latest_day}:"
             looked = f", {likely.removeprefix(BEFORE)}"
-        text = f"{wear}{where} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
+        text = f"{wear} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
         if times[2] <= 0.0:
             later = f"; with 5 % it is reached more than {high} after it" if times[4] > 0.0 else ""
-            text = f"{wear}{where} was reached before the last inspection{looked}{later}."
+            text = f"{wear} was reached before the last inspection{looked}{later}."
         lines.append(text if label is None else f"{label}: {text}")
     return lines
+
+
+def _limit(predictions: xr.Dataset) -> str:
+    """Return the wear that ends the life, and where."""
+    limit = predictions["limit"]
+    declared = VARIABLES[str(limit.attrs["quantity"])]
+    value = convert(float(limit), declared.units, declared.display_units)
+    where = f" on the {limit.attrs['where']}" if limit.attrs["where"] else ""
+    return f"{value:.4g} {shown_unit(declared.display_units)} of wear{where}"
 
 
 def _days(predictions: xr.Dataset) -> list[str]:
@@ -158,6 +170,9 @@ def _templates() -> Any:
         "p": lambda value, digits: f"p = {_digits(value, digits)}" if value > TINY else f"p < {TINY:g}",
         "n": lambda value: f"{value:,.0f}",
         "finite": lambda value: isinstance(value, float) and np.isfinite(value),
+        "chance": lambda p: (
+            f"chance alone: once in {1.0 / max(p, 1e-6):,.0f} times{' or less' if p < 1e-6 else ''}"
+        ),
         "spread": _spread,
         "preferring": _preferring,
     }
@@ -194,15 +209,7 @@ def _numbers(data: xr.Dataset) -> dict[str, Any]:
 
 def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
     """Return what the text of a case is made from."""
-    names = (
-        "predictions",
-        "sample_stats",
-        "posterior",
-        "prior",
-        "virtual_inspection",
-        "calibration",
-        "decision",
-    )
+    names = "predictions sample_stats posterior prior virtual_inspection calibration decision".split()
     predictions, stats, sample, prior, ahead, twins, costs = (group(tree, name, label) for name in names)
     hours = float(predictions["seconds_per_cycle"]) / HOUR
     checks = list(_checks(stats))
@@ -382,6 +389,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         ],
         "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
         "table": _table([_heads(predictions), *_rows(predictions)]),
+        "about": ABOUT.format(_limit(predictions)),
         "first": _first(predictions),
         "shared": list(_shared(sample)),
         "words": SHARED,
@@ -397,10 +405,29 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     return found
 
 
-def fleet_table(tree: xr.DataTree) -> list[tuple[str, ...]]:
+def fleet_table(tree: xr.DataTree, name: str = "predictions") -> list[tuple[str, ...]]:
     """Return headings and a row a unit of a fleet; nothing of an update of one gear set."""
-    predictions = tree["predictions"].to_dataset()
+    predictions = group(tree, name, None)
     return [_heads(predictions), *_rows(predictions)] if "unit" in predictions.dims else []
+
+
+def fleet_about(tree: xr.DataTree) -> str:
+    """Return what the headings of that table mean."""
+    return ABOUT.format(_limit(tree["predictions"].to_dataset()))
+
+
+def alerts(tree: xr.DataTree) -> list[str]:
+    """Return what an answer says against its own numbers."""
+    return [line.strip()[2:] for line in text_of(tree) if line.strip().startswith("! ")]
+
+
+def opened(tree: xr.DataTree) -> list[str]:
+    """Return which units of a fleet to open first; also where what contradicts the others is wrong."""
+    found = _first(tree["predictions"].to_dataset())
+    if "predictions_without" in tree.children:
+        without = _first(tree["predictions_without"].to_dataset())
+        found += [f"{IF_WRONG}: {line}" for line in without]
+    return found
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -448,7 +475,8 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
         if "best_change" in predictions:
             at = float(predictions["best_change"][k] * predictions["seconds_per_cycle"][k]) / HOUR
             day = str(predictions["best_change_day"].values[k]) if "best_change_day" in predictions else ""
-            rows[-1] += (day or f"{at - hours[k]:,.0f} h more",)
+            other = "now" if end == PASSED else "not known"
+            rows[-1] += (day or (f"{at - hours[k]:,.0f} h more" if np.isfinite(at) else other),)
     return rows
 
 
@@ -467,7 +495,7 @@ def _first(predictions: xr.Dataset) -> list[str]:
         why += [] if float(predictions["now"][k]) > 0.0 else ["it was never measured"]
         why = why or ["it comes first of all that are like it"]
         lasts = f"it lasts until {texts[k, 0]} with a probability of 95 %"
-        when = "the limit may have been passed" if passed > MAYBE else lasts
+        when = f"the limit {'has' if passed > SURE else 'may have'} been passed" if passed > MAYBE else lasts
         lines.append(f"open {name} {'first' if not lines else 'next'}: {when}; {', and '.join(why)}")
     return lines
 
@@ -481,8 +509,5 @@ def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:
             unit = sample[name].attrs["units"]
             shown = {"m": "um", "kg": "g"}.get(unit, unit)
             scale = convert(1.0, unit, shown) if shown != unit else 1.0
-            yield (
-                name,
-                "" if shown == "1" else shown_unit(shown),
-                scale * np.quantile(sample[name].values, [0.05, 0.5, 0.95]),
-            )
+            q = scale * np.quantile(sample[name].values, [0.05, 0.5, 0.95])
+            yield name, "" if shown == "1" else shown_unit(shown), np.exp(q) if name == "spread" else q
