@@ -14,6 +14,8 @@ from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "updating"))
 
+import test_decision
+import test_population
 from made import RATE, ErrorModel, blocks, history, observed, study
 from outside import (
     CASES,
@@ -174,6 +176,27 @@ def looks() -> list[str]:
     return lines
 
 
+def others() -> list[str]:
+    """Return the table of decisions beside simulated ones, and of a fleet beside a sampler."""
+    import emcee
+
+    lines = ["| what | beside | largest difference |", "|---|---|---|"]
+    found = test_decision.advice()
+    changes, looks = (np.abs(of(*found)) for of in (test_decision.of_changes, test_decision.of_looks))
+    emcees = test_population.beside_emcee(emcee)
+    factors = max(off for name, off in emcees.items() if name not in test_population.PRIORS)
+    shared = max(off for name, off in emcees.items() if name in test_population.PRIORS)
+    for what, beside, off in (
+        ("cost per hour of a planned change, 5 times and the least", "400,000 lives", f"{changes.max():.1%}"),
+        ("cost per hour with a look first, 3 times", "nested simulation, 1,500 truths", f"{looks.max():.1%}"),
+        ("factors of five liners, five quantiles", "emcee, 60 walkers, 6,000 steps", f"{factors:.2f} sd"),
+        ("what the five liners share, five quantiles", "the same", f"{shared:.2f} sd"),
+    ):
+        lines.append(f"| {what} | {beside} | {off.replace('%', ' %')} |")
+        print(lines[-1], flush=True)
+    return lines
+
+
 def nested_width(case: Case, value: np.ndarray, look: float, truths: int = 4000) -> float:
     """Return the mean width of the remaining life's 90 % interval after a look, over that now."""
     rng, u = np.random.default_rng(7), np.linspace(-1.0, 1.5, 4001)
@@ -200,7 +223,7 @@ def nested_width(case: Case, value: np.ndarray, look: float, truths: int = 4000)
 
 def main(file: Path | None) -> None:
     """Print the tables; write them between their marks."""
-    lines = [*answers(), "", *power(), "", *looks()]
+    lines = [*answers(), "", *power(), "", *looks(), "", *others()]
     if file is not None:
         text = file.read_text(encoding="utf-8")
         head, _, rest = text.partition(BEGIN)
