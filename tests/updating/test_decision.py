@@ -43,7 +43,7 @@ def made():
 
 
 def of_changes(found, factor, mass):
-    """Return the cost per hour of changes at five times, and the least, over that of simulated lives, less 1."""
+    """Return the cost per hour of five changes, and the least, over that of simulated lives, less 1."""
     rng, off = np.random.default_rng(1), []
     life = HOUR * LIMIT.value / RATE / rng.choice(factor, 400_000, p=mass)
     for change in (0, 100, 200, 300, 399):

@@ -42,7 +42,7 @@ def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
 
 
 def beside_emcee(emcee):
-    """Return how far quantiles of what five units share, and of their factors, are from a chain's, over its sd.
+    """Return how far quantiles of what five units share, and of factors, are from a chain's, over its sd.
 
     All are sampled together; likelihoods from whole covariances.
     """

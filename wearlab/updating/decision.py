@@ -59,7 +59,8 @@ def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr
         return None
     draws = outcome.draws.first(MOST)
     looks = np.linspace(answer.now, end, LOOKS + 1)[1:]
-    present = width(np.maximum(draws.life - answer.now, 0.0), np.ones(len(draws)))
+    rest = np.maximum(draws.life - answer.now, 0.0)
+    present = float(np.ptp(weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
     if not present > 0.0:
         return None
     expected = np.empty((len(INSTRUMENTS), len(looks)))
@@ -125,17 +126,9 @@ def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generato
     order = np.argsort(rest)
     value, rest, sd = value[order], np.maximum(rest[order], 0.0), sd[order]
     weight = virtual_weights(value, sd, rng)
-    below = np.cumsum(weight, axis=1)
-    total, at = below[:, -1:].copy(), np.arange(TRUTHS)
-    below -= np.float32(0.5) * weight  # a value stands in the middle of its weight
-    ends = []
-    for p in ENDS:
-        wanted = np.float32(p) * total
-        k = np.clip(np.sum(below < wanted, axis=1), 1, len(rest) - 1)
-        low, high = below[at, k - 1], below[at, k]
-        share = np.clip((wanted[:, 0] - low) / np.maximum(high - low, np.float32(1e-30)), 0.0, 1.0)
-        ends.append(rest[k - 1] + share * (rest[k] - rest[k - 1]))
-    return float(np.mean(ends[1] - ends[0]))
+    total = np.cumsum(weight, axis=1)
+    below = (total - 0.5 * weight) / total[:, -1:]  # a value stands in the middle of its weight
+    return float(np.mean([np.ptp(np.interp(ENDS, row, rest)) for row in below]))
 
 
 def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -154,11 +147,6 @@ def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArra
     np.exp(weight, out=weight)  # a truth explains its own value: no row is nothing
     weight *= share * np.float32(sd.min())
     return weight
-
-
-def width(rising: Array, weight: Array) -> float:
-    """Return the width of the 90 % interval of weighted values; of equal ones that are not sorted, too."""
-    return float(np.ptp(weighted_quantiles(rising, weight, ENDS)))
 
 
 def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:

@@ -216,8 +216,12 @@ def replicated(
     offset = block.data.error.offset_sd
     times = inspections_of(block, post.histories[0], number) if drifts or offset else []
     if drifts:
-        rate = draws.drift[number] ** 2 / PER
-        paths = smoothed_paths(innovations(post, draws, number), [t.cycle for t in times], rate, rng)
+        rate, cycles = draws.drift[number] ** 2 / PER, [t.cycle for t in times]
+        if known:
+            paths = smoothed_paths(innovations(post, draws, number), cycles, rate, rng)
+        else:
+            passed = np.diff(cycles, prepend=post.histories[0].begin(number))[:, None]
+            paths = np.cumsum(np.sqrt(rate * passed) * rng.standard_normal((len(times), n)), axis=0)
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]
     for time in times if offset else []:

@@ -57,15 +57,11 @@ class Spread(NamedTuple):
     prior: Distribution | None = None
     scale: float = 1.0
 
-    def log_density(self, log_value: Array) -> Array:
-        """Return the log of the prior's density per unit of ln value."""
-        assert self.prior is not None
-        return log_density(self.prior, log_value - np.log(self.scale))
 
-
-def log_density(prior: Distribution, log_value: Array) -> Array:
-    """Return the log of a prior's density per unit of ln value; of normal laws however far out."""
-    found: Array = prior.log_density(np.exp(log_value)) + log_value
+def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Array:
+    """Return the log of a prior's density per unit of ln value, in so much of its unit; however far out."""
+    own = log_value - math.log(scale)
+    found: Array = prior.log_density(np.exp(own)) + own
     return found
 
 

@@ -1,7 +1,7 @@
 """One case updated: posterior, answer, draws, checks, and what a reader must know besides."""
 
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -104,10 +104,7 @@ def answered(
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     if len(told) < 2 or study.prior is None:
         return answer
-    each = []
-    for n in told:
-        alone = tuple(b if k == n else unseen([b])[0] for k, b in enumerate(blocks))
-        each.append(posterior(runs, alone, study.prior, log_proposal))
+    each = [posterior(runs, unseen(blocks, but=[n]), study.prior, log_proposal) for n in told]
     apart, *pair = contradiction(each)
     answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
     if answer.contradiction > TENSION and _widens(answer, runs):
@@ -115,9 +112,10 @@ def answered(
     return answer
 
 
-def unseen(blocks: Sequence[Block]) -> tuple[Block, ...]:
-    """Return blocks of which nothing counts: the prior."""
-    return tuple(replace(block, rows=np.zeros(0, np.intp)) for block in blocks)
+def unseen(blocks: Sequence[Block], but: Collection[int] = ()) -> tuple[Block, ...]:
+    """Return blocks of which nothing counts, but of those with such numbers; of none: the prior."""
+    none = np.zeros(0, np.intp)
+    return tuple(b if n in but else replace(b, rows=none) for n, b in enumerate(blocks))
 
 
 def outcome(
@@ -145,10 +143,9 @@ def outcome(
     each, courses = checks(answer.posterior, draws)
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     sources = {}
-    if len(told) > 1:
-        for n in told:
-            rest = tuple(unseen([b])[0] if k == n else b for k, b in enumerate(blocks))
-            sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
+    for n in told if len(told) > 1 else ():
+        rest = unseen(blocks, but={*told} - {n})
+        sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
     stats = _stats(study, answer, blocks, log_proposal)
     stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
     notes = (*_notes(study, runs, answer, blocks, stats), *_larger_errors(blocks, draws, prior_draws))
@@ -193,17 +190,10 @@ def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rand
         alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
         prior = replace(before.posterior, blocks=alone)
         value = float(block.seen.value[latest.rows][0])
-        below = (np.sum(_prior_replicas(prior, draws, number, rng) <= value) + 0.5) / (len(draws) + 1.0)
+        made = replicated(prior, draws, number, rng, known=False)[:, 0]
+        below = (np.sum(made <= value) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))
     return float(least)
-
-
-def _prior_replicas(post: Posterior, draws: Draws, number: int, rng: np.random.Generator) -> Array:
-    """Return one value of a block as it could come out before anything is measured."""
-    still = replace(draws, drift=tuple(np.zeros_like(x) for x in draws.drift))
-    values = replicated(post, still, number, rng, known=False)[:, 0]
-    cycle = float(post.histories[0].asked[number].cycle[post.blocks[number].rows][0])
-    return np.asarray(values + draws.drift[number] * np.sqrt(cycle / 1e6) * rng.standard_normal(len(draws)))
 
 
 def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:

@@ -49,10 +49,6 @@ class Parameter(NamedTuple):
     prior: Distribution
     scale: float = 1.0
 
-    def log_density(self, log_value: Array) -> Array:
-        """Return the log of the prior's density per unit of ln value."""
-        return log_density(self.prior, log_value - np.log(self.scale))
-
     @property
     def normal(self) -> tuple[float, float]:
         """Mean and standard deviation of ln value, by the prior's quantiles."""
@@ -307,10 +303,9 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
     law : what is unknown of them together
     seed : of the points that the lattice is fitted with
     """
-    logs = {p.name: p for p in law.parameters}
 
     def log_prior(theta: Array) -> Array:
-        each = [p.log_density(column) for p, column in zip(logs.values(), theta.T, strict=True)]
+        each = [log_density(p.prior, u, p.scale) for p, u in zip(law.parameters, theta.T, strict=True)]
         return np.asarray(sum(each))
 
     def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:

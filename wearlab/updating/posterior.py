@@ -184,10 +184,11 @@ def values_of(spread: Spread | None, grid: Array | None) -> Array:
 
 def _log_prior(spread: Spread | None, grid: Array | None) -> Array:
     """Return the logs of an error's prior times the weights of its grid, (runs, n)."""
-    if spread is None or grid is None:
+    if spread is None or spread.prior is None or grid is None:
         return np.zeros((1, 1))
     step = grid[:, 1:2] - grid[:, :1]
-    return np.asarray(spread.log_density(grid) + np.log(even_weights(grid.shape[1]) * step))
+    logs = log_density(spread.prior, grid, spread.scale)
+    return np.asarray(logs + np.log(even_weights(grid.shape[1]) * step))
 
 
 def posterior(
