@@ -15,7 +15,7 @@ expected cost until then is least; V(h) is that of a new one with h hours to go,
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -31,11 +31,9 @@ from wearlab.updating.draws import Draws, gains
 from wearlab.updating.layout import Lives, dataset
 from wearlab.updating.likelihood import PER
 from wearlab.updating.lives import passage_time, present_state
+from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.posterior import weighted_quantiles
 from wearlab.updating.run_curves import RunHistory
-
-if TYPE_CHECKING:
-    from wearlab.updating.outcome import UpdateOutcome
 
 LOOKS = 9
 INSTRUMENTS = (0.3, 1.0, 3.0)  # times the error of the block
@@ -47,7 +45,7 @@ DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
 STEPS = 300  # of a horizon
 
 
-def virtual_inspection(outcome: "UpdateOutcome", rng: np.random.Generator) -> xr.Dataset | None:
+def virtual_inspection(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where there is no such
@@ -85,14 +83,14 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
     return ahead.assign(recommended=ahead["recommended"].copy(data=best))
 
 
-def virtual_block(outcome: "UpdateOutcome") -> int | None:
+def virtual_block(outcome: UpdateOutcome) -> int | None:
     """Return the first block that has no places on the flank: what one would measure again."""
     blocks = outcome.posterior.blocks
     return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
 
 
 def states_at(
-    outcome: "UpdateOutcome", draws: Draws, number: int, looks: Array, rng: np.random.Generator
+    outcome: UpdateOutcome, draws: Draws, number: int, looks: Array, rng: np.random.Generator
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
     answer, post, n = outcome.answer, outcome.posterior, len(draws)
@@ -149,7 +147,7 @@ def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArra
     return weight
 
 
-def decided(outcome: "UpdateOutcome", costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
+def decided(outcome: UpdateOutcome, costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer, run = outcome.answer, outcome.posterior.histories[0]
     found, number = changes(answer, run, costs), virtual_block(outcome)

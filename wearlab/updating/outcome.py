@@ -4,7 +4,6 @@ import tomllib
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,7 @@ from wearlab.updating.lives import Answer, drifting_block
 from wearlab.updating.measurements import UpdateError
 from wearlab.updating.posterior import Posterior, posterior, widened
 from wearlab.updating.run_curves import RunHistory
-
-if TYPE_CHECKING:
-    from wearlab.updating.study import MeasuredCase
+from wearlab.updating.study import MeasuredCase
 
 ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
@@ -51,7 +48,7 @@ class UpdateOutcome:
     stats : numbers about the update itself
     """
 
-    study: "MeasuredCase"
+    study: MeasuredCase
     answer: Answer
     draws: Draws
     prior: Answer
@@ -69,7 +66,7 @@ class UpdateOutcome:
         return self.answer.posterior
 
 
-def blocks_of(study: "MeasuredCase", runs: Sequence[RunHistory]) -> tuple[Block, ...]:
+def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts.
 
     Raises
@@ -91,7 +88,7 @@ def blocks_of(study: "MeasuredCase", runs: Sequence[RunHistory]) -> tuple[Block,
 
 
 def answered(
-    study: "MeasuredCase",
+    study: MeasuredCase,
     runs: Sequence[RunHistory],
     blocks: Sequence[Block],
     log_proposal: Array | None = None,
@@ -119,7 +116,7 @@ def unseen(blocks: Sequence[Block], but: Collection[int] = ()) -> tuple[Block, .
 
 
 def outcome(
-    study: "MeasuredCase",
+    study: MeasuredCase,
     runs: tuple[RunHistory, ...],
     which: NDArray[np.intp],
     log_proposal: Array | None = None,
@@ -155,7 +152,7 @@ def outcome(
 
 
 def _stats(
-    study: "MeasuredCase", answer: Answer, blocks: tuple[Block, ...], log_proposal: Array | None
+    study: MeasuredCase, answer: Answer, blocks: tuple[Block, ...], log_proposal: Array | None
 ) -> dict[str, float]:
     post = answer.posterior
     seen = [block for block in blocks if len(block.seen)]
@@ -212,7 +209,7 @@ def _widens(answer: Answer, runs: Sequence[RunHistory]) -> bool:
 
 
 def _notes(
-    study: "MeasuredCase",
+    study: MeasuredCase,
     runs: tuple[RunHistory, ...],
     answer: Answer,
     blocks: tuple[Block, ...],

@@ -7,7 +7,7 @@ one run to the next, joined at f̂ N₁, so that it stays a function of f N.
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,7 @@ from wearlab.updating.run_curves import (
     per_cycle,
     states_kept,
 )
-
-if TYPE_CHECKING:
-    from wearlab.updating.study import MeasuredCase
+from wearlab.updating.study import MeasuredCase
 
 CLOCKS = ("cycle", "operating_hours", "mesh_cycles")
 DIGITS = 2  # of the factor at which the mates' wear is taken: it says how much, and hardly how
@@ -46,8 +44,8 @@ class Era(NamedTuple):
 
 
 def renewed(
-    study: "MeasuredCase", first: StoredRun, compute: Callable[[Scene], StoredRun]
-) -> tuple["MeasuredCase", RunHistory]:
+    study: MeasuredCase, first: StoredRun, compute: Callable[[Scene], StoredRun]
+) -> tuple[MeasuredCase, RunHistory]:
     """Return a study whose measurements are parted by the gears they are of, and its history.
 
     Parameters
@@ -103,7 +101,7 @@ def _gear_of(where: str | None, gears: list[str], place: str) -> str:
     return _gear(where)
 
 
-def _events(study: "MeasuredCase", first: StoredRun, gears: list[str]) -> list[tuple[int, Replaced, float]]:
+def _events(study: MeasuredCase, first: StoredRun, gears: list[str]) -> list[tuple[int, Replaced, float]]:
     """Return when gears were replaced, in order: number, what was said, cycle."""
     found = []
     for number, event in enumerate(study.spec.replaced):
@@ -137,8 +135,8 @@ def _hours(event: Replaced, days: Days | None, place: str) -> float:
 
 
 def _history(
-    study: "MeasuredCase", scene: Scene, eras: Mapping[str, list[Era]]
-) -> tuple["MeasuredCase", RunHistory]:
+    study: MeasuredCase, scene: Scene, eras: Mapping[str, list[Era]]
+) -> tuple[MeasuredCase, RunHistory]:
     """Return the study with its measurements parted, and its history; what is in service comes first."""
     gears = list(eras)
     last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]

@@ -378,8 +378,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
     keys = ("unit_name", "cycle", "higher", "first", "check_p")
     flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
-    unit = rows["value"].attrs["units"] if rows else "1"
-    shown = {"m": "um", "kg": "g"}.get(unit, unit)
+    shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
     found: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": [*filter(None, str(stats["notes"]).split(" | "))],
@@ -394,8 +393,8 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "shared": list(_shared(sample)),
         "words": SHARED,
         "stats": stats,
-        "shown": shown_unit(shown),
-        "scale": convert(1.0, unit, shown) if shown != unit else 1.0,
+        "shown": shown,
+        "scale": scale,
     }
     if "predictions_without" in tree.children:
         without = tree["predictions_without"].to_dataset()
@@ -500,14 +499,18 @@ def _first(predictions: xr.Dataset) -> list[str]:
     return lines
 
 
+def _shown(unit: str) -> tuple[str, float]:
+    """Return the unit in which values of fleets are shown, and the factor from SI."""
+    shown = {"m": "um", "kg": "g"}.get(unit, unit)
+    return ("" if shown == "1" else shown_unit(shown)), (1.0 if shown == unit else convert(1.0, unit, shown))
+
+
 def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:
     """Yield name, unit and quantiles of what the units share, and of a unit that was not measured."""
     errors = (str(n) for n in sample.data_vars if str(n).startswith("sd_"))
     *names, another = SHARED
     for name in (*names, *errors, another):
         if name in sample:
-            unit = sample[name].attrs["units"]
-            shown = {"m": "um", "kg": "g"}.get(unit, unit)
-            scale = convert(1.0, unit, shown) if shown != unit else 1.0
+            shown, scale = _shown(sample[name].attrs["units"])
             q = scale * np.quantile(sample[name].values, [0.05, 0.5, 0.95])
-            yield name, "" if shown == "1" else shown_unit(shown), np.exp(q) if name == "spread" else q
+            yield name, shown, np.exp(q) if name == "spread" else q

@@ -4,8 +4,9 @@ Models compared: cases with the same measurements, errors that accumulate or not
 inspection left out is foretold exactly, without a sampling error: ln p(y_i | the others) = ln Z − ln Z₋ᵢ.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,20 +14,11 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.updating.draws import checks, drawn
 from wearlab.updating.layout import P, dataset, stacked
-from wearlab.updating.outcome import answered, unseen
-from wearlab.updating.posterior import Posterior
-
-if TYPE_CHECKING:
-    from wearlab.updating.study import MeasuredCase
-
-
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
-
 from wearlab.updating.likelihood import Block, block_of
-from wearlab.updating.outcome import ACCUMULATING, UpdateOutcome
-from wearlab.updating.posterior import posterior
+from wearlab.updating.outcome import ACCUMULATING, UpdateOutcome, answered, unseen
+from wearlab.updating.posterior import Posterior, posterior
 from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.study import MeasuredCase
 
 MOST = 200  # inspections that are replayed; of more, evenly many
 DRAWS = 1000
@@ -58,7 +50,7 @@ def held_by(q: Array, truth: Array) -> dict[str, float]:
     return {f"replay_in_{width}": float(held.sum()) for width, held in inside.items()}
 
 
-def simple_rules(study: "MeasuredCase", post: Posterior, now: float) -> tuple[float, float]:
+def simple_rules(study: MeasuredCase, post: Posterior, now: float) -> tuple[float, float]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
     limit, run, ratio, line = study.limit, post.histories[0], np.nan, np.nan
     number = next((n for n, b in enumerate(post.blocks) if b.is_whole(limit.quantity, limit.where)), None)
@@ -78,7 +70,7 @@ def simple_rules(study: "MeasuredCase", post: Posterior, now: float) -> tuple[fl
     return ratio, line
 
 
-def replayed(study: "MeasuredCase", post: Posterior, end: float = np.nan) -> xr.Dataset:
+def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
     Parameters

@@ -13,7 +13,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -32,10 +32,7 @@ from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.run_curves import Clock, RunHistory, history_of, variables_of
 from wearlab.updating.scores import EVEN, crps
-from wearlab.updating.study import studies
-
-if TYPE_CHECKING:
-    from wearlab.updating.study import MeasuredCase
+from wearlab.updating.study import MeasuredCase, studies
 
 MADE = "# Made by: "
 DIGITS = 5
@@ -50,7 +47,7 @@ class Truth(NamedTuple):
 
 
 def calibrated(
-    study: "MeasuredCase", post: Posterior, n: int, *, told: Sequence[Block] | None = None
+    study: MeasuredCase, post: Posterior, n: int, *, told: Sequence[Block] | None = None
 ) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 

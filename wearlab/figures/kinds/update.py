@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
+from wearlab.campaign.update_options import WHERE
 from wearlab.figures import plot, wording
 from wearlab.figures.kind import Ask, Curves, FigureError, Kind, kind
 from wearlab.nearest import choices
@@ -344,19 +345,15 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
             continue
         x, y = observed[f"cycle_{block}"].values, observed[block].values * scale
         sd = observed[f"sd_{block}"].values * scale
-        for at, value, error in zip(x, y, sd, strict=True):
-            if np.isfinite(value):
-                bar = np.array([value - error, value + error])
-                yield line(update, (np.full(2, at), CYCLES), (bar, up), "hairline")
-        yield line(update, (x, CYCLES), (y, up), "points")
+        bars: list[tuple[Array, Array, plot.Look, str]] = [(y - sd, y + sd, "hairline", "")]
         if f"below_{block}" in observed:  # anywhere up to the limit of detection
-            limits = observed[f"below_{block}"].values * scale
-            for at, value, limit in zip(x, y, limits, strict=True):
-                if not np.isfinite(value) and np.isfinite(limit):
-                    bar = np.array([0.0, limit])
-                    yield line(
-                        update, (np.full(2, at), CYCLES), (bar, up), "dashed", "below the limit of detection"
-                    )
+            limit = np.where(np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale)
+            bars.append((0.0 * limit, limit, "dashed", "below the limit of detection"))
+        for low, high, look, text in bars:
+            for at, *ends in zip(x, low, high, strict=True):
+                if np.isfinite(ends).all():
+                    yield line(update, (np.full(2, at), CYCLES), (np.array(ends), up), look, text)
+        yield line(update, (x, CYCLES), (y, up), "points")
 
 
 @update_kind(
@@ -367,7 +364,7 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
     observed, made = update["observed_data"], update["posterior_predictive"]
     for name in map(str, made.data_vars):
-        where = next((kind for kind in PLACES_ON_FLANK if f"{kind}_{name}" in observed.coords), None)
+        where = next((kind for kind in WHERE if f"{kind}_{name}" in observed.coords), None)
         if where is None:
             continue
         place, cycle = observed[f"{where}_{name}"], observed[f"cycle_{name}"].values
@@ -393,7 +390,6 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             yield plot.Series(key, x[some], y[some], across, up, "points")
 
 
-PLACES_ON_FLANK = ("diameter", "roll_angle", "path_position")
 CONE = 0.2
 RULES = {
     "by_the_ratio": "by the ratio of wear to cycles",
