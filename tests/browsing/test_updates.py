@@ -5,7 +5,7 @@ from html import escape, unescape
 from urllib.parse import parse_qs, urlsplit
 
 from wearlab.store.updates import kept_updates, read_update
-from wearlab.updating.report_text import answers, fleet_table
+from wearlab.updating.report_text import answers, fleet_tables
 
 
 def test_a_fleet_is_told_as_by_command(measured):
@@ -14,7 +14,7 @@ def test_a_fleet_is_told_as_by_command(measured):
     listed, page = unescape(measured.page("updates")), measured.page("update", id=update.id)
     for line in answers(tree):
         assert line in listed and escape(line) in page.replace("&#39;", "&#x27;").replace("&#34;", "&quot;")
-    head, *rows = fleet_table(tree)
+    ((_, head, rows),) = fleet_tables(tree)
     assert len(rows) == 4 and "<b>new</b>" in [row[0] for row in rows]
     found = re.findall(r'<th scope="row">(.*?)</th>', page)
     assert [unescape(name) for name in found] == [row[0] for row in rows] and "<b>new</b>" not in page

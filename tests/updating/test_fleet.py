@@ -17,7 +17,7 @@ from wearlab.report.page import report
 from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
 from wearlab.updating.measurements import calendar_of
-from wearlab.updating.report_text import answers, fleet_table, text_of
+from wearlab.updating.report_text import answers, fleet_tables, text_of
 from wearlab.updating.study import studies
 
 HEAD, _, BLOCK = STATIC.partition("[[update.data]]")
@@ -87,7 +87,7 @@ def test_a_value_that_contradicts_the_others_is_told_and_left_out_beside(tmp_pat
     priced = FLEET.replace("[update]", f"[update]\ndecision = {{ {costs} }}", 1)
     tree = update(fleet(tmp_path, rows, priced), store)
     text = "\n".join(text_of(tree))
-    change = {row[0]: row[-1] for row in fleet_table(tree)[1:]}  # that of the others goes on to be advised
+    change = {row[0]: row[-1] for row in fleet_tables(tree)[0][2]}  # that of the others goes on to be advised
     assert change["B"] == "now" and all(change[name].startswith("20") for name in ("A", "C", "D", "new"))
     assert "! B at 840 h: much more wear than" in text and "leaving out" in text
     clean = kept[1]["predictions"]["life_quantile"].sel(unit="A").values

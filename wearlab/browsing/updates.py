@@ -9,7 +9,7 @@ from wearlab.figures.kind import KINDS, FigureError, read
 from wearlab.figures.render import rendered
 from wearlab.store import updates as kept
 from wearlab.store.files import StoreError
-from wearlab.updating.report_text import alerts, answers, fleet_about, fleet_table, text_of
+from wearlab.updating.report_text import alerts, answers, fleet_about, fleet_tables, text_of
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -54,8 +54,8 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
         "answers": answers(tree),
         "alerts": alerts(tree),
         "lines": text_of(tree)[1:],
-        "fleet": (table := fleet_table(tree)),
-        "about": fleet_about(tree) if table else "",
+        "fleet": (tables := fleet_tables(tree)),
+        "about": fleet_about(tree) if tables else "",
         "figures": drawn,
         "runs": known.runs,
         "id": known.id,

@@ -206,13 +206,10 @@ def _measured(campaign: "Campaign", store: "Store") -> dict[str, Any]:
         said = "! no update of these measurements as they stand is kept: wearlab update FILE makes it"
         return found | {"measured": (said,)}
     found["measured"] = (*report_text.text_of(tree)[1:], "", *report_text.BELIEVED)
-    if not (fleet := report_text.fleet_table(tree)):
+    if not (tables := report_text.fleet_tables(tree)):
         return found | {"updated": report_text.answers(tree)}
-    alerts, wrong = [f"! {line}" for line in report_text.alerts(tree)], report_text.IF_WRONG
-    without = report_text.fleet_table(tree, "predictions_without")
-    tables = [(words, each[0], each[1:]) for words, each in (("", fleet), (f"{wrong}:", without)) if each]
-    about = report_text.fleet_about(tree)
-    return found | {"updated": [*alerts, *report_text.opened(tree)], "fleet": tables, "about": about}
+    leads = [*(f"! {line}" for line in report_text.alerts(tree)), *report_text.opened(tree)]
+    return found | {"updated": leads, "fleet": tables, "about": report_text.fleet_about(tree)}
 
 
 def _values(values: Sequence[Any], units: str | None) -> str:

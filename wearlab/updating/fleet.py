@@ -366,17 +366,11 @@ def _predictions(
     for name, one in advised.items():  # of a unit whose limit has been passed nothing is advised
         for row in (row for row in rows if name not in row):
             row[name] = one.copy(data=np.full_like(one, "" if one.dtype == object else np.nan))
-    values: dict[str, Any] = {}
+    labels = {name: one.attrs for name, one in rows[0].items() if isinstance(one, xr.Variable)}
+    values: dict[str, Any] = {"limit": limit_of(studies[0].limit)}
     for name, column in stacked(rows).items():
-        first = rows[0][name]
-        labelled = isinstance(first, xr.Variable)
-        values[name] = (
-            xr.Variable("unit", column, first.attrs)
-            if labelled
-            else variable("predictions", name, column, over="unit")
-        )
-    values["limit"] = limit_of(studies[0].limit)
-    return dataset("predictions", values, unit=_names(found), quantile=P)
+        values[name] = xr.Variable("unit", column, labels[name]) if name in labels else column
+    return dataset("predictions", values, over="unit", unit=_names(found), quantile=P)
 
 
 def _like_the_others(found: Population, number: int, blank: UnitState) -> float:

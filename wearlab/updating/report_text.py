@@ -404,10 +404,14 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     return found
 
 
-def fleet_table(tree: xr.DataTree, name: str = "predictions") -> list[tuple[str, ...]]:
-    """Return headings and a row a unit of a fleet; nothing of an update of one gear set."""
-    predictions = group(tree, name, None)
-    return [_heads(predictions), *_rows(predictions)] if "unit" in predictions.dims else []
+def fleet_tables(tree: xr.DataTree) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    """Return when each table of a fleet holds, its headings, a row a unit; nothing of one gear set."""
+    found = []
+    for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
+        predictions = group(tree, name, None)
+        if "unit" in predictions.dims:
+            found.append((words, _heads(predictions), _rows(predictions)))
+    return found
 
 
 def fleet_about(tree: xr.DataTree) -> str:
