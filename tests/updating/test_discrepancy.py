@@ -7,7 +7,7 @@ from scipy import stats
 
 from wearlab.updating.draws import drawn
 from wearlab.updating.lives import first_passage
-from wearlab.updating.outcome import answered
+from wearlab.updating.outcome import answered, outcome
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
 TIGHT = {"normal": {"mean": 1.3, "sd": 1e-6}, "truncate": [1.2, 1.4]}
@@ -54,3 +54,14 @@ def test_an_end_that_is_over_is_said():
     prior = {"lognormal": {"median": 3.0, "cov": 1.0}}
     answer = answered(study(prior, seen), [history(seen)], blocks(seen))
     assert answer.passed == pytest.approx(1.0) and answer.remaining(np.array([0.95]))[0] == 0.0
+
+
+def test_a_drift_widens_what_the_prior_leads_to_expect():
+    """The last value lies 2.2 standard deviations of drift and error off, which is told two-sided."""
+    drift, sd = 2e-3, 1e-3
+    whole = np.sqrt(sd**2 + drift**2 * CYCLES[-1] / 1e6)
+    values = 1.3 * RATE * CYCLES + 2.2 * whole
+    seen = (observed(CYCLES, values, ErrorModel(sd, drift=drift)),)
+    asked = study(TIGHT, seen, "accumulating", draws=40_000)
+    found = outcome(asked, (history(seen),), np.zeros(1, np.intp)).stats["prior_predictive_p"]
+    assert found == pytest.approx(2.0 * stats.norm.sf(2.2), abs=4e-3)
