@@ -105,12 +105,12 @@ def _errors(
 ) -> tuple[Array, Array]:
     """Return draws of the unknown errors of a block given the factor; the known ones as they are."""
     block = post.blocks[number]
-    known = [0.0 if spread is None else spread.known for spread in (block.sd, block.drift)]
-    sd, drift = (np.full(len(run), value) for value in known)
-    if all(grid is None for grid in post.spreads[0][number]):
+    unknown = [spread is not None and spread.prior is not None for spread in (block.sd, block.drift)]
+    sd, drift = (np.exp(grid[run, 0]) for grid in post.spreads[number])
+    if not any(unknown):
         return sd, drift
     for i in np.unique(run):
-        sd_grid, drift_grid = post.spreads[i][number]
+        sd_grid, drift_grid = (grid[i] for grid in post.spreads[number])
         table, _ = post.conditional(i, number)
         table = np.maximum(table, table.max() - 1e4)
         mine = np.flatnonzero(run == i)
@@ -119,9 +119,9 @@ def _errors(
             own = np.repeat(table, len(some), axis=0) if along is None else along(log_factor[some])
             weight = np.exp(own - own.max(axis=(1, 2), keepdims=True))
             place = np.zeros(len(some))
-            if sd_grid is not None:
+            if unknown[0]:
                 sd[some], place = _along(sd_grid, weight.sum(axis=2), rng)
-            if drift_grid is not None:
+            if unknown[1]:
                 j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
                 share, which = (place - j)[:, None], np.arange(len(some))
                 after = np.minimum(j + 1, weight.shape[1] - 1)

@@ -18,7 +18,7 @@ from wearlab.campaign.update_options import Days
 from wearlab.units import HOUR
 from wearlab.updating.likelihood import PER, Block
 from wearlab.updating.measurements import DAYS_A_YEAR
-from wearlab.updating.posterior import Posterior, values_of
+from wearlab.updating.posterior import Posterior
 from wearlab.updating.run_curves import RunHistory, risen
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -239,23 +239,19 @@ def passage_time(gap: Array, ahead: Array, rate: Array, rng: np.random.Generator
 
 def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:
     """Return weight, gap, mean cycles and rate of all that counts in one run."""
-    run, block = post.histories[i], post.blocks[number]
-    n = len(post.nodes[i])
+    run, nodes = post.histories[i], post.nodes[i]
     joint, seen = post.conditional(i, number)
-    every = slice(None, None, (post.place.shape[1] - 1) // (n - 1)) if n > 1 else slice(None)
-    own = np.log(np.maximum(post.density[i][every], 1e-300))
-    if len(own) != n:  # another run has more nodes
-        places = np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, post.place.shape[1])
-        own = np.log(np.maximum(np.interp(*places, post.density[i]), 1e-300))
+    places = (np.linspace(0.0, 1.0, n) for n in (len(nodes), post.place.shape[1]))
+    own = np.log(np.maximum(np.interp(*places, post.density[i]), 1e-300))
     mass = np.exp(joint + (own - logsumexp(joint, axis=(1, 2)))[:, None, None])
     mass *= post.weight[i] / mass.sum()
     ordered = np.sort(mass, axis=None)
     kept = np.nonzero(mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())])
-    rate = np.ravel(values_of(block.drift, post.spreads[i][number][1]))[kept[2]] ** 2 / PER
+    rate = np.exp(post.spreads[number][1][i])[kept[2]] ** 2 / PER
     spread = np.sqrt(seen.variance[kept] + rate * (now - seen.cycle))
-    nodes, heights = np.polynomial.hermite_e.hermegauss(STATES)
-    mean = seen.mean[kept] + np.multiply.outer(nodes, spread)
-    gap, ahead = present_state(run, np.exp(post.nodes[i])[kept[0]], mean, now)
+    z, heights = np.polynomial.hermite_e.hermegauss(STATES)
+    mean = seen.mean[kept] + np.multiply.outer(z, spread)
+    gap, ahead = present_state(run, np.exp(nodes)[kept[0]], mean, now)
     weight = np.multiply.outer(heights / heights.sum(), mass[kept])
     return weight.ravel(), gap.ravel(), ahead.ravel(), np.broadcast_to(rate, mean.shape).ravel()
 

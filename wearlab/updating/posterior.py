@@ -10,7 +10,6 @@ log to a grid eight times as fine, where the prior is added; nodes are doubled u
 foretold by the rest. Unknown errors have even grids in their logs, where the posterior is.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -45,7 +44,7 @@ SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
 FORETOLD = 2e-6  # of the largest density, by which every other node may be off from what the rest foretell
 ROUNDS = 60
 
-SpreadGrids = tuple[Array | None, Array | None]
+SpreadGrids = tuple[Array, Array]
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Posterior:
     blocks : the observations that count
     prior : of the factor on the wear coefficient; None: it is what the runs have
     nodes : for each run ln factor where the likelihood is known
-    spreads : for each run and block the grids over ln of its unknown errors, (sd, drift); None where known
+    spreads : for each block the grids over ln of its errors, (sd, drift), each (runs, n); (runs, 1) of known
     centre, width : (runs,) of the map ln factor = c + w sinh s
     place : (runs, n) values of s, evenly spaced; one where the factor is known
     density, below : (runs, n) probability per unit of s, and up to there, of each run by itself
@@ -72,7 +71,7 @@ class Posterior:
     blocks: tuple[Block, ...]
     prior: Distribution | None
     nodes: tuple[Array, ...]
-    spreads: tuple[tuple[SpreadGrids, ...], ...]
+    spreads: tuple[SpreadGrids, ...]
     centre: Array
     width: Array
     place: Array
@@ -132,10 +131,9 @@ class Posterior:
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
-        grids = [None if grid is None else grid[None] for grid in self.spreads[i][number]]
-        found, seen = conditional(
-            self.histories[i : i + 1], self.blocks[number], number, self.nodes[i][None], (grids[0], grids[1])
-        )
+        sd, drift = (grid[i : i + 1] for grid in self.spreads[number])
+        runs, nodes = self.histories[i : i + 1], self.nodes[i][None]
+        found, seen = conditional(runs, self.blocks[number], number, nodes, (sd, drift))
         mean, variance = (np.broadcast_to(part, found.shape)[0] for part in (seen.mean, seen.variance))
         return found[0], Filtered(found[0], mean, variance, seen.cycle)
 
@@ -166,25 +164,18 @@ def conditional(
     ----------
     runs, block, number : stored runs, what was measured, the block's place
     log_factor : (runs, factors)
-    spreads : (runs, n) grids over ln of the unknown errors
+    spreads : (runs, n) grids over ln of the errors
     """
-    sd, drift = (values_of(s, grid) for s, grid in zip((block.sd, block.drift), spreads, strict=True))
+    sd, drift = map(np.exp, spreads)
     lanes = Lanes(np.exp(log_factor)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :])
     seen = log_likelihood_of_runs(block, [(run, [i]) for i, run in enumerate(runs)], number, lanes)
     priors = [_log_prior(s, grid) for s, grid in zip((block.sd, block.drift), spreads, strict=True)]
     return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][:, None, None, :], seen
 
 
-def values_of(spread: Spread | None, grid: Array | None) -> Array:
-    """Return the values of an error on its grid, (runs, n); the known one, 0 where there is none."""
-    if spread is None:
-        return np.zeros((1, 1))
-    return np.full((1, 1), spread.known) if grid is None else np.exp(grid)
-
-
-def _log_prior(spread: Spread | None, grid: Array | None) -> Array:
-    """Return the logs of an error's prior times the weights of its grid, (runs, n)."""
-    if spread is None or spread.prior is None or grid is None:
+def _log_prior(spread: Spread | None, grid: Array) -> Array:
+    """Return the logs of an error's prior times the weights of its grid, (runs, n); 0 of a known one."""
+    if spread is None or spread.prior is None:
         return np.zeros((1, 1))
     step = grid[:, 1:2] - grid[:, :1]
     logs = log_density(spread.prior, grid, spread.scale)
@@ -216,9 +207,7 @@ def posterior(
         "blocks": some,
         "prior": prior,
         "nodes": tuple(grids.nodes[i] for i in each),
-        "spreads": tuple(
-            tuple(tuple(None if g is None else g[i] for g in both) for both in grids.spreads) for i in each
-        ),
+        "spreads": tuple((sd[each], drift[each]) for sd, drift in grids.spreads),
         "centre": grids.centre[each],
         "width": grids.width[each],
         "place": place[each],
@@ -295,7 +284,8 @@ class _Grids:
             for side, spread in enumerate((block.sd, block.drift))
             if spread is not None and spread.prior is not None
         }
-        self.count, self.resolved = len(blocks), True
+        self.known = [[0.0 if s is None else s.known for s in (block.sd, block.drift)] for block in blocks]
+        self.resolved = True
         self.centre, self.width = np.log([run.factor for run in runs]), np.ones(len(runs))
         if prior is not None:
             self.factor = self._range(prior)
@@ -330,7 +320,8 @@ class _Grids:
         return low, high
 
     def _spreads(self, n: int) -> tuple[SpreadGrids, ...]:
-        grids: list[list[Array | None]] = [[None, None] for _ in range(self.count)]
+        with np.errstate(divide="ignore"):  # an error that is 0
+            grids = [[np.full((len(self.runs), 1), np.log(one)) for one in both] for both in self.known]
         for (number, side), axis in self.axes.items():
             grids[number][side] = np.linspace(axis.low, axis.high, n, axis=1)
         return tuple((sd, drift) for sd, drift in grids)
@@ -339,13 +330,11 @@ class _Grids:
         """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
         tables = {}
         for number, block in self.blocks:
-            pairs = [None if grid is None else grid[some] for grid in self.spreads[number]]
-            size = points.shape[1] * len(block.rows) * math.prod(g.shape[1] for g in pairs if g is not None)
-            parts = []
+            (sd, drift), parts = (grid[some] for grid in self.spreads[number]), []
+            size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
             for mine in np.array_split(np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)):
-                sd, drift = (None if grid is None else grid[mine] for grid in pairs)
                 runs = [self.runs[i] for i in some[mine]]
-                parts.append(conditional(runs, block, number, points[mine], (sd, drift))[0])
+                parts.append(conditional(runs, block, number, points[mine], (sd[mine], drift[mine]))[0])
             tables[number] = np.concatenate(parts)
         return tables
 
@@ -398,7 +387,7 @@ class _Grids:
         moved = np.zeros(len(some), bool)
         for (number, side), axis in self.axes.items():
             grid = self.spreads[number][side]
-            if number in tables and grid is not None:
+            if number in tables:
                 table = tables[number] + (together - alone[number])[:, :, None, None]
                 margin = logsumexp(table, axis=(1, 3 - side)) - np.log(even_weights(grid.shape[1]))
                 now, more = _fitted(Range(*(end[some] for end in axis)), grid[some], margin)
