@@ -241,8 +241,8 @@ def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Ar
     """Return weight, gap, mean cycles and rate of all that counts in one run."""
     run, nodes = post.histories[i], post.nodes[i]
     joint, seen = post.conditional(i, number)
-    places = (np.linspace(0.0, 1.0, n) for n in (len(nodes), post.place.shape[1]))
-    own = np.log(np.maximum(np.interp(*places, post.density[i]), 1e-300))
+    at, every = (np.linspace(0.0, 1.0, n) for n in (len(nodes), post.place.shape[1]))
+    own = np.log(np.maximum(np.interp(at, every, post.density[i]), 1e-300))
     mass = np.exp(joint + (own - logsumexp(joint, axis=(1, 2)))[:, None, None])
     mass *= post.weight[i] / mass.sum()
     ordered = np.sort(mass, axis=None)
