@@ -439,8 +439,11 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     return ["  ".join(text.ljust(n) for text, n in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def _ends(predictions: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return when each unit reaches the limit, (units, quantiles), as texts and to be ordered by."""
+def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
+    """Return when each unit reaches the limit, (units, quantiles): as texts and numbers, and whether by date.
+
+    The numbers are days since 1970 where all units have a calendar, else hours from the last inspection.
+    """
     hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
     rest = hour * predictions["remaining_useful_life_quantile"].values
     over = (rest <= 0.0) & (predictions["now"].values[:, None] > 0.0)
@@ -455,9 +458,9 @@ def _ends(predictions: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     texts[over] = PASSED
     texts[(texts == NEVER) & (predictions["worn"].values[:, None] >= 1.0)] = "not known"
     if not dated.all():
-        return texts, rest
-    far = np.where(days == NEVER, "9999-12-31", days)
-    return texts, far.astype("datetime64[D]").astype(float)
+        return texts, rest, False
+    on = np.where(days == NEVER, "NaT", days).astype("datetime64[D]")
+    return texts, np.where(np.isnat(on), np.inf, on.astype(float)), True
 
 
 def _heads(predictions: xr.Dataset) -> tuple[str, ...]:
@@ -465,7 +468,7 @@ def _heads(predictions: xr.Dataset) -> tuple[str, ...]:
 
 
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
-    texts, _ = _ends(predictions)
+    texts, *_ = ends_of(predictions)
     hours = predictions["now"].values * predictions["seconds_per_cycle"].values / HOUR
     rows: list[tuple[str, ...]] = []
     for k in np.argsort(predictions["end_passed"].values <= MAYBE, kind="stable"):
@@ -485,7 +488,7 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
 
 def _first(predictions: xr.Dataset) -> list[str]:
     """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
-    texts, order = _ends(predictions)
+    texts, order, _ = ends_of(predictions)
     lines: list[str] = []
     sure = predictions["end_passed"].values <= MAYBE
     for k in np.lexsort((order[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[:FIRST]:

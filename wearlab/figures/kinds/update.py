@@ -484,6 +484,7 @@ def decision(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
 LONGEST = 1.8  # times the latest median up to which intervals are drawn
 ENDS = plot.Scale("date on which the limit is reached", plot.DAYS)
+ENDS_IN_HOURS = plot.Scale("operating hours from the last inspection to the limit", "1")
 BELOW = 0.3  # of a line, at which the answer without what is flagged stands
 UNIT = plot.Scale("unit, the first to reach the limit on top", "1")
 
@@ -494,10 +495,11 @@ ANSWERS = {"predictions": "all inspections", "predictions_without": "without tho
 @update_kind("fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer"))
 def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """When each unit of a fleet reaches the limit: median, 50 and 90 %; also without what is flagged."""
-    from wearlab.updating.report_text import MAYBE
+    from wearlab.updating.report_text import MAYBE, ends_of
 
     data = update["predictions"]
-    ends, across = _ends(data)
+    _, ends, dated = ends_of(data)
+    across = ENDS if dated else ENDS_IN_HOURS
     passed = np.where(data["end_passed"].values > MAYBE, data["worn"].values, 0.0)
     order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
@@ -508,7 +510,7 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         key = update.key
         if len(answers) > 1:
             key = {**key, "answer": wording.Label(answer, ANSWERS[answer])}
-        low, quarter, middle, three, high = np.minimum(_ends(update[answer])[0][k], top)
+        low, quarter, middle, three, high = np.minimum(ends_of(update[answer])[1][k], top)
         looks: tuple[tuple[plot.Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
             ("line", [quarter, three], "50 %, thin 90 %"),
@@ -518,14 +520,3 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             if np.isfinite(x).all():
                 y = np.full(len(x), rank - below)
                 yield plot.Series(key, np.array(x), y, across, UNIT, look, text, names=names)
-
-
-def _ends(data: xr.Dataset) -> tuple[Array, plot.Scale]:
-    """Return when each unit reaches the limit (units, quantiles), in years where all have a calendar."""
-    if "end_of_life_quantile" in data and (data["end_of_life_quantile"].values.astype(str) != "").all():
-        days = data["end_of_life_quantile"].values.astype(str)
-        dated = np.where(days == "never", "NaT", days).astype("datetime64[D]")
-        return np.where(np.isnat(dated), np.inf, dated.astype(float)), ENDS
-    hours = data["seconds_per_cycle"].values[:, None] / HOUR
-    rest = hours * data["remaining_useful_life_quantile"].values
-    return rest, plot.Scale("operating hours from the last inspection to the limit", "1")
