@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.steps.kernel import TERMS, copy, times
+from wearlab.dynamics.steps.kernel import TERMS, copy, multiply
 from wearlab.dynamics.steps.mesh_law import (
+    WITHIN,
     channel_law,
     flank_law,
+    flanks_at,
     in_path,
     see_push,
     slope_within,
@@ -43,13 +45,13 @@ SHORTEST = 1e-4
 """Part of a step below which a series that does not end is taken as it is."""
 
 
-@jit_inner
+@jit_inner(counted=False)
 def parabola(first: float, middle: float, last: float) -> tuple[float, float, float]:
     """Return the coefficients of the parabola through values at 0, 1/2 and 1."""
     return first, 4.0 * middle - 3.0 * first - last, 2.0 * (first + last) - 4.0 * middle
 
 
-@jit_inner
+@jit_inner(counted=False)
 def begin_series(
     kernel: Any, tables: Any, step: int, a: float, end: float, h: float, state: Any, factor: Any
 ) -> None:
@@ -65,7 +67,7 @@ def begin_series(
             terms[1, row, col] = h * state[n + row, col]
 
 
-@jit_inner
+@jit_inner(counted=False, forceinline=True)
 def expand(kernel: Any, factor: Any, mesh: Any, force: Any, h: float) -> int:
     """Fill the series from its first two terms, ``q`` and ``h q̇``; return how many terms there are.
 
@@ -80,14 +82,14 @@ def expand(kernel: Any, factor: Any, mesh: Any, force: Any, h: float) -> int:
     terms, sensed, product, total = given.terms, given.sensed, given.product, given.force
     n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.per_force)
     square = h * h
-    times(given.direction, terms[0], sensed[0])
-    times(given.direction, terms[1], sensed[1])
+    multiply(given.direction, terms[0], sensed[0])
+    multiply(given.direction, terms[1], sensed[1])
     size = largest(terms[0], 0, 1) + largest(terms[1], 0, 1)
     small = 0
     for j in range(TERMS - 2):
         term = terms[j + 2]
-        times(given.stiffness, terms[j], term)
-        times(given.damping, terms[j + 1], product)
+        multiply(given.stiffness, terms[j], term)
+        multiply(given.damping, terms[j + 1], product)
         rate = h * (j + 1)
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
@@ -117,16 +119,16 @@ def expand(kernel: Any, factor: Any, mesh: Any, force: Any, h: float) -> int:
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
-        times(given.direction, term, sensed[j + 2])
+        multiply(given.direction, term, sensed[j + 2])
         rests = largest(term, 0, 1) <= LEFT_OUT * size
         rests = rests and (w == 1 or largest(term, 1, w) <= LEFT_OUT_OF_TANGENTS)
         small = small + 1 if rests else 0
-        if small == 2 and j >= 3:
+        if small >= 2 and j >= 3:
             return j + 3
     return TERMS
 
 
-@jit_inner
+@jit_inner(counted=False)
 def push_by_balance(balance: Any, square: float, term: Any) -> None:
     """Push by the loads of unknown size, and the tangents by them by loads of one."""
     for b in range(len(balance.held)):
@@ -137,7 +139,7 @@ def push_by_balance(balance: Any, square: float, term: Any) -> None:
                 term[row, column] += square * balance.push[b, row]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def add_along(term: Any, factor: float, vector: Any, force: Any) -> None:
     """Add ``factor vector forceᵀ`` to a matrix (n, w)."""
     for row in range(len(vector)):
@@ -147,7 +149,7 @@ def add_along(term: Any, factor: float, vector: Any, force: Any) -> None:
                 term[row, col] += share * force[col]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def largest(term: Any, first: int, end: int) -> float:
     """Return the largest modulus in some columns of a matrix."""
     modulus = 0.0
@@ -157,13 +159,13 @@ def largest(term: Any, first: int, end: int) -> float:
     return modulus
 
 
-@jit_inner
+@jit_inner(counted=False)
 def diverges(terms: Any) -> bool:
     """Whether the last term of a motion is no rest: the series is asked for more time than it reaches."""
     return largest(terms[TERMS - 1], 0, 1) > REST * (largest(terms[0], 0, 1) + largest(terms[1], 0, 1))
 
 
-@jit_inner
+@jit_inner(counted=False)
 def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
     """Write the state (2n, w) at fraction ``u`` of the series into ``out``, by Horner's rule."""
     n, w = series.shape[1], series.shape[2]
@@ -180,7 +182,7 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
             out[row, col] /= h
 
 
-@jit_inner
+@jit_inner(counted=False, forceinline=True)
 def approach_of(
     kernel: Any,
     tables: Any,
@@ -219,7 +221,7 @@ def approach_of(
             out[j] -= turned * g[j]
 
 
-@jit_inner
+@jit_inner(counted=False, forceinline=True)
 def push_of(sensed: Any, m: int, p: int, law: Any, h: float, sign: float, terms: int, out: Any) -> None:
     """Write a normal force over a part of the step, as `approach_of` writes an approach.
 
@@ -246,7 +248,7 @@ def push_of(sensed: Any, m: int, p: int, law: Any, h: float, sign: float, terms:
         out[j] -= sign * offset[j]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
     """Return a polynomial and its slope."""
     value, slope = p[terms - 1], 0.0
@@ -256,7 +258,7 @@ def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
     return value, slope
 
 
-@jit_inner
+@jit_inner(counted=False)
 def first_guess(start: float, end: float, start_rate: float, end_rate: float, changed: bool) -> float:
     """Return where in 0…1 the cubic through two values and rates passes zero on its way down.
 
@@ -281,7 +283,7 @@ def first_guess(start: float, end: float, start_rate: float, end_rate: float, ch
     return x
 
 
-@jit_inner
+@jit_inner(counted=False)
 def root(p: Any, terms: int, high: float) -> float:
     """Return where a polynomial, positive at 0 and negative at ``high``, passes zero: Newton in a bracket."""
     low = 0.0
@@ -295,10 +297,10 @@ def root(p: Any, terms: int, high: float) -> float:
         else:
             high = u
         move = -value / slope if slope != 0.0 else 1.0
+        if abs(move) <= PLACED:
+            return min(max(u + move, low), high)
         if low < u + move < high:
             u += move
-            if abs(move) <= PLACED:
-                break
         else:
             u = 0.5 * (low + high)
             if high - low <= 1e-15:
@@ -306,7 +308,7 @@ def root(p: Any, terms: int, high: float) -> float:
     return u
 
 
-@jit_inner
+@jit_inner(counted=False)
 def first_root(p: Any, terms: int, changed: bool) -> float:
     """Return where a polynomial, positive at first, is negative by the middle or the end; 2.0: nowhere.
 
@@ -328,7 +330,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
     return root(p, count, high) if p[0] > 0.0 else 0.0
 
 
-@jit_inner
+@jit_inner(counted=False, forceinline=True)
 def next_change(
     kernel: Any,
     tables: Any,
@@ -369,13 +371,13 @@ def next_change(
     return earliest, found_mesh, found_flank
 
 
-@jit_inner
+@jit_inner(counted=False)
 def channel_force(mesh: Any, force: Any, channels: int, c: int, place: float, speed: float) -> float:
     """Return the force of a channel from its law at the first of three stages."""
     return mesh[c] * place + mesh[3 * channels + c] * speed - force[c]
 
 
-@jit_inner
+@jit_inner(counted=False)
 def renew_contact(
     kernel: Any, tables: Any, step: int, x: float, period: float, m: int, p: int, state: Any, s: Any
 ) -> None:
@@ -400,10 +402,10 @@ def renew_contact(
     for after in range(2):
         if after == 1:
             s.touch[m, p] = not s.touch[m, p]
-        flank_law(meshes, tables, step, x, x, period, s, law, rub)
+        flanks_at(meshes, tables, step, WITHIN, x, 1.0 / period, m, s, law[0, m], rub[0, m])
         if after == 1:
             see_push(meshes, m, place, speed, law[0, m], s.pushes)
-        channel_law(meshes, s, law, rub, s.mesh, s.force)
+        channel_law(meshes, s, law, rub, s.mesh, s.force, 1)
         for c in range(m, channels, count):
             force = channel_force(s.mesh, s.force, channels, c, place, speed)
             jump[c] = force - jump[c] if after == 1 else force
@@ -422,7 +424,7 @@ def renew_contact(
                 state[n + row, col] -= kernel.series.per_force[c, row] * jump[c] * moved / approach
 
 
-@jit
+@jit(counted=False)
 def step_with_changes(
     kernel: Any,
     tables: Any,
@@ -446,7 +448,7 @@ def step_with_changes(
     state = states[j : j + size].reshape((np.uint64(2 * n), w))
     if columns < w:
         state[:, 1:] = 0.0  # no tangents are followed
-    factor = np.zeros(3)
+    factor = given.factor
     a, part, m, f, changes = 0.0, 1.0, np.int64(NOTHING), np.int64(NOTHING), 0
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0

@@ -186,7 +186,7 @@ def motion_of_series(sensed: Any, terms: int, h: float, motion: Any) -> None:
             motion[stage, m, 0], motion[stage, m, 1] = place, speed / h
 
 
-@jit
+@jit(counted=False)
 def in_parts(
     kernel: Any, tables: Any, step: int, period: float, columns: Any, w: Any, states: Any, i: Any, j: Any,
     s: Any,
@@ -198,7 +198,7 @@ def in_parts(
     state = states[j : j + np.uint64(2 * n) * w].reshape((np.uint64(2 * n), w))
     if columns < w:
         state[:, 1:] = 0.0  # no tangents are followed
-    factor, a, part, count = np.zeros(3), 0.0, 1.0 / PARTS, 0
+    factor, a, part, count = given.factor, 0.0, 1.0 / PARTS, 0
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > 1e-9 else 1.0
         h = (end - a) * tables.width[step] * period

@@ -127,6 +127,7 @@ class PowerSeries(NamedTuple):
     product, force : (n, w), (w,) scratch
     polynomial : (TERMS + 2,) of one flank
     jump : (n_channel,) change of the channels' forces where contact changes
+    factor : (3,) of the fluctuating load at start, middle and end of a part
     """
 
     stiffness: Array
@@ -141,6 +142,7 @@ class PowerSeries(NamedTuple):
     force: Array
     polynomial: Array
     jump: Array
+    factor: Array
 
 
 class Kernel(NamedTuple):
@@ -247,6 +249,19 @@ def times(matrix: Any, x: Any, out: Any) -> None:
         np.dot(matrix, x, out)
 
 
+@jit_inner(counted=False)
+def multiply(matrix: Any, x: Any, out: Any) -> None:
+    """Write ``matrix @ x`` into ``out``, both (rows, columns), of few rows and many zeros."""
+    for row in range(matrix.shape[0]):
+        for col in range(np.uint64(0), np.uint64(x.shape[1])):
+            out[row, col] = 0.0
+        for k in range(matrix.shape[1]):
+            entry = matrix[row, k]
+            if entry != 0.0:
+                for col in range(np.uint64(0), np.uint64(x.shape[1])):
+                    out[row, col] += entry * x[k, col]
+
+
 @once
 def is_small(system: System) -> bool:
     """Whether a system is advanced in registers: few diagonal coordinates, nothing free, no friction."""
@@ -301,6 +316,7 @@ def kernel_of(
         force=np.zeros(width),
         polynomial=np.zeros(TERMS + 2),
         jump=np.zeros(channels),
+        factor=np.zeros(3),
     )
     direction = force_vectors(system)[0].ravel()
     of_meshes = Meshes(
@@ -335,7 +351,7 @@ def _matrices(system: System) -> PowerSeries:
         np.ascontiguousarray(force_vectors(system)[1] @ inverse.T),
         inverse @ system.load,
         np.zeros(len(system.load)) if pushed is None else inverse @ pushed,
-        *(nothing,) * 6,
+        *(nothing,) * 7,
     )
 
 
