@@ -4,15 +4,22 @@ import numpy as np
 from benchmark_pair import BenchmarkPair
 from scipy.integrate import solve_ivp
 
+from wearlab.compiled import jit
 from wearlab.dynamics.orbits.integrate import OnTables
+from wearlab.dynamics.steps.contact_change import begin_series, expand
+from wearlab.dynamics.system import System
+
+
+def pushed_pair() -> tuple[BenchmarkPair, System]:
+    """Return a pair without damping, hardly held, that a load alone pushes together."""
+    pair = BenchmarkPair(double=1e4, single=1e4, mesh_damping=0.0, amplitude=0.0, backlash=1.0, ramp=0.0)
+    system, held, nothing = pair.system(), 1e-3 * np.eye(3), np.zeros((3, 3))
+    push = 1800.0 * system.mass @ [0.0, 0.0, 1.0]
+    return pair, system._replace(stiffness=held, damping=nothing, load=push)
 
 
 def test_a_short_separation_inside_one_step() -> None:
-    pair = BenchmarkPair(double=1e4, single=1e4, mesh_damping=0.0, amplitude=0.0, backlash=1.0, ramp=0.0)
-    system = pair.system()
-    system = system._replace(
-        stiffness=1e-3 * np.eye(3), damping=np.zeros((3, 3)), load=1800.0 * system.mass @ [0.0, 0.0, 1.0]
-    )
+    pair, system = pushed_pair()
     # δ = 1 mm, approaching zero at 2 m/s while the load pushes back: separated between about 0.8 and 1.5 ms.
     start, duration = np.array([0.0, 0.0, 1e-3, 0.0, 0.0, -2.0]), 2.5e-3
 
@@ -27,3 +34,20 @@ def test_a_short_separation_inside_one_step() -> None:
     marcher = OnTables(system, tables, duration / tables.width[0])
     _, kept = marcher.integrate(start.copy(), 1, 1)
     np.testing.assert_allclose(kept[0, 1, 3:], exact.y[3:, -1], atol=1.5e-4)
+
+
+@jit(counted=False)
+def terms_of_flight(kernel, tables, h, state, mesh, force):
+    begin_series(kernel, tables, 0, 0.0, 1.0, h, state)
+    return expand(kernel, mesh, force, h)
+
+
+def test_the_series_of_a_free_flight_ends_soon() -> None:
+    pair, system = pushed_pair()
+    flying = OnTables(system, pair.tables(pair.grid(4)), 1e-3)
+    series, (mesh, force, *_), h = flying.kernel.series, flying.scratch, 1e-6
+    state = np.zeros((6, series.terms.shape[2]))
+    state[:, 0] = 0.0, 0.0, 1e-3, 0.0, 0.0, -2.0
+    terms = terms_of_flight(flying.kernel, flying.tables, h, state, mesh, force)
+    assert terms <= 8
+    np.testing.assert_allclose(series.terms[:3, 2, 0], [1e-3, -2.0 * h, 0.5 * 1800.0 * h * h], rtol=1e-6)

@@ -33,7 +33,7 @@ PUSHED, WATCHED = 1e-3, 50
 """Distance by which an orbit found by shooting is pushed, over the mean deflection, and mesh periods in which
 it must not go tenfold as far: its multipliers say so, but of a flank that grazes they know one side alone."""
 STEPS_PER_CHANGE = 10.0
-"""Integration steps that locating a change of contact counts as: a third of the time that it takes."""
+"""Integration steps that locating a change of contact counts as: about half of the time that it takes."""
 MOST_STEPS = 30_000_000
 """Bound on the integration steps of a search, where nobody gives another."""
 

@@ -52,11 +52,9 @@ def parabola(first: float, middle: float, last: float) -> tuple[float, float, fl
 
 
 @jit_inner(counted=False)
-def begin_series(
-    kernel: Any, tables: Any, step: int, a: float, end: float, h: float, state: Any, factor: Any
-) -> None:
+def begin_series(kernel: Any, tables: Any, step: int, a: float, end: float, h: float, state: Any) -> None:
     """Write the first two terms of the motion over the part a…end, and the factor of the fluctuating load."""
-    terms = kernel.series.terms
+    terms, factor = kernel.series.terms, kernel.series.factor
     n, w = terms.shape[1], terms.shape[2]
     if kernel.fluctuates:
         for stage in range(3):
@@ -67,18 +65,17 @@ def begin_series(
             terms[1, row, col] = h * state[n + row, col]
 
 
-@jit_inner(counted=False, forceinline=True)
-def expand(kernel: Any, factor: Any, mesh: Any, force: Any, h: float) -> int:
+@jit_inner(counted=False)
+def expand(kernel: Any, mesh: Any, force: Any, h: float) -> int:
     """Fill the series from its first two terms, ``q`` and ``h q̇``; return how many terms there are.
 
     Parameters
     ----------
     kernel : the system
-    factor : (3,) of the fluctuating load at start, middle and end
     mesh, force : (6, n_channel) and (3, n_channel) flat, the law of the channels
     h : duration [s]
     """
-    given, balance = kernel.series, kernel.balance
+    given, balance, factor = kernel.series, kernel.balance, kernel.series.factor
     terms, sensed, product, total = given.terms, given.sensed, given.product, given.force
     n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.per_force)
     square = h * h
@@ -182,7 +179,7 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
             out[row, col] /= h
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False)
 def approach_of(
     kernel: Any,
     tables: Any,
@@ -221,7 +218,7 @@ def approach_of(
             out[j] -= turned * g[j]
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False)
 def push_of(sensed: Any, m: int, p: int, law: Any, h: float, sign: float, terms: int, out: Any) -> None:
     """Write a normal force over a part of the step, as `approach_of` writes an approach.
 
@@ -330,7 +327,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
     return root(p, count, high) if p[0] > 0.0 else 0.0
 
 
-@jit_inner(counted=False, forceinline=True)
+@jit_inner(counted=False)
 def next_change(
     kernel: Any,
     tables: Any,
@@ -448,15 +445,14 @@ def step_with_changes(
     state = states[j : j + size].reshape((np.uint64(2 * n), w))
     if columns < w:
         state[:, 1:] = 0.0  # no tangents are followed
-    factor = given.factor
     a, part, m, f, changes = 0.0, 1.0, np.int64(NOTHING), np.int64(NOTHING), 0
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
         h = (end - a) * tables.width[step] * period
         flank_law(meshes, tables, step, a, end, period, s, law, rub)
         channel_law(meshes, s, law, rub, s.mesh, s.force)
-        begin_series(kernel, tables, step, a, end, h, state, factor)
-        terms = expand(kernel, factor, s.mesh, s.force, h)
+        begin_series(kernel, tables, step, a, end, h, state)
+        terms = expand(kernel, s.mesh, s.force, h)
         if terms == TERMS and part > SHORTEST and diverges(given.terms):
             part = 0.5 * min(part, end - a)
             continue

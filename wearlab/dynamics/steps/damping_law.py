@@ -198,7 +198,7 @@ def in_parts(
     state = states[j : j + np.uint64(2 * n) * w].reshape((np.uint64(2 * n), w))
     if columns < w:
         state[:, 1:] = 0.0  # no tangents are followed
-    factor, a, part, count = given.factor, 0.0, 1.0 / PARTS, 0
+    a, part, count = 0.0, 1.0 / PARTS, 0
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > 1e-9 else 1.0
         h = (end - a) * tables.width[step] * period
@@ -206,8 +206,8 @@ def in_parts(
         terms = 0
         for _ in range(ROUNDS):
             tangents_of_step(kernel, tables, step, a, end, period, s)
-            begin_series(kernel, tables, step, a, end, h, state, factor)
-            terms = expand(kernel, factor, s.mesh, s.force, h)
+            begin_series(kernel, tables, step, a, end, h, state)
+            terms = expand(kernel, s.mesh, s.force, h)
             motion_of_series(given.sensed, terms, h, s.motion)
         if terms == TERMS and part > SHORTEST and diverges(given.terms):
             part *= 0.5
