@@ -25,7 +25,7 @@ def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str], list[str]]
         try:
             tree = kept.read_update(store, update.id)
             said = ["Its file has gone."] if tree is None else answers(tree)
-            told.append((update, said, [] if tree is None else alerts(tree)))
+            told.append((update, said, [] if tree is None else alerts(text_of(tree))))
         except (StoreError, KeyError, ValueError) as error:
             told.append((update, [f"It cannot be read: {error}"], []))
     return told
@@ -52,8 +52,8 @@ def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
     return {
         "title": known.title or "Update",
         "answers": answers(tree),
-        "alerts": alerts(tree),
-        "lines": text_of(tree)[1:],
+        "alerts": alerts(lines := text_of(tree)[1:]),
+        "lines": lines,
         "fleet": (tables := fleet_tables(tree)),
         "about": fleet_about(tree) if tables else "",
         "figures": drawn,

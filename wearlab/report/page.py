@@ -205,10 +205,11 @@ def _measured(campaign: "Campaign", store: "Store") -> dict[str, Any]:
     if tree is None:
         said = "! no update of these measurements as they stand is kept: wearlab update FILE makes it"
         return found | {"measured": (said,)}
-    found["measured"] = (*report_text.text_of(tree)[1:], "", *report_text.BELIEVED)
+    text = report_text.text_of(tree)[1:]
+    found["measured"] = (*text, "", *report_text.BELIEVED)
     if not (tables := report_text.fleet_tables(tree)):
         return found | {"updated": report_text.answers(tree)}
-    leads = [*(f"! {line}" for line in report_text.alerts(tree)), *report_text.opened(tree)]
+    leads = [*(f"! {line}" for line in report_text.alerts(text)), *report_text.opened(tree)]
     return found | {"updated": leads, "fleet": tables, "about": report_text.fleet_about(tree)}
 
 

@@ -34,11 +34,8 @@ FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
 DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
 BEFORE = "before "
-PASSED, MAYBE, SURE = (
-    "passed",
-    0.05,
-    0.95,
-)  # probabilities from which the limit may have, and has, been passed
+PASSED = "passed"
+MAYBE, SURE = 0.05, 0.95  # probabilities from which the limit may have, and has, been passed
 TINY = 1e-15  # probability below which none is told
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
@@ -388,7 +385,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         ],
         "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
         "table": _table([_heads(predictions), *_rows(predictions)]),
-        "about": ABOUT.format(_limit(predictions)),
+        "about": fleet_about(tree),
         "first": _first(predictions),
         "shared": list(_shared(sample)),
         "words": SHARED,
@@ -419,9 +416,9 @@ def fleet_about(tree: xr.DataTree) -> str:
     return ABOUT.format(_limit(tree["predictions"].to_dataset()))
 
 
-def alerts(tree: xr.DataTree) -> list[str]:
-    """Return what an answer says against its own numbers."""
-    return [line.strip()[2:] for line in text_of(tree) if line.strip().startswith("! ")]
+def alerts(text: Sequence[str]) -> list[str]:
+    """Return those lines of an answer's text that speak against its own numbers."""
+    return [line.strip()[2:] for line in text if line.strip().startswith("! ")]
 
 
 def opened(tree: xr.DataTree) -> list[str]:
