@@ -294,10 +294,10 @@ def root(p: Any, terms: int, high: float) -> float:
         else:
             high = u
         move = -value / slope if slope != 0.0 else 1.0
-        if abs(move) <= PLACED:
-            return min(max(u + move, low), high)
         if low < u + move < high:
             u += move
+            if abs(move) <= PLACED:
+                break
         else:
             u = 0.5 * (low + high)
             if high - low <= 1e-15:
