@@ -55,7 +55,7 @@ def virtual_inspection(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.D
     early, end = answer.life(np.array([0.05, 0.5]))
     if number is None or not np.isfinite(end) or not answer.now < end:
         return None
-    draws = outcome.draws.first(MOST)
+    draws = outcome.draws[:MOST]
     looks = np.linspace(answer.now, end, LOOKS + 1)[1:]
     rest = np.maximum(draws.life - answer.now, 0.0)
     present = float(np.ptp(weighted_quantiles(rest, np.ones(len(draws)), ENDS)))

@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array
+from wearlab.campaign.update_options import PREVIOUS
 from wearlab.updating.kalman import Filtered, Innovation, smoothed_paths
 from wearlab.updating.likelihood import PER, Lanes, inspections_of, log_likelihood_of_runs, modelled
 from wearlab.updating.lives import Answer, passage_time, present_state
@@ -43,10 +44,10 @@ class Draws:
     def __len__(self) -> int:
         return len(self.run)
 
-    def first(self, count: int) -> "Draws":
-        """Return the first so many."""
-        sd, drift = (tuple(x[:count] for x in each) for each in (self.sd, self.drift))
-        return Draws(self.run[:count], self.factor[:count], sd, drift, self.life[:count])
+    def __getitem__(self, some: slice) -> "Draws":
+        """Return some of them."""
+        sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
+        return Draws(self.run[some], self.factor[some], sd, drift, self.life[some])
 
     def by_run(self, post: Posterior) -> list[tuple[RunHistory, NDArray[np.intp]]]:
         """Return each run that was drawn, with its draws."""
@@ -201,9 +202,19 @@ def over_cycles(
 
 def replicated(
     post: Posterior, draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
-) -> Array:
-    """Return measurements as they could have come out, (draws, values) [SI]; ``known``: given these."""
-    block, n = post.blocks[number], len(draws)
+) -> tuple[Array, Array]:
+    """Return measurements as they could have come out, (draws, values) [SI], and how far the wear strays.
+
+    That is W at the last inspection, (draws,).
+
+    Parameters
+    ----------
+    post, draws : runs and blocks, and what is true of each replica
+    number : of the block
+    rng : of errors and drift
+    known : whether they are drawn given the block's own values
+    """
+    block, n, strayed = post.blocks[number], len(draws), np.zeros(len(draws))
     model = np.empty((n, len(block.rows)))
     for history, mine in draws.by_run(post):
         model[mine] = modelled(block, history, number, draws.factor[mine])
@@ -212,21 +223,24 @@ def replicated(
         draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2 + (block.relative * model) ** 2
     )
     values = model + spread * rng.standard_normal(model.shape)
-    drifts = bool(np.any(draws.drift[number] > 0.0)) and block.data.since is None
-    offset = block.data.error.offset_sd
+    offset, since = block.data.error.offset_sd, block.data.since
+    drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
     times = inspections_of(block, post.histories[0], number) if drifts or offset else []
     if drifts:
         rate, cycles = draws.drift[number] ** 2 / PER, [t.cycle for t in times]
-        if known:
+        if known and since != PREVIOUS:
             paths = smoothed_paths(innovations(post, draws, number), cycles, rate, rng)
         else:
-            passed = np.diff(cycles, prepend=post.histories[0].begin(number))[:, None]
-            paths = np.cumsum(np.sqrt(rate * passed) * rng.standard_normal((len(times), n)), axis=0)
+            begin = since if isinstance(since, float) else post.histories[0].begin(number)
+            steps = rng.standard_normal((len(times), n))
+            steps *= np.sqrt(rate * np.diff(cycles, prepend=begin)[:, None])
+            paths = steps if since == PREVIOUS else np.cumsum(steps, axis=0)
+        strayed = paths[-1]
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]
     for time in times if offset else []:
         values[:, time.values] += offset * rng.standard_normal((n, 1))
-    return values
+    return values, strayed
 
 
 ALARM = 0.02  # probability of a false alarm, of all inspections of a block together, and of their course
@@ -314,7 +328,7 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
             for part in ("surprise", "chi_square", "log_likelihood")
         )
         return cycles, np.array([step.count for step in steps]), z, chi, np.exp(np.minimum(logs, 0.0))
-    few = draws.first(FEW)
+    few = draws[:FEW]
     groups = np.array_split(np.arange(len(cycles)), MOST)
     middle = np.array([cycles[group].mean() for group in groups])
     shares = bool(np.any(few.drift[number] > 0.0)) or block.data.error.offset_sd > 0.0 or block.data.since

@@ -187,7 +187,7 @@ def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rand
         alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
         prior = replace(before.posterior, blocks=alone)
         value = float(block.seen.value[latest.rows][0])
-        made = replicated(prior, draws, number, rng, known=False)[:, 0]
+        made = replicated(prior, draws, number, rng, known=False)[0][:, 0]
         below = (np.sum(made <= value) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))
     return float(least)

@@ -184,8 +184,8 @@ def _replicas(outcome: UpdateOutcome, number: int, rng: np.random.Generator) -> 
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
     block, name = outcome.posterior.blocks[number], block_name(outcome, number)
     most = max(len(each.rows) for each in outcome.posterior.blocks)
-    draws = outcome.draws.first(max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1))
-    values = replicated(outcome.posterior, draws, number, rng)
+    draws = outcome.draws[: max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)]
+    values, _ = replicated(outcome.posterior, draws, number, rng)
     return sample({name: variable("sample", "replica", values, name, **_units(block))}, len(draws))
 
 

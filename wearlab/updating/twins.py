@@ -13,37 +13,28 @@ import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearlab.arrays import Array
 from wearlab.campaign import Campaign, load
-from wearlab.campaign.update_options import PREVIOUS, TrueModel
+from wearlab.campaign.update_options import TrueModel
 from wearlab.tables import read_table
 from wearlab.units import convert
-from wearlab.updating.draws import Draws, drawn
+from wearlab.updating.draws import Draws, drawn, replicated
 from wearlab.updating.layout import dataset
-from wearlab.updating.likelihood import PER, Block, block_of, inspections_of, modelled
+from wearlab.updating.likelihood import PER, Block, block_of
 from wearlab.updating.lives import Answer, passage_time, present_state
 from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.outcome import answered, unseen
-from wearlab.updating.posterior import Posterior
+from wearlab.updating.posterior import Posterior, posterior
 from wearlab.updating.run_curves import Clock, RunHistory, history_of, variables_of
 from wearlab.updating.scores import EVEN, crps
 from wearlab.updating.study import MeasuredCase, studies
 
 MADE = "# Made by: "
 DIGITS = 5
-
-
-class Truth(NamedTuple):
-    """What measurements are made up from: factor, and sd of a value and of the wear in `PER` cycles [SI]."""
-
-    factor: float
-    sd: float
-    drift: float
 
 
 def calibrated(
@@ -66,7 +57,7 @@ def calibrated(
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
     scores: list[tuple[float, float]] = []
     for t in range(n):
-        made, life = twin(source, truths, t, before, rng)
+        made, life = twin(source, truths[t : t + 1], before, rng)
         made = tuple(
             replace(believed, seen=replace(real.seen, data=believed.data))
             for believed, real in zip(told or made, made, strict=True)
@@ -112,62 +103,30 @@ def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:
 
 
 def twin(
-    post: Posterior, truths: Draws, t: int, before: Answer, rng: np.random.Generator
+    post: Posterior, truth: Draws, before: Answer, rng: np.random.Generator
 ) -> tuple[tuple[Block, ...], float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters
     ----------
     post : for its runs and blocks
-    truths : draws from the prior
-    t : which of them
+    truth : one draw
     before : the prior, for what drifts on to the limit
     rng : of errors and drift
     """
-    run = post.histories[int(truths.run[t])]
-    factor = truths.factor[t : t + 1]
-    made, life = [], float(run.life(factor)[0])
-    now = max((float(run.asked[n].cycle[b.rows].max()) for n, b in enumerate(post.blocks) if len(b.rows)))
+    run, made, life = post.histories[int(truth.run[0])], [], float(truth.life[0])
+    last = [run.asked[n].cycle[b.rows].max(initial=run.start) for n, b in enumerate(post.blocks)]
+    now = float(max(last))
     for number, block in enumerate(post.blocks):
-        drift = float(truths.drift[number][t])
-        truth = Truth(float(factor[0]), float(truths.sd[number][t]), drift)
-        value, w, last = synthetic(block, run, number, truth, rng)
-        values = block.seen.value.copy()
-        values[block.rows] = value
+        value, w = replicated(post, truth, number, rng, known=False)
+        values, below = block.seen.value.copy(), block.seen.below[block.rows]
+        values[block.rows] = np.where(value[0] < below, np.nan, value[0])  # a file says the limit alone
         made.append(replace(block, seen=replace(block.seen, value=values)))
-        if number == before.drifting and drift > 0.0:
-            rate = np.array([drift**2 / PER])
-            w += float(np.sqrt(rate[0] * (now - last)) * rng.standard_normal())
-            life = now + float(passage_time(*present_state(run, factor, np.array([w]), now), rate, rng)[0])
+        if number == before.drifting:
+            rate = truth.drift[number] ** 2 / PER
+            w = w + np.sqrt(rate * (now - last[number])) * rng.standard_normal(1)
+            life = now + float(passage_time(*present_state(run, truth.factor, w, now), rate, rng)[0])
     return tuple(made), life
-
-
-def synthetic(
-    block: Block, run: RunHistory, number: int, truth: Truth, rng: np.random.Generator
-) -> tuple[Array, float, float]:
-    """Return values in place of those that count, how far the wear had strayed at the last, and when.
-
-    A value below its limit of detection is NaN.
-
-    Parameters
-    ----------
-    block, run, number : what is measured, the run that is the truth, the block's place
-    truth : what the run and its errors are
-    rng : of the errors
-    """
-    error, rows, since = block.data.error, block.rows, block.data.since
-    model = modelled(block, run, number, np.array([truth.factor]))[0]
-    model = model * (1.0 + error.gain_sd * rng.standard_normal() if error.gain_sd else 1.0)
-    spread = np.sqrt(truth.sd**2 + block.seen.sd[rows] ** 2 + (block.relative * model) ** 2)
-    value = model + spread * rng.standard_normal(len(rows))
-    last, strayed = float(since) if isinstance(since, float) else run.begin(number), 0.0
-    for inspection in inspections_of(block, run, number):
-        step = np.sqrt(truth.drift**2 / PER * (inspection.cycle - last)) * rng.standard_normal()
-        strayed = step if since == PREVIOUS else strayed + step
-        value[inspection.values] += strayed + error.offset_sd * rng.standard_normal()
-        last = inspection.cycle
-    hidden = value < block.seen.below[rows]  # of which a file says no more than the limit of detection
-    return np.where(hidden, np.nan, value), float(strayed), last
 
 
 def twin_files(
@@ -188,25 +147,31 @@ def twin_files(
     from wearlab.simulation import simulate
 
     cases = studies(campaign)
-    blocks: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
-    for block in (block for study in cases for block in study.seen):
-        blocks.setdefault((block.data.file, block.data.columns.value, block.data.label), block)
+    found: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
+    for seen in (seen for study in cases for seen in study.seen):
+        found.setdefault((seen.data.file, seen.data.columns.value, seen.data.label), seen)
     scene = cases[0].scene
     for key, true in truth.items():
         scene = scene.replace(key, true)
-    measured = tuple(blocks.values())
+    measured = tuple(found.values())
     run = history_of(variables_of(simulate(scene)), "twin", scene.model_dump(), measured, cases[0].limit)
-    rng = np.random.default_rng(seed)
-    texts: dict[Path, str] = {}
     for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
-        own = block_of(seen, accumulating=True)
-        drift = 0.0 if own.drift is None else own.drift.known
-        value, _, _ = synthetic(own, run, number, Truth(run.factor, own.sd.known, drift), rng)
-        file = Path(seen.data.file)
-        texts[file] = _with(texts.get(file, file.read_text(encoding="utf-8")), seen, value)
-    return texts, float(run.limit_cycle)
+    blocks = tuple(block_of(seen, accumulating=True) for seen in measured)
+    sd, drift = (
+        tuple(np.full(1, 0.0 if one is None else one.known) for one in each)
+        for each in zip(*((block.sd, block.drift) for block in blocks), strict=True)
+    )
+    true_run = Draws(np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, np.full(1, run.limit_cycle))
+    before = Answer(replace(posterior((run,), unseen(blocks), None), blocks=blocks), run.start, None)
+    made, life = twin(before.posterior, true_run, before, np.random.default_rng(seed))
+    texts: dict[Path, str] = {}
+    for block in made:
+        file = Path(block.data.file)
+        text = texts.get(file, file.read_text(encoding="utf-8"))
+        texts[file] = _with(text, block.seen, block.seen.value)
+    return texts, life
 
 
 def _with(text: str, seen: Observed, value: np.ndarray) -> str:
