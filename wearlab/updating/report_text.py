@@ -17,19 +17,7 @@ from wearlab.updating.lives import NEVER
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
-PREFER = (
-    (1.0, "cannot tell {} from {}"),
-    (3.0, "lean towards {} against {}"),
-    (5.0, "clearly prefer {} to {}"),
-)
-BELIEVED = (
-    "Believe it while",
-    "  load and speed stay as they are in the campaign: measurements tell k times the load;",
-    "  wear goes on as it did: nothing here sees pitting, scuffing, a new oil, particles or running-in "
-    "that is not in the measurements;",
-    "  the errors are those that the campaign gives, that of an inspection's datum included;",
-    "  the checks of the inspections are quiet: one that is flagged means that the rate has changed.",
-)
+BELIEVED = tuple((Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines())
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
 DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
@@ -43,13 +31,7 @@ IF_WRONG = "if the readings marked ! are wrong"
 ABOUT = (
     "limit: {}; worn: how much of it at the last inspection; pace: how many times as fast as the middle unit"
 )
-SHARED = {
-    "median": "the middle unit wears as the file's coefficient says, times",
-    "spread": "two units in three wear as fast as the middle one within a factor of",
-    "straying": "the wear of a unit strays from a steady course by this share of itself",
-    "power": "wear goes with the hours to this power (below 1 it slows down)",
-    "factor_of_another": "a unit not yet measured wears as the file's coefficient says, times",
-}
+SHARED = ("median", "spread", "straying", "power")
 
 
 def text_of(tree: xr.DataTree) -> list[str]:
@@ -71,30 +53,15 @@ def text_of(tree: xr.DataTree) -> list[str]:
 def answers(tree: xr.DataTree) -> list[str]:
     """Return a sentence a case or unit: when the limit is reached, as far as the measurements tell."""
     if "unit" in tree["predictions"].dims:
-        predictions, each = tree["predictions"].to_dataset(), []
-        for name, _, _, when, ends, *_ in _rows(predictions):
-            if when == PASSED:
-                each.append(f"{name}: the limit has been passed.")
-                continue
-            on = "on" if when[:4].isdigit() and when[4:5] == "-" else "after"
-            each.append(f"{name}: the limit is reached {on} {when}, with 90 % between {ends}.")
-        return [*opened(tree), *each]
+        rows = _rows(tree["predictions"].to_dataset())
+        return [*opened(tree), *_rendered("answers.txt", {"rows": rows, "passed": PASSED})]
     lines = []
     for label in _labels(tree):
         predictions = group(tree, "predictions", label)
-        wear = _limit(predictions)
-        times = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
-        low, middle, high = ((hours_text(t) or "0 h") if np.isfinite(t) else "never" for t in times[::2])
-        day = looked = ""
-        if "end_of_life_quantile" in predictions:
-            first, likely, latest_day = _days(predictions)[::2]
-            day = f" on {likely}, with 90 % between {first} and {latest_day}:"
-            looked = f", {likely.removeprefix(BEFORE)}"
-        text = f"{wear} is reached{day} {middle} after the last inspection (90 %: {low} to {high})."
-        if times[2] <= 0.0:
-            later = f"; with 5 % it is reached more than {high} after it" if times[4] > 0.0 else ""
-            text = f"{wear} was reached before the last inspection{looked}{later}."
-        lines.append(text if label is None else f"{label}: {text}")
+        rest = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
+        values: dict[str, Any] = {"label": label, "wear": _limit(predictions), "times": rest[::2]}
+        values["days"] = _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
+        lines += _rendered("answers.txt", values)
     return lines
 
 
@@ -121,22 +88,8 @@ def text_of_models(found: xr.Dataset) -> list[str]:
     gain = found["log_evidence"].values - found["log_evidence"].values[0]
     off, error = found["left_out_difference"].values, found["left_out_error"].values
     width = max(map(len, names))
-    lines = [
-        "models compared: ln of the evidence, and of each inspection foretold by the others, less the first's"
-    ]
-    for name, g, o, e in zip(names, gain, off, error, strict=True):
-        beside = "" if not np.isfinite(o) else f"  {o:7.3g} ± {e:.2g}" if o else "        0"
-        lines.append(f"  {name:<{width}}  {g:7.3g}{beside}")
-    said = f"the data {_preferring(-gain[1], names[0], names[1])}"
-    if np.isfinite(off[1]) and off[1] > max(error[1], 0.0):
-        said += f", but {names[1]} foretells single inspections better: more of them will tell"
-    return [*lines, said]
-
-
-def _preferring(gain: float, one: str, other: str) -> str:
-    """Return which of two models the data prefer, by ln of the evidence of one over the other's."""
-    said = next((text for most, text in PREFER if abs(gain) < most), "strongly prefer {} to {}")
-    return said.format(*((one, other) if gain >= 0.0 else (other, one)))
+    rows = list(zip((name.ljust(width) for name in names), gain, off, error, strict=True))
+    return _rendered("models.txt", {"rows": rows})
 
 
 def group(tree: xr.DataTree, name: str, label: str | None) -> xr.Dataset:
@@ -171,7 +124,7 @@ def _templates() -> Any:
             f"chance alone: once in {1.0 / max(p, 1e-6):,.0f} times{' or less' if p < 1e-6 else ''}"
         ),
         "spread": _spread,
-        "preferring": _preferring,
+        "time": lambda seconds: (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER,
     }
     return found
 
@@ -388,7 +341,6 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "about": fleet_about(tree),
         "first": _first(predictions),
         "shared": list(_shared(sample)),
-        "words": SHARED,
         "stats": stats,
         "shown": shown,
         "scale": scale,
@@ -485,22 +437,13 @@ def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:
 
 def _first(predictions: xr.Dataset) -> list[str]:
     """Return which units to open first, and why: those of which 1 in 20 has reached the limit soonest."""
-    texts, order, _ = ends_of(predictions)
-    lines: list[str] = []
+    texts, ends, _ = ends_of(predictions)
     sure = predictions["end_passed"].values <= MAYBE
-    for k in np.lexsort((order[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[:FIRST]:
-        name = str(predictions["unit"].values[k])
-        keys = ("worn", "pace", "p_like_the_others", "end_passed")
-        worn, pace, p, passed = (float(predictions[n][k]) for n in keys)
-        why = [f"{100.0 * worn:.0f} % of the limit is worn"] if worn > MUCH else []
-        why += [f"it wears {pace:.2g} times as fast as the others"] if pace > FAST else []
-        why += ["what was measured is unlike the other units"] if p < ALARM else []
-        why += [] if float(predictions["now"][k]) > 0.0 else ["it was never measured"]
-        why = why or ["it comes first of all that are like it"]
-        lasts = f"it lasts until {texts[k, 0]} with a probability of 95 %"
-        when = f"the limit {'has' if passed > SURE else 'may have'} been passed" if passed > MAYBE else lasts
-        lines.append(f"open {name} {'first' if not lines else 'next'}: {when}; {', and '.join(why)}")
-    return lines
+    order = np.lexsort((ends[:, 0], np.where(sure, 0.0, -predictions["worn"].values)))[:FIRST]
+    keys = ("unit", "worn", "pace", "p_like_the_others", "end_passed", "now")
+    units = [{name: predictions[name].values[k] for name in keys} | {"lasts": texts[k, 0]} for k in order]
+    bounds = {"maybe": MAYBE, "sure": SURE, "much": MUCH, "fast": FAST, "alarm": ALARM}
+    return _rendered("open.txt", {"units": units, **bounds})
 
 
 def _shown(unit: str) -> tuple[str, float]:
@@ -512,8 +455,7 @@ def _shown(unit: str) -> tuple[str, float]:
 def _shared(sample: xr.Dataset) -> Iterator[tuple[str, str, Array]]:
     """Yield name, unit and quantiles of what the units share, and of a unit that was not measured."""
     errors = (str(n) for n in sample.data_vars if str(n).startswith("sd_"))
-    *names, another = SHARED
-    for name in (*names, *errors, another):
+    for name in (*SHARED, *errors, "factor_of_another"):
         if name in sample:
             shown, scale = _shown(sample[name].attrs["units"])
             q = scale * np.quantile(sample[name].values, [0.05, 0.5, 0.95])
