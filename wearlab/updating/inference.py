@@ -80,14 +80,13 @@ def update(
     StoreError : the store cannot be read or written
     """
     from wearlab.store.netcdf import SEAL
-    from wearlab.store.updates import keep_update, read_update, seal_of
+    from wearlab.store.updates import keep_update, seal_of
 
     wanted = studies(campaign)
+    if (known := kept(wanted, store, replay=replay, check=check)) is not None:
+        return known
     about = subject(wanted)
     name = identity(about, replay=replay, check=check)
-    known = read_update(store, name)
-    if known is not None:
-        return known
     runner = Runner(campaign.title, store, progress, workers)
     if wanted[0].spec.fleet is not None:
         if check:
@@ -216,8 +215,8 @@ def _again(
 
     first, z = len(next(iter(study.drawn.values()))), scores_of(study)[which]
     mean = weight @ z
-    off = z - mean
-    covariance = WIDER**2 * ((off * weight[:, None]).T @ off + 1e-4 * np.eye(z.shape[1]))
+    spread = np.atleast_2d(np.cov(z.T, aweights=weight, bias=True))
+    covariance = WIDER**2 * (spread + 1e-4 * np.eye(len(mean)))
     size = 1 << max(first - 1, 0).bit_length()
     inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
     more = mean + ndtri(np.clip(inside, 1e-9, 1.0 - 1e-9)) @ np.linalg.cholesky(covariance).T
@@ -244,9 +243,9 @@ def log_mixture(z: Array, mean: Array, covariance: Array) -> Array:
     z : (n, keys) scores
     mean, covariance : of the second round
     """
-    off = z - mean
-    square = np.einsum("ij,jk,ik->i", off, np.linalg.inv(covariance), off) - np.sum(z * z, axis=1)
-    log_ratio = -0.5 * (square + np.linalg.slogdet(covariance)[1])
+    from scipy.stats import multivariate_normal, norm
+
+    log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(axis=1)
     return np.asarray(np.logaddexp(0.0, log_ratio) - np.log(2.0))
 
 

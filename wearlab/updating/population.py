@@ -363,10 +363,8 @@ def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
     """Return mean and Cholesky root of the covariance of weighted points."""
     weight = np.exp(logs - logs.max())
     weight = weight / weight.sum()
-    mean = weight @ theta
-    off = theta - mean
-    covariance = (off * weight[:, None]).T @ off
-    return mean, np.linalg.cholesky(covariance + 1e-10 * np.eye(len(mean)))
+    covariance = np.atleast_2d(np.cov(theta.T, aweights=weight, bias=True))
+    return np.asarray(weight @ theta), np.linalg.cholesky(covariance + 1e-10 * np.eye(len(covariance)))
 
 
 def drawn(found: Population, n: int, rng: np.random.Generator, weight: Array | None = None) -> Index:

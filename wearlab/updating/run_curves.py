@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator, PPoly
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from wearlab.arrays import Array, Flags
 from wearlab.campaign.update_options import THICKNESS, Limit
@@ -124,11 +124,8 @@ class RunCurve:
         return np.asarray(found + beyond * self.slope[-1, column])
 
     @cached_property
-    def _cubics(self) -> PPoly:
-        width, (d0, d1) = np.diff(self.cycle)[:, None], (self.slope[:-1], self.slope[1:])
-        rise = np.diff(self.value, axis=0) / width
-        bend = (d0 + d1 - 2.0 * rise) / width**2, (3.0 * rise - 2.0 * d0 - d1) / width
-        return PPoly(np.stack([*bend, d0, self.value[:-1]]), self.cycle)
+    def _cubics(self) -> CubicHermiteSpline:
+        return CubicHermiteSpline(self.cycle, self.value, self.slope)
 
     def first_above(self, level: Array) -> Array:
         """Return the cycles at which column 0 first reaches levels; by its end slope beyond the run."""
