@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.campaign.update_options import Columns, Data, ErrorModel, Limit, UpdateSpec
+from wearlab.campaign.update_options import Data, ErrorModel, Limit, UpdateSpec
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.measurements import Observed
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
@@ -17,7 +17,8 @@ LIMIT = Limit("worn_mass", 0.03, "sun")
 
 
 def data(error, *, number=1, quantity="worn_mass", where="sun", since=None):
-    return Data(number, Path("weighings.csv"), quantity, where, (), Columns(), {}, error, {}, since)
+    own = {"number": number, "quantity": quantity, "member": where, "error": error, "since": since}
+    return Data.model_construct(file=Path("weighings.csv"), **own)
 
 
 def observed(cycle, value, error, **more):
@@ -53,7 +54,8 @@ def history(seen, *, end=2e6, rate=RATE, factor=1.0, run="made"):
 
 def spec(prior, discrepancy="none", **more):
     unknown = {} if prior is None else {FACTOR: read_distribution(prior, "factor")}
-    return UpdateSpec(LIMIT, discrepancy, more.get("draws", 2000), more.get("seed", 3), unknown, ())
+    numbers = {"draws": more.get("draws", 2000), "seed": more.get("seed", 3)}
+    return UpdateSpec.model_construct(limit=LIMIT, discrepancy=discrepancy, unknown=unknown, **numbers)
 
 
 def study(prior, seen, discrepancy="none", **more):

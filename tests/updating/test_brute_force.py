@@ -83,7 +83,7 @@ def test_two_unknowns_are_those_of_lives_simulated_on_a_grid(tmp_path):
     """Factor and torque from profiles with a common datum error, and weighings."""
     name, depths, weighed = "update_spur_twin", table("spur_twin_profiles"), table("spur_twin_weighings")
     campaign = wl.load(CAMPAIGNS / f"{name}.toml")
-    campaign = replace(campaign, update=replace(campaign.update, draws=128))
+    campaign = replace(campaign, update=campaign.update.model_copy(update={"draws": 128}))
     tree = wl.update(campaign, wl.Store(tmp_path), progress=False)
     inspections = weighed["cycles_1"]
     factors, torques = np.geomspace(1.15, 1.9, 7), np.linspace(280.0, 400.0, 9)

@@ -76,7 +76,7 @@ def with_truth(error, believed, power=1.0):
     seen = (observed(np.repeat(CYCLES, 4), np.zeros(24), believed),)
     asked = study(PRIOR, seen)
     true = TrueModel(None if error is None else (error,), power)
-    asked = replace(asked, spec=replace(asked.spec, check=true))
+    asked = replace(asked, spec=asked.spec.model_copy(update={"check": true}))
     answer = answered(asked, [history(seen)], blocks(seen))
     return float(calibrated(asked, answer.posterior, 100)["factor_coverage_90"])
 

@@ -107,7 +107,7 @@ def test_hours_of_a_year_come_from_the_columns(tmp_path):
     days = calendar_of(first.seen[0].data, "A", None)
     assert str(days.date) == "2026-01-01" and days.hours == 840.0
     assert days.hours_per_year == pytest.approx(560.0 * 365.2425 / 365.0)
-    assert calendar_of(first.seen[0].data, "A", first.spec.days).hours_per_year == days.hours_per_year
+    assert calendar_of(first.seen[0].data, "A", first.spec.calendar).hours_per_year == days.hours_per_year
 
 
 def test_a_table_with_dates_alone_goes_by_the_calendar_of_one_with_hours(tmp_path):

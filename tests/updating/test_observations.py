@@ -158,7 +158,7 @@ def dated(tmp_path, text=DATED, calendar=CALENDAR, **more):
         "calendar": calendar
     }
     spec = read_update(block)
-    return read_observations(spec.data[0], spec.days)
+    return read_observations(spec.data[0], spec.calendar)
 
 
 def test_dates_become_operating_hours_and_units_stand_in_the_header(tmp_path):

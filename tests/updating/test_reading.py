@@ -1,7 +1,5 @@
 """What workshops write in their tables, and what is said where it is not understood."""
 
-from dataclasses import replace
-
 import pytest
 from made import data
 
@@ -17,7 +15,7 @@ def read(folder, rows, unit=" [µm]"):
     path.write_text(HEAD.format(unit=unit) + rows, encoding="utf-8")
     columns = Columns(hours="Datum", value="Verschleißtiefe Ritzel")
     block = data(ErrorModel(2e-6), quantity="max_wear_depth", where="pinion")
-    return read_observations(replace(block, file=path, columns=columns))
+    return read_observations(block.model_copy(update={"file": path, "columns": columns}))
 
 
 def test_a_remedy_is_toml_as_it_stands(tmp_path):

@@ -119,7 +119,7 @@ def check_fails(true: TrueModel, seed: int) -> bool:
     cycles = np.repeat(TIMES, 4)
     seen = (observed(cycles, np.zeros(24), ErrorModel(2e-4)),)
     asked = study(PRIOR, seen, seed=seed)
-    asked = replace(asked, spec=replace(asked.spec, check=true))
+    asked = replace(asked, spec=asked.spec.model_copy(update={"check": true}))
     answer = answered(asked, [history(seen)], blocks(seen))
     return any(
         off for _, shares in _twins(calibrated(asked, answer.posterior, 100))["shares"] for *_, off in shares

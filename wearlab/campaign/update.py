@@ -83,11 +83,11 @@ def read_update(given: Any) -> UpdateSpec:
         problems += _not_of_a_fleet(given, unknown or {}, data)
     if problems:
         raise CampaignError(problems)
-    numbers = spec.discrepancy, spec.draws, spec.seed
-    more = (fleet, decision, record, spec.change, replaced)
+    read = {"limit": limit, "unknown": unknown, "data": tuple(data), "calendar": days, "check": check}
+    read |= {"fleet": fleet, "decision": decision, "record": record, "replaced": replaced}
     if spec.change != "none" and [*unknown] != [FACTOR]:
         raise CampaignError([f"{SECTION}.change: goes with the unknown {FACTOR} alone: what changes is k"])
-    return UpdateSpec(limit, *numbers, unknown, tuple(data), days, check, *more)
+    return UpdateSpec.model_construct(**{**dict(spec), **read})
 
 
 def refuse_unknown_keys(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
@@ -254,20 +254,7 @@ def _data(given: Any, number: int) -> Data:
     if along != (block.quantity in ("wear_depth", THICKNESS)):
         said = "needs one of the columns" if not along else "has no place for the columns"
         raise CampaignError([f"{where}.quantity: {block.quantity} {said} {', '.join(WHERE)}"])
-    where_measured = block.member if block.member is not None else block.flank
-    return Data(
-        number,
-        block.file,
-        block.quantity,
-        where_measured,
-        (block.case,) if isinstance(block.case, str) else block.case or (),
-        columns,
-        dict(block.units),
-        error,
-        dict(block.select),
-        block.since,
-        block.date_format,
-    )
+    return Data.model_construct(**{**dict(block), "number": number, "error": error})
 
 
 def _error(block: ErrorBlock, unit: str, where: str, by_column: bool) -> ErrorModel:
@@ -356,13 +343,12 @@ def read_fleet(population: Any, units: Any) -> Fleet:
         if unit.name in [other.name for other in named]:
             raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])
         named.append(unit.model_copy(update={"scene": swept_keys(unit.scene)}))
-    return Fleet(
-        _positive_law(block.spread or DEFAULTS["spread"], "spread"),
-        _shared(block.straying, "straying", 0.0),
-        _shared(block.power, "power", 0.05),
-        block.reference,
-        tuple(named),
-    )
+    shared = {
+        "straying": _shared(block.straying, "straying", 0.0),
+        "power": _shared(block.power, "power", 0.05),
+    }
+    shared["spread"] = _positive_law(block.spread or DEFAULTS["spread"], "spread")
+    return Fleet.model_construct(**{**dict(block), **shared, "units": tuple(named)})
 
 
 def _shared(given: float | dict[str, Any] | None, name: str, least: float) -> float | Distribution:

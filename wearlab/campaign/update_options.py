@@ -1,6 +1,6 @@
 """``[update]`` as files write it and as it comes to in SI: what was measured and what ends the life."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import date as date_
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -345,31 +345,27 @@ class ErrorModel:
     gain_sd: float = 0.0
 
 
-@dataclass(frozen=True)
-class Data:
-    """One ``[[update.data]]`` block.
+class Data(DataBlock):
+    """One ``[[update.data]]`` block, read.
 
     Parameters
     ----------
     number : its place in the file, from 1
-    file, quantity, where, select, since : as written; ``where`` is the member or flank
-    cases : the cases it belongs to, none: all
-    columns : what each column that is named says
-    units : unit of each column that has one
     error : how far the values are off
     """
 
     number: int
-    file: Path
-    quantity: str
-    where: str | None
-    cases: tuple[str, ...]
-    columns: Columns
-    units: dict[str, str]
-    error: ErrorModel
-    select: dict[str, Any] = field(default_factory=dict)
-    since: float | str | None = None
-    date_format: str | None = None
+    error: ErrorModel  # type: ignore[assignment]
+
+    @property
+    def where(self) -> str | None:
+        """The member or flank that was measured."""
+        return self.flank if self.member is None else self.member
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """The cases it belongs to, none: all."""
+        return (self.case,) if isinstance(self.case, str) else self.case or ()
 
     @property
     def place(self) -> str:
@@ -396,41 +392,22 @@ class TrueModel:
     power: float
 
 
-@dataclass(frozen=True)
-class Fleet:
-    """A fleet.
+class Fleet(PopulationBlock):
+    """A fleet: what its units share, known or not, and those that are named in the file."""
 
-    Parameters
-    ----------
-    spread, straying, power : what the units share, known or not
-    reference : operating hours at which these are said, None: found out
-    units : those that are named in the file
-    """
-
-    spread: Distribution
-    straying: float | Distribution
-    power: float | Distribution
-    reference: float | None
+    spread: Distribution  # type: ignore[assignment]
+    straying: float | Distribution  # type: ignore[assignment]
+    power: float | Distribution  # type: ignore[assignment]
     units: tuple[UnitBlock, ...]
 
 
-@dataclass(frozen=True)
-class UpdateSpec:
-    """A whole ``[update]``."""
+class UpdateSpec(UpdateBlock):
+    """A whole ``[update]``, read."""
 
-    limit: Limit | None
-    discrepancy: str
-    draws: int
-    seed: int
-    unknown: dict[str, Distribution]
-    data: tuple[Data, ...]
-    days: Days | None = None
-    check: TrueModel | None = None
+    limit: Limit | None = None  # type: ignore[assignment]
+    data: tuple[Data, ...] = ()
+    check: TrueModel | None = None  # type: ignore[assignment]
     fleet: Fleet | None = None
-    decision: Decision | None = None
-    record: RecordBlock | None = None
-    change: str = "none"
-    replaced: tuple[Replaced, ...] = ()
 
 
 def unit_of(quantity: str) -> str:

@@ -347,9 +347,9 @@ def _predictions(
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
     pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
-    calendars = any(study.spec.days is not None for study in studies)
+    calendars = any(study.spec.calendar is not None for study in studies)
     for k, (study, state) in enumerate(zip(studies, states, strict=True)):
-        run, days = state.unit.run, study.spec.days
+        run, days = state.unit.run, study.spec.calendar
         row = lives(state, np.quantile(state.factor, P), run, days)
         row |= {"end_passed": state.passed, "pace": pace[k]}
         row["worn"] = float(np.mean(state.wear(state.now)[0])) / run.level
@@ -465,7 +465,7 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
 def _records(studies: Sequence[MeasuredCase]) -> Iterator[str]:
     """Yield of which units a record counts hours that the calendar does not."""
     for one in studies:
-        hours = None if one.record is None else one.record.excess(one.spec.days)
+        hours = None if one.record is None else one.record.excess(one.spec.calendar)
         if hours is not None:
             note = NOTES["every_hour"].format(counted=hours[0], told=hours[1])
             yield NOTES["of_unit"].format(unit=one.label, note=note)

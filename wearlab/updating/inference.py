@@ -261,11 +261,11 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
     """
     parts: list[Any] = []
     for study in wanted:
-        spec = replace(study.spec, limit=None, data=())
+        spec = study.spec.model_copy(update={"limit": None, "data": ()})
         parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
         parts += [repr(study.record and study.record.fingerprint)]
         for seen in study.seen:
-            parts += [repr(replace(seen.data, file=Path(), cases=())), seen.fingerprint]
+            parts += [repr(seen.data.model_copy(update={"file": Path(), "case": None})), seen.fingerprint]
     return _hash(parts)
 
 

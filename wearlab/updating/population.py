@@ -364,7 +364,8 @@ def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
     weight = np.exp(logs - logs.max())
     weight = weight / weight.sum()
     covariance = np.atleast_2d(np.cov(theta.T, aweights=weight, bias=True))
-    return np.asarray(weight @ theta), np.linalg.cholesky(covariance + 1e-10 * np.eye(len(covariance)))
+    root = np.linalg.cholesky(covariance + 1e-10 * np.eye(len(covariance)))
+    return np.asarray(weight @ theta, float), np.asarray(root, float)
 
 
 def drawn(found: Population, n: int, rng: np.random.Generator, weight: Array | None = None) -> Index:

@@ -111,7 +111,7 @@ def _events(study: MeasuredCase, first: StoredRun, gears: list[str]) -> list[tup
                 raise UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
         at = event.cycle
         if at is None:
-            hours = _hours(event, study.spec.days, place)
+            hours = _hours(event, study.spec.calendar, place)
             at = float(first["cycle"].values[0]) + hours * HOUR / per_cycle(first, "operating_hours")
         found.append((event, at))
     found.sort(key=lambda one: one[1])

@@ -115,7 +115,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    spec, seen, record = _measured(spec, None, spec.days)
+    spec, seen, record = _measured(spec, None, spec.calendar)
     made = []
     for case in campaign.cases:
         own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
@@ -174,7 +174,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         unit = own.get(name, UnitBlock(name=name))
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
-        asked, seen, record = _measured(spec, name, unit.calendar or spec.days)
+        asked, seen, record = _measured(spec, name, unit.calendar or spec.calendar)
         refuse_too_deep(changed, seen, limit)
         made.append(MeasuredCase(name, changed, asked, limit, seen, {}, record=record))
     return tuple(made)
@@ -192,7 +192,7 @@ def _measured(
         after = next((found for found in known if found is not None), days)
     counted = days if days is not None and days.hours is not None else after
     seen = tuple(read_observations(data, counted, unit, hours_at) for data in spec.data)
-    return replace(spec, days=after), seen, record
+    return spec.model_copy(update={"calendar": after}), seen, record
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:

@@ -112,7 +112,7 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
     if look is not None and change is not None:
         advice["virtual_inspection"] = before_change(look, float(change["best_change"]))
     for name, found in advice.items():
-        groups |= {} if found is None else {name: dated(found, spec.days, now, post.histories[0])}
+        groups |= {} if found is None else {name: dated(found, spec.calendar, now, post.histories[0])}
     if replay:
         end = float(groups["observed_data"]["observed_life"])
         again = replayed(outcome.study, post, end)
@@ -213,7 +213,7 @@ def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset
     end = life[-1] if np.isfinite(life[-1]) else life[2]
     last = AHEAD * float(min(end, 4.0 * life[2])) if np.isfinite(end) else run.end
     cycles = np.linspace(run.start, max(last, answer.now, run.start + 1.0), PLACES)
-    days, prior = outcome.study.spec.days, outcome.prior
+    days, prior = outcome.study.spec.calendar, outcome.prior
     found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
     found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
     if days is not None:

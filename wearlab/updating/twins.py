@@ -97,7 +97,7 @@ def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:
     made = []
     for block in post.blocks:
         error = block.data.error if true.errors is None else true.errors[block.data.number - 1]
-        seen = replace(block.seen, data=replace(block.data, error=error))
+        seen = replace(block.seen, data=block.data.model_copy(update={"error": error}))
         made.append(replace(block_of(seen, accumulating=True), rows=block.rows, numerical=block.numerical))
     return post.blocks if true.errors is None else tuple(made)
 
