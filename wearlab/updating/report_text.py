@@ -39,11 +39,11 @@ def text_of(tree: xr.DataTree) -> list[str]:
     if "unit" in tree["predictions"].dims:
         return _rendered("fleet.txt", _fleet(tree))
     lines = [str(tree.attrs.get("title", ""))]
-    for label in _labels(tree):
-        lines += [] if label is None else ["", f"case {label}"]
-        own = "" if label is None else f"case {label}: "  # a warning is read alone, too
+    for label, groups in cases_of(tree).items():
+        lines += ["", f"case {label}"] if label else []
+        own = f"case {label}: " if label else ""  # a warning is read alone, too
         told = (line.replace("! ", f"! {own}", 1) if line.startswith("! ") else line
-                for line in _rendered("case.txt", _case(tree, label)))  # fmt: skip
+                for line in _rendered("case.txt", _case(groups)))  # fmt: skip
         lines += [f"  {line}" for line in told]
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
@@ -56,8 +56,8 @@ def answers(tree: xr.DataTree) -> list[str]:
         rows = _rows(tree["predictions"].to_dataset())
         return [*opened(tree), *_rendered("answers.txt", {"rows": rows, "passed": PASSED})]
     lines = []
-    for label in _labels(tree):
-        predictions = group(tree, "predictions", label)
+    for label, groups in cases_of(tree).items():
+        predictions = groups["predictions"]
         rest = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
         values: dict[str, Any] = {"label": label, "wear": _limit(predictions), "times": rest[::2]}
         values["days"] = _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
@@ -92,12 +92,14 @@ def text_of_models(found: xr.Dataset) -> list[str]:
     return _rendered("models.txt", {"rows": rows})
 
 
-def group(tree: xr.DataTree, name: str, label: str | None) -> xr.Dataset:
-    """Return a group of one case; an empty dataset where the update has no such group."""
-    if name not in tree.children:
-        return xr.Dataset()
-    data = tree[name].to_dataset()
-    return data.sel(case=label) if label is not None and "case" in data.dims else data
+def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
+    """Return the groups of each case under its label, "" where there is one case."""
+    groups = {name: node.to_dataset() for name, node in tree.children.items()}
+    labels = groups["predictions"].coords.get("case", xr.DataArray([""], dims="case")).values
+    return {
+        str(label): {n: one.sel(case=label) if "case" in one.dims else one for n, one in groups.items()}
+        for label in labels
+    }
 
 
 def latest(values: xr.DataArray) -> xr.DataArray:
@@ -143,11 +145,6 @@ def _spread(five: Array, unit: str = "") -> str:
     return f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: {low} to {high})"
 
 
-def _labels(tree: xr.DataTree) -> list[str | None]:
-    predictions = tree["predictions"].to_dataset()
-    return [str(case) for case in predictions["case"].to_numpy()] if "case" in predictions.dims else [None]
-
-
 def _last(values: xr.DataArray) -> Array:
     return np.asarray(latest(values).values)
 
@@ -157,12 +154,11 @@ def _numbers(data: xr.Dataset) -> dict[str, Any]:
     return {str(name): one.values.item() for name, one in data.data_vars.items() if not one.dims}
 
 
-def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
+def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return what the text of a case is made from."""
-    names = "predictions sample_stats posterior prior virtual_inspection calibration decision".split()
-    predictions, stats, sample, prior, ahead, twins, costs = (group(tree, name, label) for name in names)
+    predictions, stats, sample = (groups[name] for name in ("predictions", "sample_stats", "posterior"))
+    ahead, costs = (groups.get(name, xr.Dataset()) for name in ("virtual_inspection", "decision"))
     hours = float(predictions["seconds_per_cycle"]) / HOUR
-    checks = list(_checks(stats))
     life, rest = (_last(predictions[f"{name}_quantile"]) for name in DERIVED[1:])
     found: dict[str, Any] = {
         "notes": [*filter(None, str(stats["notes"].values).split(" | "))],
@@ -174,14 +170,9 @@ def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
         "life": life,
         "rest": rest,
         "coefficient": _quantiles(sample["wear_coefficient"]),
-        "unknowns": list(_unknowns(prior, sample, predictions)),
-        "checks": checks,
-        "flagged": [(n, *row) for n, rows in checks for row in rows if row[1] < ALARM / len(rows)],
-        "courses": [
-            (str(name).removeprefix("course_p_").replace("_", " "), float(stats[name]))
-            for name in stats.data_vars
-            if str(name).startswith("course_p_") and float(stats[name]) < ALARM
-        ],
+        "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
+        "checks": list(_checks(stats)),
+        "alarm": ALARM,
         "sources": _sources(stats, rest, hours),
         "ahead": _numbers(ahead),
         "costs": _numbers(costs),
@@ -198,11 +189,11 @@ def _case(tree: xr.DataTree, label: str | None) -> dict[str, Any]:
         width = ahead["expected_width"].sel(instrument=1.0).sel(look=best, method="nearest")
         found["ahead"]["width"] = float(width)
     if "best_rate" in costs:
-        found["change"] = _changes(costs, hours)
+        found |= {n: _numbers(costs.sel(failure_times=t)) for n, t in (("cheaper", 0.5), ("dearer", 2.0))}
     if "rate_with_look" in costs:
         found["costs"]["rate_with_look"] = float(costs["rate_with_look"].min())
-    if twins:
-        found["twins"] = _twins(twins)
+    if "calibration" in groups:
+        found["twins"] = _twins(groups["calibration"])
     return found
 
 
@@ -295,19 +286,6 @@ def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ..
     return [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
 
 
-def _changes(costs: xr.Dataset, hours: float) -> dict[str, str]:
-    """Return when each change or look is advised."""
-
-    def when(name: str, times: float | None = None) -> str:
-        here = costs if times is None else costs.sel(failure_times=times)
-        day = f"on {here[f'{name}_day'].item()}, " if f"{name}_day" in here else ""
-        return f"{day}at {hours * float(here[name]):,.0f} h"
-
-    names = [name for name in ("best_change", "horizon_change", "best_look") if name in costs]
-    dearer = {"cheaper": when("best_change_if", 0.5), "dearer": when("best_change_if", 2.0)}
-    return {name: when(name) for name in names} | dearer
-
-
 def _twins(data: xr.Dataset) -> dict[str, Any]:
     """Return how often intervals of twins hold the truth, and whether that is as it should."""
     n, shares = data.sizes["twin"], []
@@ -357,8 +335,8 @@ def fleet_tables(tree: xr.DataTree) -> list[tuple[str, tuple[str, ...], list[tup
     """Return when each table of a fleet holds, its headings, a row a unit; nothing of one gear set."""
     found = []
     for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
-        predictions = group(tree, name, None)
-        if "unit" in predictions.dims:
+        if name in tree.children and "unit" in tree[name].dims:
+            predictions = tree[name].to_dataset()
             found.append((words, _heads(predictions), _rows(predictions)))
     return found
 

@@ -61,6 +61,7 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
     FigureError : none is kept that has it
     """
     from wearlab.store import updates
+    from wearlab.updating.report_text import cases_of
 
     for update in updates.updates_of(store, subject):
         tree = updates.read_update(store, update.id)
@@ -68,8 +69,10 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
             continue
         if ("unit" in tree["predictions"].dims) != any(need.endswith(":unit") for need in needs):
             continue
-        groups = {name: node.to_dataset() for name, node in tree.children.items()}
-        updated = _cases(groups)
+        updated = [
+            Updated({"case": wording.Label(label, label)} if label else {}, groups)
+            for label, groups in cases_of(tree).items()
+        ]
         wanted = ask.select.get("case")
         labels = [wanted] if isinstance(wanted, str) else wanted
         kept = [case for case in updated if not labels or not case.key or case.key["case"].value in labels]
@@ -88,22 +91,6 @@ def _has(tree: xr.DataTree, need: str) -> bool:
     """Say whether a tree has a group, ``group``, or a dimension in it, ``group:dimension``."""
     name, _, dim = need.partition(":")
     return name in tree.children and (not dim or dim in tree[name].dims)
-
-
-def _cases(groups: dict[str, xr.Dataset]) -> list[Updated]:
-    predictions = groups["predictions"]
-    if "case" not in predictions.dims:
-        return [Updated({}, groups)]
-    return [
-        Updated(
-            {"case": wording.Label(str(label), str(label))},
-            {
-                name: group.sel(case=label) if "case" in group.dims else group
-                for name, group in groups.items()
-            },
-        )
-        for label in predictions["case"].values.tolist()
-    ]
 
 
 def finite(values: xr.DataArray) -> np.ndarray:
