@@ -97,18 +97,15 @@ def refuse_unknown_keys(spec: UpdateSpec, scenes: Sequence[Scene], labels: Seque
     ------
     CampaignError : with one line each
     """
+    tried = [(f"unknown.{key}", key, written(law.at(0.5), law.unit)) for key, law in spec.unknown.items()]
+    own = () if spec.fleet is None else enumerate(spec.fleet.units)
+    tried += [(f"unit[{n}].scene.{key}", key, value) for n, unit in own for key, value in unit.scene.items()]
     problems = []
-    for key, prior in spec.unknown.items():
+    for place, key, value in tried:
         try:
-            scenes[0].replace(key, written(prior.at(0.5), prior.unit))
+            scenes[0].replace(key, value)
         except SceneError as error:
-            problems += [f"{SECTION}.unknown.{key}: {line}" for line in error.problems]
-    for number, unit in enumerate(() if spec.fleet is None else spec.fleet.units):
-        for key, value in unit.scene.items():
-            try:
-                scenes[0].replace(key, value)
-            except SceneError as error:
-                problems += [f"{SECTION}.unit[{number}].scene.{key}: {line}" for line in error.problems]
+            problems += [f"{SECTION}.{place}: {line}" for line in error.problems]
     if spec.fleet is not None and len(scenes) > 1:
         problems.append(f"{SECTION}: a fleet has one case, here are {len(scenes)}: give update.unit.scene")
     for data in spec.data:

@@ -13,7 +13,7 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import PREVIOUS
-from wearlab.updating.kalman import Filtered, Innovation, smoothed_paths
+from wearlab.updating.kalman import Filtered, smoothed_paths
 from wearlab.updating.likelihood import PER, Lanes, inspections_of, log_likelihood_of_runs, modelled
 from wearlab.updating.lives import Answer, passage_time, present_state
 from wearlab.updating.posterior import Posterior, even_weights
@@ -143,11 +143,6 @@ def _along(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Array,
     return np.exp(np.interp(at, np.arange(len(grid)), grid)), at
 
 
-def innovations(post: Posterior, draws: Draws, number: int) -> list[Innovation]:
-    """Return the innovation of each inspection of a block for every draw, lanes in the order of the draws."""
-    return draws.seen(post, number, steps=True).steps
-
-
 def gains(
     post: Posterior, draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
 ) -> Array:
@@ -184,7 +179,7 @@ def over_cycles(
     known, paths = [start], [np.zeros(n)]
     if len(block.rows):
         times = [inspection.cycle for inspection in inspections_of(block, post.histories[0], drifting)]
-        smooth = smoothed_paths(innovations(post, draws, drifting), times, rate, rng)
+        smooth = smoothed_paths(draws.seen(post, drifting, steps=True).steps, times, rate, rng)
         first = 1 if times[0] <= start else 0
         known, paths = known + times[first:], paths + list(smooth[first:])
     at, w, after = known[0], paths[0], 1
@@ -229,7 +224,7 @@ def replicated(
     if drifts:
         rate, cycles = draws.drift[number] ** 2 / PER, [t.cycle for t in times]
         if known and since != PREVIOUS:
-            paths = smoothed_paths(innovations(post, draws, number), cycles, rate, rng)
+            paths = smoothed_paths(draws.seen(post, number, steps=True).steps, cycles, rate, rng)
         else:
             begin = since if isinstance(since, float) else post.histories[0].begin(number)
             steps = rng.standard_normal((len(times), n))
@@ -322,7 +317,7 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
     block = post.blocks[number]
     cycles, which = np.unique(post.histories[0].asked[number].cycle[block.rows], return_inverse=True)
     if len(cycles) <= MOST:
-        steps = innovations(post, draws, number)
+        steps = draws.seen(post, number, steps=True).steps
         z, chi, logs = (
             np.stack([getattr(step, part) for step in steps])
             for part in ("surprise", "chi_square", "log_likelihood")
@@ -333,7 +328,7 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
     middle = np.array([cycles[group].mean() for group in groups])
     shares = bool(np.any(few.drift[number] > 0.0)) or block.data.error.offset_sd > 0.0 or block.data.since
     if shares or block.seen.censored.any():
-        steps = innovations(post, few, number)
+        steps = few.seen(post, number, steps=True).steps
         count = np.array([sum(steps[t].count for t in group) for group in groups])
         z = np.stack([sum(steps[t].surprise for t in group) / np.sqrt(len(group)) for group in groups])
         chi = np.stack([np.sum([steps[t].chi_square for t in group], axis=0) for group in groups])

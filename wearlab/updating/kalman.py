@@ -57,7 +57,6 @@ class Innovation:
     surprise : difference of its mean from what was expected, over the standard deviation expected
     chi_square : sum of all squared standard differences of its values
     log_likelihood : of its values, given those before
-    before : mean of W just before it
     mean, variance : of W after it
     """
 
@@ -65,7 +64,6 @@ class Innovation:
     surprise: Array
     chi_square: Array
     log_likelihood: Array
-    before: Array
     mean: Array
     variance: Array
 
@@ -139,7 +137,7 @@ def filtered(
         mean = before + gain * (shared - before)
         spread = before_spread * (1.0 - gain) + gain**2 * shared_spread
         if steps:
-            each = (off, chi, gained, before, mean, spread)
+            each = (off, chi, gained, mean, spread)
             kept.append(Innovation(len(told), *(np.broadcast_to(np.asarray(e, float), lanes) for e in each)))
     total, mean, spread = (np.broadcast_to(part, lanes) for part in (total, mean, spread))
     return Filtered(total, mean, spread, last, kept)
@@ -185,7 +183,7 @@ def with_gain(
             logs, g, spread = _over_gain(value[..., until], every, v[..., until], gain_sd, relative)
             gained = logs - total
         total = total + gained
-        steps.append(Innovation(len(values), off, chi, gained, before, g, spread))
+        steps.append(Innovation(len(values), off, chi, gained, g, spread))
     return Filtered(total, g, spread, inspections[-1].cycle if inspections else 0.0, steps)
 
 
@@ -241,7 +239,7 @@ def _mean_of(
     """Return how far an inspection's mean is off, its variance expected, chi square and log likelihood."""
     r = residual[..., values]
     v = variance if variance.shape[-1] == 1 else variance[..., values]
-    if len(values) == 1:
+    if len(values) == 1:  # nothing large cancels where an error is small
         off, expected = r[..., 0] - before, spread + v[..., 0]
         chi = off * off / expected
         return off, expected, chi, -0.5 * (chi + np.log(expected) + LOG_TWO_PI)
@@ -252,9 +250,7 @@ def _mean_of(
     expected = spread + own
     off = average - before
     constant = np.sum(np.log(v), axis=-1) * times - np.log(own) + np.log(expected) + n * LOG_TWO_PI
-    chi = off * off / expected
-    if n > 1:
-        chi = chi + np.sum(r * r / v, axis=-1) - average * average * precision
+    chi = off * off / expected + np.sum(r * r / v, axis=-1) - average * average * precision
     return off, expected, chi, -0.5 * (chi + constant)
 
 

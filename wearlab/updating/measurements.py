@@ -44,27 +44,33 @@ class UpdateError(Refusal):
 
 
 class MeasuredColumns:
-    """The columns of a block's file by what they say, of one unit where the file has many.
+    """The columns of a block's file by what they say.
 
     Parameters
     ----------
     block : that names file, columns and units
-    wanted : column of each role, None where there is none
-    unit : whose rows are meant; None: all
 
     Raises
     ------
-    UpdateError : the file cannot be read, or a column is not there
+    UpdateError : the file cannot be read
     """
 
-    def __init__(self, block: Data | RecordBlock, wanted: Mapping[str, str | None], unit: str | None) -> None:
+    def __init__(self, block: Data | RecordBlock) -> None:
         self.block, self.path = block, Path(block.file)
+        self.names: dict[str, str] = {}
         try:
             self.table: ReadTable = read_table(self.path)
             self.fingerprint = hashlib.sha256(read_regular(self.path, LARGEST_FILE)).hexdigest()
         except (TableError, OSError) as error:
             raise UpdateError(f"{block.place}.file: {self.path}: cannot be read ({error})") from None
-        self.names: dict[str, str] = {}
+
+    def find(self, wanted: Mapping[str, str | None], unit: str | None) -> None:
+        """Find the column of each role, None where there is none; of one unit where the file has many.
+
+        Raises
+        ------
+        UpdateError : a column is not there
+        """
         for role, column in wanted.items():
             if column is not None:
                 found = self.table.find(column)
@@ -73,10 +79,11 @@ class MeasuredColumns:
                         (n for n in self.table.names if n.startswith((f"{column} [", f"{column} ("))), ""
                     )
                     unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
+                    own = f" as {strange!r}, and its unit in units"
                     raise UpdateError(
                         f"{self.path}: line {self.table.header_line}: no column {column!r} for {role}; there "
                         f"are {', '.join(self.table.names)}: {unit_of if strange else ''}name it in "
-                        f"{block.place}.columns{f' as {strange!r}, and its unit in units' if strange else ''}"
+                        f"{self.block.place}.columns{own if strange else ''}"
                     )
                 self.names[role] = found
         if unit is not None and "unit" in self.names:
@@ -185,30 +192,18 @@ def columns_of(data: Data, unit: str | None = None) -> tuple[MeasuredColumns, st
     ------
     UpdateError : the file cannot be read, or a column is not there
     """
-    own, usual = data.columns, _usual(data)
-    when = {name: getattr(own, name) for name in WHEN if getattr(own, name) is not None}
-    when = when or {name: usual[name] for name in ("cycle", "hours", "date") if name in usual}
+    own, columns = data.columns, MeasuredColumns(data)
+    roles = {name: name for name in ("cycle", "hours", "date")} | {"value": data.quantity}
+    usual = {role: columns.table.meant(name, {}) for role, name in roles.items()}
+    when = {name: column for name in WHEN if (column := getattr(own, name)) is not None}
+    when = when or {name: column for name in WHEN if (column := usual.get(name)) is not None}
     clock = next(iter(when), "cycle")
     place = next((name for name in WHERE if getattr(own, name) is not None), None)
-    wanted = {"time": when.get(clock, clock), "value": own.value or usual.get("value") or data.quantity}
-    dated = when.get("date") if clock == "hours" else None
-    wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit, "date": dated}
-    return (
-        MeasuredColumns(data, wanted | {"place": getattr(own, place) if place else None}, unit),
-        clock,
-        place,
-    )
-
-
-def _usual(data: Data) -> dict[str, str]:
-    """Return the columns that usual names tell: of cycles, hours and dates, and of what was measured."""
-    try:
-        table = read_table(Path(data.file))
-    except (TableError, OSError):
-        return {}
-    roles = {name: name for name in ("cycle", "hours", "date")} | {"value": data.quantity}
-    found = {role: table.meant(name, {}) for role, name in roles.items()}
-    return {role: name for role, name in found.items() if name is not None}
+    wanted = {"time": when.get(clock, clock), "value": own.value or usual["value"] or data.quantity}
+    wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit}
+    wanted |= {"date": when.get("date") if clock == "hours" else None}
+    columns.find(wanted | {"place": getattr(own, place) if place else None}, unit)
+    return columns, clock, place
 
 
 def read_observations(
@@ -424,7 +419,8 @@ def read_record(
     own = block.columns
     (when,) = (name for name in ("hours", "date", "duration") if getattr(own, name) is not None)
     wanted = {"time": getattr(own, when), "torque": own.torque, "speed": own.speed, "unit": own.unit}
-    columns = MeasuredColumns(block, wanted, unit)
+    columns = MeasuredColumns(block)
+    columns.find(wanted, unit)
     if not len(columns):
         return None
     torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))

@@ -15,7 +15,7 @@ from wearlab.sources import source_hash
 from wearlab.store.export import credited
 from wearlab.units import KINDS, convert
 from wearlab.updating.decision import before_change, decided, virtual_inspection
-from wearlab.updating.draws import gains, innovations, over_cycles, replicated
+from wearlab.updating.draws import gains, over_cycles, replicated
 from wearlab.updating.layout import P, calendar, dataset, dated, limit_of, lives, sample, variable
 from wearlab.updating.likelihood import Block, condenses, log_likelihood
 from wearlab.updating.outcome import UpdateOutcome
@@ -201,7 +201,7 @@ def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
             for some in np.array_split(mine, max(one_by_one * len(mine) * len(block.rows) // MOST_VALUES, 1)):
                 whole[some] = log_likelihood(block, run, number, draws.lanes(number, some)).log_likelihood
         return sample({name: variable("sample", "log_likelihood_of_all", whole)}, len(draws))
-    values = np.stack([step.log_likelihood for step in innovations(post, draws, number)], axis=-1)
+    values = np.stack([step.log_likelihood for step in draws.seen(post, number, steps=True).steps], axis=-1)
     found = sample({name: variable("sample", "log_likelihood", values, name)}, len(draws))
     return found.assign_coords({f"cycle_{name}": variable("statistics", "cycle_*", cycles, name)})
 
