@@ -36,6 +36,11 @@ class Updated:
     def __getitem__(self, name: str) -> xr.Dataset:
         return self.groups.get(name, xr.Dataset())
 
+    def of(self, role: str, value: str | float, text: str | None = None) -> "Updated":
+        """Return what is drawn under one more label: by default a variable's name as words."""
+        label = wording.Label(value, spelled(str(value)) if text is None else text)
+        return replace(self, key={**self.key, role: label})
+
     @property
     def hours_per_cycle(self) -> float | None:
         """Operating hours of a cycle, None where the update does not say."""
@@ -149,8 +154,19 @@ def area(
     return line(update, (outline[0], across), (outline[1], up), "area")
 
 
+def fan(
+    update: Updated, x: Array, q: Array, up: plot.Scale, look: plot.Look, text: str, top: float
+) -> Iterator[plot.Series]:
+    """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
+    cut = np.minimum(q, top)
+    yield area(update, x, cut[0], cut[4], CYCLES, up)
+    yield area(update, x, cut[1], cut[3], CYCLES, up)
+    held = q[2] <= top if look == "line" else np.ones(len(x), bool)
+    yield line(update, (x[held], CYCLES), (cut[2][held], up), look, text)
+
+
 def density(values: Array) -> tuple[Array, Array]:
-    """Return a kernel estimate of a density between the 0.2 % ends of a sample."""
+    """Return a kernel estimate of a density over its largest, between the 0.2 % ends of a sample."""
     from scipy.stats import gaussian_kde
 
     low, high = np.quantile(values, [0.002, 0.998])
@@ -158,7 +174,8 @@ def density(values: Array) -> tuple[Array, Array]:
         return np.array([low, low]), np.array([0.0, 1.0])
     x = np.linspace(low, high, PLACES)
     inside = values[(values >= low) & (values <= high)]
-    return x, np.asarray(gaussian_kde(inside)(x))
+    y = np.asarray(gaussian_kde(inside)(x))
+    return x, y / y.max()
 
 
 def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
@@ -203,13 +220,10 @@ def marginals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             values = values[np.isfinite(values)]
             if len(values) < 2:
                 continue
-            x, y = density(values)
-            y = y / y.max()
-            key = {**update.key, "variable": wording.Label(name, spelled(name))}
+            (x, y), own = density(values), update.of("variable", name)
             if look == "line":
-                outline = np.concatenate([x, x[::-1]]), np.concatenate([y, np.zeros_like(y)])
-                yield plot.Series(key, *outline, across, DENSITY, "area")
-            yield plot.Series(key, x, y, across, DENSITY, look, "" if look == "line" else "before")  # type: ignore[arg-type]
+                yield area(own, x, np.zeros_like(y), y, across, DENSITY)
+            yield line(own, (x, across), (y, DENSITY), look, "" if look == "line" else "before")  # type: ignore[arg-type]
 
 
 MOST_DOTS = 1500
@@ -223,8 +237,7 @@ def pairs(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     names = names if len(names) > 1 else ["factor", "life"]
     for a, b in combinations(names, 2):
         (x, across), (y, up) = logs(data[a]), logs(data[b])
-        key = {**update.key, "variable": wording.Label(f"{a}, {b}", f"{spelled(a)}, {spelled(b)}")}
-        yield plot.Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
+        yield line(update.of("variable", f"{a}, {b}"), (x[:MOST_DOTS], across), (y[:MOST_DOTS], up), "dots")
 
 
 @update_kind(
@@ -234,14 +247,12 @@ def pairs(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 def residuals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
-        x, y = _left_over(update, name)
-        key = {**update.key, "variable": wording.Label(name, spelled(name))}
+        (x, y), own = _left_over(update, name), update.of("variable", name)
         up = plot.Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
-        yield replace(line(update, (x, CYCLES), (y, up), "points"), key=key, hours=None)
+        yield replace(line(own, (x, CYCLES), (y, up), "points"), hours=None)
         for level in (-2.0, 0.0, 2.0):
             ends, text = np.array([0.0, float(x.max(initial=1.0))]), "0 and ±2 standard deviations"
-            beside = line(update, (ends, CYCLES), (np.full(2, level), up), "reference", text)
-            yield replace(beside, key=key, hours=None)
+            yield replace(line(own, (ends, CYCLES), (np.full(2, level), up), "reference", text), hours=None)
 
 
 def _left_over(update: Updated, name: str) -> tuple[Array, Array]:
@@ -275,17 +286,15 @@ def rank_histogram(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             continue
         ranks = finite(data[f"{name}_rank"])
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
-        key = {**update.key, "variable": wording.Label(name, name)}
+        own, ends = update.of("variable", name), np.array([0.0, 1.0])
         across = plot.Scale(f"posterior probability of a smaller {name} than the true one", "1")
         up = plot.Scale(f"twins, of {len(ranks)}", "1")
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
-        yield plot.Series(key, x, y, across, up, "area")
+        yield line(own, (x, across), (y, up), "area")
         law = binom(len(ranks), 1.0 / BINS)
         for p in (0.5 * (1.0 - BAND), 0.5 * (1.0 + BAND)):
             text = f"{100 * BAND:.0f} % of the bars of a calibrated method lie within"
-            yield plot.Series(
-                key, np.array([0.0, 1.0]), np.full(2, law.ppf(p)), across, up, "reference", text
-            )
+            yield line(own, (ends, across), (np.full(2, law.ppf(p)), up), "reference", text)
 
 
 AHEAD = 1.5  # times the limit up to which a fan is drawn
@@ -314,11 +323,7 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         held = row <= top
         if held.sum() > 1:
             yield line(update, (x[held], CYCLES), (row[held], up), "reference", "before: median, 5 and 95 %")
-    clipped = np.minimum(q, top)
-    yield area(update, x, clipped[0], clipped[4], CYCLES, up)
-    yield area(update, x, clipped[1], clipped[3], CYCLES, up)
-    held = q[2] <= top
-    yield line(update, (x[held], CYCLES), (q[2][held], up), text="now: median, 50 and 90 %")
+    yield from fan(update, x, q, up, "line", "now: median, 50 and 90 %", top)
     if limit is not None:
         yield line(update, (x[[0, -1]], CYCLES), (np.full(2, limit), up), "level", "limit")
     yield from _measured(update, name, scale, up)
@@ -369,12 +374,11 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             days = update.calendar
             day = None if days is None else np.datetime64(int(days(at)), "D")
             told = wording.cycles(float(at)) if day is None else wording.Label(float(at), str(day))
-            key = {**update.key, "variable": wording.Label(name, spelled(name)), "inspection": told}
-            low, middle, high = expected[:, some]
-            shade = area(update, x[some], low, high, across, up)
-            yield replace(shade, key=key)
-            yield plot.Series(key, x[some], middle, across, up, "line")
-            yield plot.Series(key, x[some], y[some], across, up, "points")
+            own, (low, middle, high) = update.of("variable", name), expected[:, some]
+            own = replace(own, key={**own.key, "inspection": told})
+            yield area(own, x[some], low, high, across, up)
+            yield line(own, (x[some], across), (middle, up))
+            yield line(own, (x[some], across), (y[some], up), "points")
 
 
 CONE = 0.2
@@ -394,13 +398,10 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     x, rest = x[held], rest[:, held]
     truth = float(update["observed_data"]["observed_life"])
     top = 2.5 * (truth if np.isfinite(truth) else float(np.nanmax(rest[2])))
-    shown = np.minimum(rest, top)
-    yield area(update, x, shown[0], shown[4], CYCLES, REST)
-    yield area(update, x, shown[1], shown[3], CYCLES, REST)
     told = "foreseen: median, 50 and 90 %"
     if "replay_mean_error" in update["sample_stats"]:
         told += f", off by {100.0 * float(update['sample_stats']['replay_mean_error']):.0f} %"
-    yield line(update, (x, CYCLES), (shown[2], REST), "line-points", told)
+    yield from fan(update, x, rest, REST, "line-points", told, top)
     if np.isfinite(truth):
         ends = np.array([x[0], truth])
         for share in (1.0 - CONE, 1.0, 1.0 + CONE):
@@ -425,7 +426,6 @@ def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
     rest = finite(update["posterior"]["remaining_useful_life"])
     x, y = density(rest)
-    y = y / y.max()
     yield area(update, x, np.zeros_like(y), y, REST, DENSITY)
     yield line(update, (x, REST), (y, DENSITY))
     last = latest(update["predictions"]["remaining_useful_life_quantile"])
@@ -444,9 +444,9 @@ def look_next(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     data = update["virtual_inspection"]
     up = plot.Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
     for k, sd in enumerate(data["instrument"].values):
-        key = {**update.key, "instrument": wording.Label(float(sd), f"{float(sd):g} × the error")}
+        own = update.of("instrument", float(sd), f"{float(sd):g} × the error")
         y = data["expected_width"].transpose("instrument", "look").values[k]
-        yield replace(line(update, (data["look"].values, CYCLES), (y, up), "line-points"), key=key)
+        yield line(own, (data["look"].values, CYCLES), (y, up), "line-points")
 
 
 COST = plot.Scale("expected cost per operating hour", "1")
@@ -494,9 +494,7 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     top = start + LONGEST * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
     answers = [name for name in ANSWERS if name in update.groups]
     for (answer, below), (rank, k) in product(zip(answers, (0.0, BELOW), strict=False), enumerate(order, 1)):
-        key = update.key
-        if len(answers) > 1:
-            key = {**key, "answer": wording.Label(answer, ANSWERS[answer])}
+        own = update.of("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update
         low, quarter, middle, three, high = np.minimum(ends_of(update[answer])[1][k], top)
         looks: tuple[tuple[plot.Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
@@ -506,4 +504,4 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         for look, x, text in looks:
             if np.isfinite(x).all():
                 y = np.full(len(x), rank - below)
-                yield plot.Series(key, np.array(x), y, across, UNIT, look, text, names=names)
+                yield replace(line(own, (np.array(x), across), (y, UNIT), look, text), names=names)
