@@ -5,7 +5,7 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.updating.draws import drawn
+from wearlab.updating.draws import drawn, replicated
 from wearlab.updating.lives import first_passage
 from wearlab.updating.outcome import answered, outcome
 
@@ -65,3 +65,20 @@ def test_a_drift_widens_what_the_prior_leads_to_expect():
     asked = study(TIGHT, seen, "accumulating", draws=40_000)
     found = outcome(asked, (history(seen),), np.zeros(1, np.intp)).stats["prior_predictive_p"]
     assert found == pytest.approx(2.0 * stats.norm.sf(2.2), abs=4e-3)
+
+
+@pytest.mark.parametrize(("since", "passed"), [(None, CYCLES), ("previous", np.diff(CYCLES, prepend=0.0))])
+def test_replicas_stray_as_far_as_a_drift_says(since, passed):
+    """Of values since the inspection before, replicas had no drift."""
+    drift, sd = 2e-3, 1e-4
+    made = RATE * CYCLES if since is None else RATE * passed
+    seen = (observed(CYCLES, made, ErrorModel(sd, drift=drift), since=since),)
+    found = answered(study(TIGHT, seen, "accumulating"), [history(seen)], blocks(seen, accumulating=True))
+    rng = np.random.default_rng(1)
+    values, strayed = replicated(found.posterior, drawn(found, 4000, rng), 0, rng, known=False)
+    expected = np.hypot(sd, drift * np.sqrt(passed / 1e6))
+    assert values.std(axis=0) == pytest.approx(expected, rel=0.05)
+    assert strayed.std() == pytest.approx(drift * np.sqrt(passed[-1] / 1e6), rel=0.05)
+    if since is not None:  # given what was measured, too: each step is new
+        again, _ = replicated(found.posterior, drawn(found, 4000, rng), 0, rng)
+        assert again.std(axis=0) == pytest.approx(expected, rel=0.05)
