@@ -26,12 +26,11 @@ from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import PER, Block, Lanes, log_density, log_likelihood
-from wearlab.updating.posterior import even_weights, weighted_quantiles
+from wearlab.updating.posterior import even_weights, peak, weighted_quantiles
 from wearlab.updating.run_curves import RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES, FINER = 65, 2  # of a unit's grid; times as fine as it is integrated
-ZOOMS, ZOOMED = 2, 61  # to find the top of a unit's likelihood
 DEPTH = 60.0  # of a unit's log likelihood below its top that counts
 REACH = 6.0  # standard deviations of the population that a unit's grid goes to
 RADIUS = 4.5  # of the lattice, in standard deviations
@@ -186,14 +185,8 @@ def _table(
 
     low, high = ends
     middle = shared.middle  # the top moves little with what the units share
-    centre, half, even = 0.5 * (low + high), 0.5 * (high - low), np.linspace(-1.0, 1.0, ZOOMED)
-    for _ in range(ZOOMS):
-        logs = log_likelihood(middle, (centre + half * even)[None])[0]
-        best = int(np.clip(logs.argmax(), 1, ZOOMED - 2))
-        step = half * (even[1] - even[0])
-        bend = max(float(2.0 * logs[best] - logs[best - 1] - logs[best + 1]) / step**2, 1e-12)
-        centre = float(np.clip(centre + half * even[best], low, high))
-        width, half = float(np.clip(bend**-0.5, 1e-4, 0.25 * (high - low))), 2.0 * step
+    found = peak(lambda u, _: log_likelihood(middle, u), np.array([low]), np.array([high]))
+    centre, width = float(found[0][0]), float(np.clip(found[1][0], 1e-4, 0.25 * (high - low)))
     first, last = (float(np.arcsinh((end - centre) / width)) for end in ends)
     coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
     logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)

@@ -10,8 +10,8 @@ log to a grid eight times as fine, where the prior is added; nodes are doubled u
 foretold by the rest. Unknown errors have even grids in their logs, where the posterior is.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -56,7 +56,7 @@ class Posterior:
     histories : the stored runs
     blocks : the observations that count
     prior : of the factor on the wear coefficient; None: it is what the runs have
-    nodes : for each run ln factor where the likelihood is known
+    nodes : (runs, n) ln factor where the likelihood is known
     spreads : for each block the grids over ln of its errors, (sd, drift), each (runs, n); (runs, 1) of known
     centre, width : (runs,) of the map ln factor = c + w sinh s
     place : (runs, n) values of s, evenly spaced; one where the factor is known
@@ -70,7 +70,7 @@ class Posterior:
     histories: tuple[RunHistory, ...]
     blocks: tuple[Block, ...]
     prior: Distribution | None
-    nodes: tuple[Array, ...]
+    nodes: Array
     spreads: tuple[SpreadGrids, ...]
     centre: Array
     width: Array
@@ -200,39 +200,36 @@ def posterior(
     runs, some = tuple(histories), tuple(blocks)
     alike = prior is not None and not any(len(block.rows) for block in some)  # of a prior all are
     grids = _Grids(runs[:1] if alike else runs, some, prior)
-    place, logs = grids.fine(FINER * (max(map(len, grids.nodes)) - 1) + 1)
+    place, logs = grids.fine(FINER * (grids.nodes.shape[1] - 1) + 1)
     each = np.zeros(len(runs), np.intp) if alike else np.arange(len(runs))
-    parts = {
-        "histories": runs,
-        "blocks": some,
-        "prior": prior,
-        "nodes": tuple(grids.nodes[i] for i in each),
-        "spreads": tuple((sd[each], drift[each]) for sd, drift in grids.spreads),
-        "centre": grids.centre[each],
-        "width": grids.width[each],
-        "place": place[each],
-        "log_proposal": np.zeros(len(runs)) if log_proposal is None else log_proposal,
-        "resolved": grids.resolved,
-    }
-    return _normed(parts, logs[each])
+    often = np.zeros(len(runs)) if log_proposal is None else log_proposal
+    return Posterior(
+        histories=runs,
+        blocks=some,
+        prior=prior,
+        nodes=grids.nodes[each],
+        spreads=tuple((sd[each], drift[each]) for sd, drift in grids.spreads),
+        centre=grids.centre[each],
+        width=grids.width[each],
+        log_proposal=often,
+        resolved=grids.resolved,
+        **_normed(place[each], logs[each], often),
+    )
 
 
-def _normed(parts: Mapping[str, Any], logs: Array) -> Posterior:
-    """Return a posterior of its parts, with densities, evidences and weights from logs on its grids."""
-    n, place = logs.shape[1], parts["place"]
-    top = logs.max(axis=1, keepdims=True)
+def _normed(place: Array, logs: Array, often: Array) -> dict[str, Any]:
+    """Return densities, evidences and weights by logs at places; one place where the factor is known."""
+    n, top = logs.shape[1], logs.max(axis=1, keepdims=True)
     density = np.exp(logs - top)
     below, total = density, np.ones(len(logs))
-    if parts["prior"] is not None:
+    if n > 1:
         step = (place[:, -1] - place[:, 0]) / (n - 1)
         below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step[:, None]
         total = below[:, -1]
         density, below = density / total[:, None], below / total[:, None]
     evidence = top[:, 0] + np.log(total)
-    relative = evidence - parts["log_proposal"]
-    weight = np.exp(relative - logsumexp(relative))
-    found = {"density": density, "below": below, "log_evidence": evidence, "weight": weight}
-    return Posterior(**{**parts, **found})
+    weight = np.exp(evidence - often - logsumexp(evidence - often))
+    return dict(place=place, density=density, below=below, log_evidence=evidence, weight=weight)
 
 
 def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
@@ -265,9 +262,8 @@ def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
             seen = [logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau]
             together = together + np.stack(seen, axis=1)
         logs[i] = logsumexp(together, axis=1) + log_density(post.prior, u) + np.log(width[i] * np.cosh(s[i]))
-    nodes = tuple(c + w * np.sinh(s[0][::FINER]) for c, w in zip(centre, width, strict=True))
-    parts = {each.name: getattr(post, each.name) for each in fields(post)}
-    return _normed({**parts, "nodes": nodes, "centre": centre, "width": width, "place": s}, logs)
+    nodes = centre[:, None] + width[:, None] * np.sinh(s[:, ::FINER])
+    return replace(post, nodes=nodes, centre=centre, width=width, **_normed(s, logs, post.log_proposal))
 
 
 class _Grids:
@@ -291,23 +287,17 @@ class _Grids:
             self.factor = self._range(prior)
         self._narrow()
         self.spreads = self._spreads(SPREADS)
-        self.nodes, self.likelihood = tuple(self.centre[:, None]), [np.zeros(1)] * len(runs)
-        if prior is None:
-            self.likelihood = list(self._log_likelihood(self.centre[:, None], self.all))
-        else:
+        self.nodes = self.centre[:, None] if prior is None else self._at(NODES)
+        self.likelihood = self._log_likelihood(self.nodes, self.all)
+        if prior is not None:
             self._resolve(prior)
 
     def fine(self, n: int) -> tuple[Array, Array]:
         """Return s and the log of prior times likelihood per unit of s, (runs, n)."""
         if self.prior is None:
-            return np.zeros((len(self.runs), 1)), np.stack(self.likelihood)
+            return np.zeros((len(self.runs), 1)), self.likelihood
         s = np.linspace(*self._ends(self.all), n, axis=1)
-        logs, sizes = np.empty(s.shape), np.array([len(nodes) for nodes in self.nodes])
-        for size in np.unique(sizes):
-            some = np.flatnonzero(sizes == size)
-            coarse = np.stack([self.likelihood[i] for i in some])
-            coarse = np.maximum(coarse, coarse.max(axis=1, keepdims=True) - 1e6)
-            logs[some] = CubicSpline(np.linspace(0.0, 1.0, size), coarse, axis=1)(np.linspace(0.0, 1.0, n))
+        logs = _between(self.likelihood, np.linspace(0.0, self.nodes.shape[1] - 1.0, n))
         u, width = self.centre[:, None] + self.width[:, None] * np.sinh(s), self.width[:, None]
         return s, logs + log_density(self.prior, u) + np.log(width * np.cosh(s))
 
@@ -350,29 +340,29 @@ class _Grids:
         How small an error may be is seen only where the factor is right: its range comes first.
         """
         self.spreads = self._spreads(COARSE_SPREAD)
-        for n in range(1 + (len(self.axes) > 0)):
+        for _ in range(1 + (len(self.axes) > 0)):
             if self.prior is not None:
-                self._narrow_factor(self.prior, first=n == 0)
+                self._narrow_factor(self.prior)
             some = self.all
             for _ in range(ROUNDS if self.axes else 0):
                 some = some[self._errors_moved(some)]
                 if not len(some):
                     break
 
-    def _narrow_factor(self, prior: Distribution, first: bool) -> None:
-        for moving in (self.all[:1], self.all[1:]) if first else (self.all,):
-            for end in self.factor[:2] if first else ():  # the others begin where the first run ended up
-                end[moving] = end[0]
-            for _ in range(ROUNDS):
-                if not len(moving):
-                    break
-                now = Range(*(end[moving] for end in self.factor))
-                points = np.linspace(now.low, now.high, COARSE, axis=1)
-                logs = log_density(prior, points) + self._log_likelihood(points, moving)
-                now, moved = _fitted(now, points, logs)
-                self.factor.low[moving], self.factor.high[moving] = now.low, now.high
-                moving = moving[moved]
-        self._centre(prior)
+    def _narrow_factor(self, prior: Distribution) -> None:
+        def logs_at(points: Array, some: NDArray[np.intp]) -> Array:
+            return log_density(prior, points) + self._log_likelihood(points, some)
+
+        some = self.all
+        for _ in range(ROUNDS):
+            now = Range(*(end[some] for end in self.factor))
+            points = np.linspace(now.low, now.high, COARSE, axis=1)
+            now, moved = _fitted(now, points, logs_at(points, some))
+            self.factor.low[some], self.factor.high[some] = now.low, now.high
+            some = some[moved]
+            if not len(some):
+                break
+        self.centre, self.width = peak(logs_at, *self.factor[:2])
 
     def _errors_moved(self, some: NDArray[np.intp]) -> Flags:
         """Fit the ranges of unknown errors once; say of which runs any moved."""
@@ -396,52 +386,60 @@ class _Grids:
         self.spreads = self._spreads(COARSE_SPREAD)
         return moved
 
-    def _centre(self, prior: Distribution) -> None:
-        """Find the largest density and how wide it is."""
-        some, (low, high) = self.all, (end.copy() for end in self.factor[:2])
-        for _ in range(ROUNDS):
-            points, rows = np.linspace(low[some], high[some], CENTRED, axis=1), np.arange(len(some))
-            logs = log_density(prior, points) + self._log_likelihood(points, some)
-            best = np.argmax(logs, axis=1)
-            near = logs > logs[rows, best][:, None] - 0.5
-            first, last = near.argmax(axis=1), CENTRED - 1 - near[:, ::-1].argmax(axis=1)
-            self.centre[some] = points[rows, best]
-            self.width[some] = 0.5 * (points[rows, last] - points[rows, first])
-            low[some] = points[rows, np.maximum(best - 2, 0)]
-            high[some] = points[rows, np.minimum(best + 2, CENTRED - 1)]
-            some = some[near.sum(axis=1) <= 4]
-            if not len(some):
-                return
-
     def _resolve(self, prior: Distribution) -> None:
-        """Double the nodes of each run until every other one is foretold by the rest."""
-        most, n, some, nodes = MOST_NODES[bool(self.axes)], NODES, self.all, list(self.nodes)
-        values = self._log_likelihood(self._at(n, some), some)
+        """Double the nodes until every other one is foretold by the rest; where it is, those between are."""
+        most = MOST_NODES[bool(self.axes)]
         while True:
-            u = self._at(n, some)
-            logs = values + log_density(prior, u)
+            n, values = self.nodes.shape[1], self.likelihood
+            logs = values + log_density(prior, self.nodes)
             top = np.where(np.isfinite(logs), logs, -np.inf).max(axis=1, keepdims=True)
             largest = np.where(np.isfinite(logs), values, -1e300).max(axis=1, keepdims=True)
-            safe, even = np.maximum(values, largest - 1e6), np.arange(n)
-            foretold = CubicSpline(even[::2], safe[:, ::2], axis=1)(even[1::2])
+            safe = np.maximum(values, largest - 1e6)
+            foretold = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)(np.arange(1, n, 2))
             off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
-            rough = ~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1)
-            last = 2 * n - 1 > most
-            for k in np.flatnonzero(~rough | last):
-                nodes[some[k]], self.likelihood[some[k]] = u[k], values[k]
-            self.resolved &= not (last and rough.any())
-            some, values = some[rough], values[rough]
-            if last or not len(some):
-                break
-            more, n = np.empty((len(some), 2 * n - 1)), 2 * n - 1
-            more[:, ::2], more[:, 1::2] = values, self._log_likelihood(self._at(n, some)[:, 1::2], some)
-            values = more
-        self.nodes = tuple(nodes)
+            rough = np.flatnonzero(~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1))
+            self.resolved = not len(rough)
+            if self.resolved or 2 * n - 1 > most:
+                return
+            self.nodes = self._at(2 * n - 1)
+            self.likelihood = _between(values, 0.5 * np.arange(2 * n - 1))
+            self.likelihood[:, ::2] = values
+            self.likelihood[rough, 1::2] = self._log_likelihood(self.nodes[rough, 1::2], rough)
 
-    def _at(self, n: int, some: NDArray[np.intp]) -> Array:
-        """Return ln factor at n nodes, (some, n)."""
-        s = np.linspace(*self._ends(some), n, axis=1)
-        return np.asarray(self.centre[some, None] + self.width[some, None] * np.sinh(s))
+    def _at(self, n: int) -> Array:
+        """Return ln factor at n nodes, (runs, n)."""
+        s = np.linspace(*self._ends(self.all), n, axis=1)
+        return np.asarray(self.centre[:, None] + self.width[:, None] * np.sinh(s))
+
+
+def peak(logs_at: Callable[[Array, NDArray[np.intp]], Array], low: Array, high: Array) -> tuple[Array, Array]:
+    """Return where densities are largest within ranges, (rows,), and their standard deviations there.
+
+    Parameters
+    ----------
+    logs_at : their logs at points (some, n), of some of the rows
+    low, high : (rows,)
+    """
+    some, low, high, found = np.arange(len(low)), low.copy(), high.copy(), np.empty((2, len(low)))
+    for _ in range(ROUNDS):
+        points, rows = np.linspace(low[some], high[some], CENTRED, axis=1), np.arange(len(some))
+        logs = logs_at(points, some)
+        best = np.argmax(logs, axis=1)
+        near = logs > logs[rows, best][:, None] - 0.5
+        first, last = near.argmax(axis=1), CENTRED - 1 - near[:, ::-1].argmax(axis=1)
+        found[:, some] = points[rows, best], 0.5 * (points[rows, last] - points[rows, first])
+        low[some] = points[rows, np.maximum(best - 2, 0)]
+        high[some] = points[rows, np.minimum(best + 2, CENTRED - 1)]
+        some = some[near.sum(axis=1) <= 4]
+        if not len(some):
+            break
+    return found[0], found[1]
+
+
+def _between(values: Array, at: Array) -> Array:
+    """Return values of evenly spaced nodes, (runs, n), at places between them."""
+    safe = np.maximum(values, values.max(axis=1, keepdims=True) - 1e6)
+    return np.asarray(CubicSpline(np.arange(values.shape[1]), safe, axis=1)(at))
 
 
 def _fitted(now: Range, points: Array, logs: Array) -> tuple[Range, Flags]:
