@@ -175,12 +175,12 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
         keys = ", ".join(f"{name} = …" for name in word.names)
         wanted = f"[{', '.join(word.names)}]" if word.listed else f"{{{keys}}}"
         raise CampaignError([f"{where}: {shown(given)} is not {wanted}"])
-    first, unit = _number(given[word.names[0]], f"{where}.{word.names[0]}")
+    first, unit = number_of(given[word.names[0]], f"{where}.{word.names[0]}")
     numbers = [first]
     for name in word.names[1:]:
-        value, own = _number(given[name], f"{where}.{name}")
+        value, own = number_of(given[name], f"{where}.{name}")
         if name != word.plain:
-            value = _in_unit(value, own, unit, where)
+            value = in_unit(value, own, unit, where)
         elif own is not None:
             raise CampaignError([f"{where}.{name}: a plain number, {word.about}"])
         numbers.append(value)
@@ -188,11 +188,12 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
 
 
 def _in(value: Any, unit: str | None, where: str) -> float:
-    number, own = _number(value, where)
-    return _in_unit(number, own, unit, where)
+    number, own = number_of(value, where)
+    return in_unit(number, own, unit, where)
 
 
-def _number(value: Any, where: str) -> tuple[float, str | None]:
+def number_of(value: Any, where: str) -> tuple[float, str | None]:
+    """Return a number as it is written, and its unit, None where it has none."""
     if is_quantity(value):
         number, unit = split(value)
         return float(number), unit
@@ -201,7 +202,8 @@ def _number(value: Any, where: str) -> tuple[float, str | None]:
     return float(value), None
 
 
-def _in_unit(value: float, own: str | None, unit: str | None, where: str) -> float:
+def in_unit(value: float, own: str | None, unit: str | None, where: str) -> float:
+    """Return a number in another unit."""
     if own == unit:
         return value
     if own is None or unit is None:

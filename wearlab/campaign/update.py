@@ -6,9 +6,16 @@ No part of any run's identity: the same stored runs serve every measurement.
 from collections.abc import Sequence
 from typing import Any
 
-from wearlab import nearest, units
+from wearlab import nearest
 from wearlab.campaign.axes import swept_keys
-from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
+from wearlab.campaign.distributions import (
+    Distribution,
+    in_unit,
+    is_distribution,
+    number_of,
+    read_distribution,
+    written,
+)
 from wearlab.campaign.inheritance import CampaignError, Model, modelled
 from wearlab.campaign.update_options import (
     PREVIOUS,
@@ -281,30 +288,17 @@ def _spread(given: Any, unit: str, where: str) -> float | Distribution | None:
     spread = read_distribution(given, where)
     if spread.below(0.0) > 0.0:
         raise CampaignError([f"{where}: is negative at times; truncate it, or take a log-normal"])
-    scale = _scale(spread.unit, unit, where)
-    if scale is None:
+    if spread.unit is None and unit not in ("1", ""):
         raise CampaignError([f"{where}: its values need the quantity's unit"])
+    in_unit(1.0, spread.unit or unit, unit, where)
     return spread
 
 
-def _scale(own: str | None, unit: str, where: str) -> float | None:
-    """Return what a number in its own unit is multiplied by, None where a unit is missing."""
-    if own is None:
-        return 1.0 if unit in ("1", "") else None
-    try:
-        return units.convert(1.0, own, unit)
-    except units.UnitError as error:
-        raise CampaignError([f"{where}: {error}"]) from None
-
-
 def _positive(given: Any, unit: str, where: str) -> float:
-    if units.is_quantity(given):
-        number, own = units.split(given)
-        value = float(number) * (_scale(own, unit, where) or 1.0)
-    elif unit in ("1", "") and isinstance(given, int | float):
-        value = float(given)
-    else:
+    value, own = number_of(given, where)
+    if own is None and unit not in ("1", ""):
         raise CampaignError([f"{where}: {shown(given)} is no quantity: write a number with its unit"])
+    value = in_unit(value, own or unit, unit, where)
     if not value > 0.0:
         raise CampaignError([f"{where}: {shown(given)} must be greater than 0"])
     return value

@@ -137,14 +137,10 @@ def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArra
     truths = ((np.arange(TRUTHS) + rng.random()) / TRUTHS * len(value)).astype(int)
     error = rng.permutation(ndtri((np.arange(TRUTHS) + 0.5) / TRUTHS))
     seen, middle = value[truths] + sd[truths] * error, value.mean()
-    share = (1.0 / sd).astype(np.float32)
-    weight = np.multiply.outer((seen - middle).astype(np.float32), share)
-    weight -= ((value - middle) / sd).astype(np.float32)
-    np.square(weight, out=weight)
-    weight *= np.float32(-0.5)
-    np.exp(weight, out=weight)  # a truth explains its own value: no row is nothing
-    weight *= share * np.float32(sd.min())
-    return weight
+    share, own = (1.0 / sd).astype(np.float32), ((value - middle) / sd).astype(np.float32)
+    off = np.multiply.outer((seen - middle).astype(np.float32), share) - own
+    # a truth explains its own value: no row is nothing
+    return np.exp(np.float32(-0.5) * off * off) * (share * np.float32(sd.min()))
 
 
 def decided(outcome: UpdateOutcome, costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:

@@ -198,22 +198,20 @@ def posterior(
     log_proposal : (runs,) log of how much more often each was drawn than its prior has it [0]
     """
     runs, some = tuple(histories), tuple(blocks)
-    alike = prior is not None and not any(len(block.rows) for block in some)  # of a prior all are
-    grids = _Grids(runs[:1] if alike else runs, some, prior)
+    grids = _Grids(runs, some, prior)
     place, logs = grids.fine(FINER * (grids.nodes.shape[1] - 1) + 1)
-    each = np.zeros(len(runs), np.intp) if alike else np.arange(len(runs))
     often = np.zeros(len(runs)) if log_proposal is None else log_proposal
     return Posterior(
         histories=runs,
         blocks=some,
         prior=prior,
-        nodes=grids.nodes[each],
-        spreads=tuple((sd[each], drift[each]) for sd, drift in grids.spreads),
-        centre=grids.centre[each],
-        width=grids.width[each],
+        nodes=grids.nodes,
+        spreads=grids.spreads,
+        centre=grids.centre,
+        width=grids.width,
         log_proposal=often,
         resolved=grids.resolved,
-        **_normed(place[each], logs[each], often),
+        **_normed(place, logs, often),
     )
 
 
