@@ -1,7 +1,6 @@
 """The day on which a life ends."""
 
 from datetime import date
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +9,8 @@ import xarray as xr
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Days
-from wearlab.updating.layout import calendar
-from wearlab.updating.lives import days_of
+from wearlab.updating.calendar import Calendar, day_number
+from wearlab.updating.layout import places_of
 from wearlab.updating.measurements import UpdateError, calendar_of, read_observations
 from wearlab.updating.report_text import _at, answers
 from wearlab.updating.report_text import calendar_of as told_of
@@ -20,18 +19,22 @@ UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}
 CYCLES = np.array([0.0, 36_525.0, np.inf, 1e12])
 
 
+def days_of(days, rest, now, seconds=36.0):
+    return Calendar.of(days).in_cycles(0.0, now, seconds).texts(now + rest).tolist()
+
+
 def test_a_tenth_of_a_year_of_hours_is_a_tenth_of_a_year():
     days = Days(
         date=date(2026, 1, 1), hours=None, hours_per_year=3652.5
     )  # a cycle is 36 s: 36,525 of them are 365.25 hours
-    assert days_of(days, CYCLES, 5.0, 36.0) == ["2026-01-01", "2026-02-06", "never", "never"]
+    assert days_of(days, CYCLES, 5.0) == ["2026-01-01", "2026-02-06", "never", "never"]
 
 
 def test_hours_that_have_passed_since_that_day_count():
     days = Days(
         date=date(2024, 2, 28), hours=0.0, hours_per_year=8765.82
     )  # 24 hours a day; now: 48 hours after it
-    assert days_of(days, CYCLES[:1], 4800.0, 36.0) == ["2024-03-01"]
+    assert days_of(days, CYCLES[:1], 4800.0) == ["2024-03-01"]
 
 
 @pytest.mark.parametrize(
@@ -77,15 +80,14 @@ def weighed(tmp_path, text=WEIGHED):
 def test_inspections_keep_the_dates_of_their_table(tmp_path):
     """Was a straight line from the first to the last: the second was told as 2026-08-29."""
     data, days = weighed(tmp_path)
-    seen, run = read_observations(data, days), SimpleNamespace(start=0.0, seconds_per_cycle=36.0)
-    cycle = seen.time / 36.0
-    found = calendar(days, None, cycle[-1], run, [(cycle, seen.dates), (cycle, None)])
+    cycle = read_observations(data, days).time / 36.0
+    found = places_of(days.in_cycles(0.0, cycle[-1], 36.0), 0.0)
     places = xr.Dataset({name: ("calendar_place", one) for name, one in found.items()})
     told = [_at(one, 0.01, told_of(places)).split()[0] for one in cycle]
     assert told == ["2026-03-01", "2026-09-01", "2027-01-15"]
-    evenly = calendar(days, None, cycle[-1], run, [])
-    begun = np.array([found["calendar_date"][0], evenly["calendar_date"][0]], "datetime64[D]")
-    assert begun[0] == begun[1] and found["calendar_date"][-1][:10] == "2028-01-15"  # a year on
+    begun = day_number("2026-03-01") - 4000.0 * 320.0 / 5300.0  # as from the first inspection to the last
+    assert day_number(found["calendar_date"][0]) == pytest.approx(begun, abs=1e-4)
+    assert found["calendar_date"][-1][:10] == "2028-01-15"  # a year on
 
 
 def test_a_table_in_which_dates_fall_as_hours_rise_is_refused_by_its_lines(tmp_path):

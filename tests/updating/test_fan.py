@@ -18,6 +18,7 @@ from wearlab.figures.kinds.update import (
 from wearlab.figures.layout import compose
 from wearlab.figures.render import draw
 from wearlab.updating import report_text
+from wearlab.updating.calendar import day_text
 
 ASK = Ask("figure", "posterior-fan")
 
@@ -138,4 +139,4 @@ def test_a_date_comes_before_hours_and_these_before_cycles():
 
 def test_midnight_that_rounding_moved_by_a_second_is_no_day_earlier():
     days = calendared(("2024-12-31T23:59:59", "2026-01-01T00:00:00")).calendar
-    assert days(0.0) == day_of("2025-01-01") and report_text._day(float(days(0.0))) == "2025-01-01"
+    assert days(0.0) == day_of("2025-01-01") and day_text(float(days(0.0))) == "2025-01-01"

@@ -16,6 +16,7 @@ from wearlab.figures.drawing import draw
 from wearlab.report.page import report
 from wearlab.store.updates import kept_updates, verify_updates
 from wearlab.updating import UpdateError, update
+from wearlab.updating.calendar import day_text
 from wearlab.updating.measurements import calendar_of
 from wearlab.updating.report_text import answers, fleet_tables, text_of
 from wearlab.updating.study import studies
@@ -105,9 +106,8 @@ def test_a_clean_fleet_is_rarely_flagged(kept):
 def test_hours_of_a_year_come_from_the_columns(tmp_path):
     first = studies(fleet(tmp_path))[0]
     days = calendar_of(first.seen[0].data, "A", None)
-    assert str(days.date) == "2026-01-01" and days.hours == 840.0
-    assert days.hours_per_year == pytest.approx(560.0 * 365.2425 / 365.0)
-    assert calendar_of(first.seen[0].data, "A", first.spec.calendar).hours_per_year == days.hours_per_year
+    assert day_text(days.day[-1]) == "2026-01-01" and days.time[-1] == 840.0
+    assert days.a_year == pytest.approx(560.0 * 365.2425 / 365.0) and first.calendar.a_year == days.a_year
 
 
 def test_a_table_with_dates_alone_goes_by_the_calendar_of_one_with_hours(tmp_path):

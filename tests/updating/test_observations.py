@@ -4,7 +4,8 @@ import pytest
 
 from wearlab.campaign import CampaignError
 from wearlab.campaign.update import read_update
-from wearlab.updating.measurements import UpdateError, read_observations
+from wearlab.updating.calendar import Calendar
+from wearlab.updating.measurements import UpdateError, calendar_of, read_observations
 
 UNKNOWN = {"wear.coefficient.factor": {"lognormal": {"median": 1.0, "cov": 1.0}}}
 GOOD = "# weighed on Mondays\ncycles,loss\n100,1.5\n200,3.0\n"
@@ -158,7 +159,7 @@ def dated(tmp_path, text=DATED, calendar=CALENDAR, **more):
         "calendar": calendar
     }
     spec = read_update(block)
-    return read_observations(spec.data[0], spec.calendar)
+    return read_observations(spec.data[0], spec.calendar and Calendar.of(spec.calendar))
 
 
 def test_dates_become_operating_hours_and_units_stand_in_the_header(tmp_path):
@@ -202,4 +203,5 @@ def test_usual_names_of_columns_need_no_mapping(tmp_path, text):
     """Was "no column 'cycle' for time", then the same of the value."""
     seen = read(tmp_path, text, columns={}, units={})
     assert seen.time.tolist() == [36_000.0, 72_000.0] and seen.value == pytest.approx([1.5e-6, 3e-6])
-    assert (seen.dates is not None) == ("2026" in text)
+    days = calendar_of(read_update(section(tmp_path, text, columns={}, units={})).data[0], None, None)
+    assert (days is not None) == ("2026" in text)

@@ -1,6 +1,5 @@
 """What really ran: a load record against real runs with stages, and what a record cannot be."""
 
-from datetime import date
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,8 +9,9 @@ from conftest import STATIC
 
 import wearlab as wl
 from wearlab.campaign import CampaignError
-from wearlab.campaign.update_options import Days, RecordBlock, RecordColumns
+from wearlab.campaign.update_options import RecordBlock, RecordColumns
 from wearlab.updating import UpdateError, update
+from wearlab.updating.calendar import day_text
 from wearlab.updating.measurements import read_record
 from wearlab.updating.report_text import text_of
 from wearlab.updating.study import studies
@@ -85,11 +85,14 @@ def test_dates_tell_the_hours_in_operation(tmp_path):
     record = read_record(block(tmp_path, rows, date="date"))
     assert record.time / 3600.0 == pytest.approx([0.0, 240.0, 240.0, 480.0])
     at = np.array(["2026-01-06", "2026-01-16", "2026-01-26"], "datetime64[D]")
-    assert record.hours_at(at, None) / 3600.0 == pytest.approx([120.0, 240.0, 360.0])
-    days = record.days(None)
-    assert str(days.date) == "2026-01-31" and days.hours == 480.0
-    assert days.hours_per_year == pytest.approx(480.0 * 365.2425 / 30.0)
-    assert np.isnan(record.hours_at(np.array(["2026-03-01"], "datetime64[D]"), None)).all()
+    days = record.calendar(None)
+    assert days.hours(at) == pytest.approx([120.0, 240.0, 360.0])
+    assert day_text(days.day[-1]) == "2026-01-31" and days.time[-1] == 480.0
+    assert days.a_year == pytest.approx(480.0 * 365.2425 / 30.0)
+    assert np.isnan(days._replace(a_year=np.nan).hours(["2026-01-06", "2026-03-01"])).tolist() == [
+        False,
+        True,
+    ]
 
 
 def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
@@ -135,17 +138,17 @@ def test_what_a_record_cannot_go_with_is_refused(tmp_path):
 
 
 def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_count(tmp_path):
-    calendar = Days(date=date(2026, 1, 1), hours=0.0, hours_per_year=6200.0)
+    a_year = 6200.0
     two_years = "date,torque,speed\n2024-01-01,100,1000\n2025-01-01,200,1000\n{}2026-01-01,,\n"
     made = block(tmp_path, two_years.format(""), date="date")
-    record = read_record(made, None, calendar)
+    record = read_record(made, None, a_year)
     assert record.time[-1] / 3600.0 == pytest.approx(731 / 365.2425 * 6200.0)
-    assert record.excess(calendar) is None and read_record(made).excess(None) is None
+    assert record.excess(a_year) is None and read_record(made).excess(None) is None
     assert read_record(made).time[-1] == 731 * 86400.0
     stood = block(tmp_path, two_years.format("2025-07-01,0,0\n2025-07-15,200,1000\n"), date="date")
-    record = read_record(stood, None, calendar)
-    assert record.excess(calendar) == pytest.approx((717 * 24.0, 731 / 365.2425 * 6200.0))
+    record = read_record(stood, None, a_year)
+    assert record.excess(a_year) == pytest.approx((717 * 24.0, 731 / 365.2425 * 6200.0))
     told = stood.model_copy(update={"hours_per_year": 6000.0})
-    record = read_record(told, None, calendar)
+    record = read_record(told, None, a_year)
     assert record.time[-1] / 3600.0 == pytest.approx(717 / 365.2425 * 6000.0)
-    assert record.excess(calendar) is None
+    assert record.excess(a_year) is None

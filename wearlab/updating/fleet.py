@@ -17,7 +17,7 @@ from wearlab.updating import population as shared
 from wearlab.updating.decision import changes
 from wearlab.updating.draws import ALARM
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.layout import P, dataset, dated, limit_of, lives, sample, stacked, variable
+from wearlab.updating.layout import P, calendar_of, dataset, dated, limit_of, lives, sample, stacked, variable
 from wearlab.updating.likelihood import Block
 from wearlab.updating.lives import Passage
 from wearlab.updating.measurements import UpdateError
@@ -347,19 +347,19 @@ def _predictions(
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
     pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
-    calendars = any(study.spec.calendar is not None for study in studies)
+    calendars = any(study.calendar is not None for study in studies)
     for k, (study, state) in enumerate(zip(studies, states, strict=True)):
-        run, days = state.unit.run, study.spec.calendar
+        run, days = state.unit.run, calendar_of(study, state.unit.run, state.now)
         row = lives(state, np.quantile(state.factor, P), run, days)
         row |= {"end_passed": state.passed, "pace": pace[k]}
         row["worn"] = float(np.mean(state.wear(state.now)[0])) / run.level
         row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
         if calendars:
-            row["hours_per_year"] = np.nan if days is None else days.hours_per_year
+            row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
             row.setdefault("end_of_life_quantile", np.array([""] * len(P), dtype=object))
         advice = None if costs is None else changes(state, run, costs, PLACES)
         if advice is not None:
-            one = dated(advice, days, state.now, run)
+            one = dated(advice, days)
             row |= {str(n): v.variable for n, v in one.data_vars.items() if not v.dims}
         rows.append(row)
     advised = next((row for row in rows if "best_change" in row), {})
@@ -465,7 +465,7 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
 def _records(studies: Sequence[MeasuredCase]) -> Iterator[str]:
     """Yield of which units a record counts hours that the calendar does not."""
     for one in studies:
-        hours = None if one.record is None else one.record.excess(one.spec.calendar)
+        hours = None if one.record is None else one.record.excess(one.calendar and one.calendar.a_year)
         if hours is not None:
             note = NOTES["every_hour"].format(counted=hours[0], told=hours[1])
             yield NOTES["of_unit"].format(unit=one.label, note=note)

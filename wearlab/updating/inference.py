@@ -264,6 +264,7 @@ def subject(wanted: Sequence[MeasuredCase]) -> str:
         spec = study.spec.model_copy(update={"limit": None, "data": ()})
         parts += [study.label, [study.first.id], repr(study.limit), repr(spec)]
         parts += [repr(study.record and study.record.fingerprint)]
+        parts += [np.asarray(part).tolist() for part in study.calendar or ()]
         for seen in study.seen:
             parts += [repr(seen.data.model_copy(update={"file": Path(), "case": None})), seen.fingerprint]
     return _hash(parts)

@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.campaign.update_options import Days, Limit
+from wearlab.campaign.update_options import Limit
 from wearlab.schema import VARIABLES
-from wearlab.units import HOUR
-from wearlab.updating.lives import QUANTILES, days_of
-from wearlab.updating.measurements import DAYS_A_YEAR, OperatingRecord
+from wearlab.updating.calendar import Calendar
+from wearlab.updating.lives import QUANTILES
 from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.study import MeasuredCase
 
 P = np.array(QUANTILES)
 TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
@@ -74,8 +74,8 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.stack([np.asarray(row[name]) for row in rows]) for name in names}
 
 
-def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> dict[str, Any]:
-    """Return quantiles of life, remaining life and factor, and the day, of one unit."""
+def lives(known: Lives, factor: Array, run: RunHistory, calendar: Calendar | None) -> dict[str, Any]:
+    """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
     life = known.life(P)
     rest = np.maximum(life - known.now, 0.0)
     found: dict[str, Any] = {
@@ -84,39 +84,20 @@ def lives(known: Lives, factor: Array, run: RunHistory, days: Days | None) -> di
         "factor_quantile": factor,
     }
     found |= {"now": known.now, "seconds_per_cycle": run.seconds_per_cycle}
-    return found if days is None else found | {"end_of_life_quantile": day_texts(days, rest, known.now, run)}
+    return found if calendar is None else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
 
 
-def calendar(
-    days: Days, record: OperatingRecord | None, now: float, run: RunHistory, seen: Sequence[tuple[Array, Any]]
-) -> dict[str, Any]:
-    """Return cycles and their dates: of the record, or of the calendar and dated inspections; and a year on.
-
-    ``seen`` are cycles of the inspections of each table, and their dates where it has any.
-    """
-    hour = run.seconds_per_cycle / HOUR
-    dated = [(at, dates) for at, dates in seen if dates is not None]
-    cycles, at = np.unique(np.concatenate([np.empty(0), *(own for own, _ in dated)]), return_index=True)
-    on = np.concatenate([np.empty(0, "datetime64[s]"), *(dates for _, dates in dated)])[at]
-    if (record is None or record.dates is None) and len(cycles):
-        begun = on[0] - day_span((cycles[0] - run.start) * hour / days.hours_per_year)
-        cycle, date = np.append(run.start, cycles), np.append(begun, on)
-        begins = int(cycles[0] <= run.start)
-        cycle, date = cycle[begins:], date[begins:]
-    elif record is None or record.dates is None:
-        hours = (now - run.start) * hour if days.hours is None else days.hours
-        begun = np.datetime64(days.date, "s") - day_span(hours / days.hours_per_year)
-        cycle, date = np.array([run.start]), np.array([begun])
-    else:
-        cycle, date = run.start + record.time / run.seconds_per_cycle, record.dates.astype("datetime64[s]")
-    cycle = np.append(cycle, cycle[-1] + days.hours_per_year / hour)
-    date = np.append(date, date[-1] + day_span(1.0))
-    return {"calendar_cycle": cycle, "calendar_date": np.array([str(one) for one in date], dtype=object)}
+def calendar_of(study: MeasuredCase, run: RunHistory, now: float) -> Calendar | None:
+    """Return the calendar of a unit in cycles of its run."""
+    return study.calendar and study.calendar.in_cycles(run.start, now, run.seconds_per_cycle)
 
 
-def day_span(years: float) -> np.timedelta64:
-    """Return so many years as a time."""
-    return np.timedelta64(round(years * DAYS_A_YEAR * 86_400), "s")
+def places_of(calendar: Calendar, start: float) -> dict[str, Any]:
+    """Return cycles of which a calendar knows the date, from the start of the run to a year on."""
+    cycle = np.union1d(calendar.time, start)
+    cycle = np.append(cycle, cycle[-1] + calendar.a_year)
+    second = np.round(86_400.0 * calendar.days(cycle)).astype("datetime64[s]")
+    return {"calendar_cycle": cycle, "calendar_date": second.astype(str).astype(object)}
 
 
 def limit_of(limit: Limit) -> xr.Variable:
@@ -125,17 +106,12 @@ def limit_of(limit: Limit) -> xr.Variable:
     return variable("predictions", "limit", limit.value, **named)
 
 
-def day_texts(days: Days, rest: Array, now: float, run: RunHistory) -> np.ndarray:
-    """Return the days so many cycles after the last inspection."""
-    return np.array(days_of(days, rest, now - run.start, run.seconds_per_cycle), dtype=object)
-
-
-def dated(found: xr.Dataset, days: Days | None, now: float, run: RunHistory) -> xr.Dataset:
+def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
     """Return advice with the days of what it advises."""
     advised = ("recommended", "best_change", "best_change_if", "best_look", "horizon_change")
-    for name in advised if days is not None else ():
+    for name in advised if calendar is not None else ():
         if name in found and np.isfinite(found[name]).all():
-            on = day_texts(days, np.atleast_1d(found[name].values) - now, now, run)  # type: ignore[arg-type]
+            on = calendar.texts(np.atleast_1d(found[name].values))  # type: ignore[union-attr]
             about = {"long_name": f"day of: {found[name].attrs['long_name']}"}
             found[f"{name}_day"] = xr.Variable(found[name].dims, on.reshape(found[name].shape), about)
     return found

@@ -14,10 +14,7 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
-from wearlab.campaign.update_options import Days
-from wearlab.units import HOUR
 from wearlab.updating.likelihood import PER, Block
-from wearlab.updating.measurements import DAYS_A_YEAR
 from wearlab.updating.posterior import Posterior
 from wearlab.updating.run_curves import RunHistory, risen
 
@@ -29,9 +26,6 @@ STIFFEST = 1e8  # shape over mean from which a law is as good as a step
 LONGEST = 1e6  # times the median from which a life counts as endless
 AT_ONCE = 1e-9  # of the longest lives, below which a life ends at once
 SOME, NEAR = 600, 0.1  # states that ln of a life is guessed by, and how far it may then be off
-LAST_DAY = np.datetime64("9999-12-31")
-NEVER = "never"
-ROUNDING = 1e-6  # of a day, by which hours of a date may have been rounded down
 
 
 @dataclass(frozen=True)
@@ -261,27 +255,3 @@ def drifting_block(blocks: Sequence[Block], quantity: str, where: str | None) ->
     return next(
         (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where)), None
     )
-
-
-def days_of(days: Days, remaining: Array, now: float, seconds_per_cycle: float) -> list[str]:
-    """Return the days on which so many cycles have passed (ISO 8601), "never" after the year 9999.
-
-    day + (h_now + h_remaining − h_day)/(hours a year) · 365.2425
-
-    Parameters
-    ----------
-    days : a day, its operating hours, hours a year
-    remaining : cycles from now on
-    now : cycles from the start of the run to the last inspection
-    seconds_per_cycle : operating time of a cycle [s]
-    """
-    hour = seconds_per_cycle / HOUR
-    since = now * hour if days.hours is None else days.hours
-    ahead = ((now + remaining) * hour - since) / days.hours_per_year * DAYS_A_YEAR
-    most = float((LAST_DAY - np.datetime64(days.date)).astype(int))
-    return [
-        str(np.datetime64(days.date) + np.timedelta64(int(np.floor(day + ROUNDING)), "D"))
-        if day < most
-        else NEVER
-        for day in ahead
-    ]

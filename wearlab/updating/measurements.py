@@ -8,13 +8,11 @@ own conditions go on.
 import hashlib
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.update_options import WHEN, WHERE, Data, Days, RecordBlock
@@ -23,10 +21,9 @@ from wearlab.scene import Scene
 from wearlab.scene.problems import Refusal
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
 from wearlab.units import HOUR
+from wearlab.updating.calendar import DAYS_A_YEAR, HOURS_A_YEAR, Calendar, Dates, day_number, day_text
 
-DAYS_A_YEAR = 365.2425
-HOURS_A_YEAR = 24.0 * DAYS_A_YEAR
-DAY, SECOND = np.timedelta64(1, "D"), np.timedelta64(1, "s")
+SECOND = np.timedelta64(1, "s")
 PLACE_UNITS = {"diameter": "m", "roll_angle": "rad", "path_position": "m"}
 CLOCKS = {"cycle": "1", "hours": "s", "mesh_cycles": "1", "date": ""}
 UNLIKE = 0.05  # of the hours by the calendar, by which those of a record may differ without a word
@@ -119,7 +116,7 @@ class MeasuredColumns:
         numbers = self.numbers(role, unit, empty=True)
         return np.where(less, np.nan, numbers), np.where(less, numbers, np.nan)
 
-    def dates(self, role: str) -> "NDArray[np.datetime64]":
+    def dates(self, role: str) -> Dates:
         """Return the dates of a role."""
         try:
             return self.table.dates(self.names[role], self.block.date_format)
@@ -161,7 +158,6 @@ class Observed:
     place : (n,) there [SI], NaN without one
     row : (n,) line of the file
     fingerprint : hash of the file's bytes
-    dates : (n,) when that was, None where the file does not say it beside its clock
     """
 
     data: Data
@@ -174,7 +170,6 @@ class Observed:
     place: Array
     row: Index
     fingerprint: str
-    dates: "NDArray[np.datetime64] | None" = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -207,19 +202,16 @@ def columns_of(data: Data, unit: str | None = None) -> tuple[MeasuredColumns, st
 
 
 def read_observations(
-    data: Data,
-    days: Days | None = None,
-    unit: str | None = None,
-    hours_at: Callable[[NDArray[np.datetime64], Days | None], Array] | None = None,
+    data: Data, calendar: Calendar | None = None, unit: str | None = None, *, recorded: bool = False
 ) -> Observed:
     """Return the observations of a block's file, in its order.
 
     Parameters
     ----------
     data : the block
-    days : which day it was after how many operating hours, for a column of dates
+    calendar : which day it was after how many operating hours, for a column of dates
     unit : of a fleet, whose rows are meant; None: all
-    hours_at : operating seconds at dates, by a record of what ran
+    recorded : whether that is of a record of what ran
 
     Raises
     ------
@@ -231,7 +223,8 @@ def read_observations(
             raise UpdateError(f"{data.place}.units.{column}: the file has no such column")
     nothing, has = np.full(len(columns), np.nan), columns.names
     value, below = columns.censored("value", data.si)
-    time = _seconds(columns, days, hours_at) if clock == "date" else columns.numbers("time", CLOCKS[clock])
+    dated = clock == "date"
+    time = _seconds(columns, calendar, recorded) if dated else columns.numbers("time", CLOCKS[clock])
     sd = columns.numbers("sd", data.si, empty=True) if "sd" in has else nothing
     if "below" in has:
         below = np.where(np.isnan(below), columns.numbers("below", data.si, empty=True), below)
@@ -251,32 +244,26 @@ def read_observations(
     if data.error.gain_sd:
         said = "is empty: with error.gain_sd no value may be below a limit of detection"
         columns.refuse(np.isnan(value), "value", said)
-    when = "hours" if clock == "date" else clock
-    dates = columns.dates("date") if "date" in has else None
-    held = (place_kind, place, columns.lines, columns.fingerprint, dates)
+    when = "hours" if dated else clock
+    held = (place_kind, place, columns.lines, columns.fingerprint)
     return Observed(data, when, time, value, sd, below, *held)
 
 
-def _seconds(columns: MeasuredColumns, days: Days | None, hours_at: Any) -> Array:
+def _seconds(columns: MeasuredColumns, calendar: Calendar | None, recorded: bool) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
     dates, place = columns.dates("time"), columns.block.place
-    if hours_at is not None:
-        seconds: Array = hours_at(dates, days)
-        said = "lies outside update.record: let it begin earlier, or give update.calendar for what follows"
-        columns.refuse(~(seconds >= 0.0), "time", said)
-        return seconds
-    if days is None or days.hours is None:
+    if calendar is None or np.isnan(calendar.time[-1]):
         raise UpdateError(
             f"{place}.columns.date: dates need update.calendar = {{ date, hours, hours_per_year }}: "
             "a day, the operating hours on it, and how they go on"
         )
-    passed = (dates - np.datetime64(days.date, "s")) / DAY
-    hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
-    said = (
-        f"is before the first operating hour: {days.hours:g} h on {days.date}, {days.hours_per_year:g} h a "
-    )
-    columns.refuse(hours < 0.0, "time", f"{said}year, by update.calendar", hours)
-    return np.asarray(hours * HOUR)
+    hours = calendar.hours(dates)
+    said = f"is before the first operating hour: {calendar.time[-1]:g} h on {day_text(calendar.day[-1])}, "
+    said += f"{calendar.a_year:g} h a year, by update.calendar"
+    if recorded:
+        said = "lies outside update.record: let it begin earlier, or give update.calendar for what follows"
+    columns.refuse(~(hours >= 0.0), "time", said, hours)
+    return hours * HOUR
 
 
 def units_of(data: Data) -> list[str]:
@@ -292,7 +279,7 @@ def units_of(data: Data) -> list[str]:
     return list(dict.fromkeys(texts))
 
 
-def calendar_of(data: Data, unit: str | None, days: Days | None) -> Days | None:
+def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | None:
     """Return which day it was after how many hours of a unit, by its columns of both, and how they go on.
 
     They go on as ``days`` says, else as from the unit's first inspection to its last.
@@ -303,29 +290,25 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Days | None:
     """
     columns, *_ = columns_of(data, unit)
     if "date" not in columns.names or not len(columns):
-        return days
-    dates, hours = columns.dates("date"), columns.numbers("time", "s") / HOUR
-    order = np.lexsort((dates, hours))
-    if (back := np.diff(dates[order]) < np.timedelta64(0, "s")).any():
-        sooner, later = columns.lines[order[int(np.argmax(back)) :][:2]]
+        return None
+    day, hours = day_number(columns.dates("date")), columns.numbers("time", "s") / HOUR
+    order = np.lexsort((day, hours))
+    day, hours, lines = day[order], hours[order], columns.lines[order]
+    if (back := np.diff(day) < 0.0).any():
+        sooner, later = lines[int(np.argmax(back)) :][:2]
         raise UpdateError(
             f"{data.file}: line {later} has more hours than line {sooner}, and an earlier date: look at both"
         )
-    first, last = order[0], order[-1]
-    years = float((dates[last] - dates[first]) / DAY) / DAYS_A_YEAR
-    rate = None if days is None else days.hours_per_year
-    if rate is None and years > 0.0:
-        rate = float(hours[last] - hours[first]) / years
-        if rate > 1.01 * HOURS_A_YEAR:
-            raise UpdateError(
-                f"{data.file}: line {columns.lines[last]}: {'it' if unit is None else f'unit {unit!r}'} ran "
-                f"{rate:.0f} hours a year since its first inspection, more than a year has: look at its "
-                "dates and hours"
-            )
-    if rate is None or not rate > 0.0:
-        return None
-    day = dates[last].astype("datetime64[D]").item()
-    return Days.model_construct(date=day, hours=float(hours[last]), hours_per_year=rate)
+    if days is not None:
+        return Calendar(day, hours, days.hours_per_year)
+    rate = float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0
+    if rate > 1.01 * HOURS_A_YEAR:
+        raise UpdateError(
+            f"{data.file}: line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran "
+            f"{rate:.0f} hours a year since its first inspection, more than a year has: look at its "
+            "dates and hours"
+        )
+    return Calendar(day, hours, rate) if rate > 0.0 else None
 
 
 @dataclass(frozen=True)
@@ -345,7 +328,7 @@ class OperatingRecord:
     time: Array
     torque: Array
     speed: Array
-    dates: NDArray[np.datetime64] | None
+    dates: Dates | None
     mixed: bool
     fingerprint: str
     share: float = 1.0
@@ -378,34 +361,24 @@ class OperatingRecord:
             for torque, n in self.conditions()[0].tolist()
         ]
 
-    def hours_at(self, dates: NDArray[np.datetime64], days: Days | None) -> Array:
-        """Return the operating seconds at dates; after its end by the hours of a year, NaN without them."""
-        assert self.dates is not None
-        day, known = ((each - self.dates[0]) / DAY for each in (dates, self.dates))
-        rate = np.nan if days is None else days.hours_per_year * HOUR / DAYS_A_YEAR
-        beyond = np.where(day > known[-1], (day - known[-1]) * rate, 0.0)
-        return np.where(day < 0.0, -1.0, np.interp(day, known, self.time) + beyond)
+    def calendar(self, a_year: float | None) -> Calendar | None:
+        """Return its calendar, which goes on at so many hours a year, else at its own; None without dates."""
+        if self.dates is None:
+            return None
+        day, hours = day_number(self.dates), self.time / HOUR
+        return Calendar(day, hours, a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR)
 
-    def excess(self, days: Days | None) -> tuple[float, float] | None:
-        """Return its hours, every one between its dates, and those by the calendar, where they differ."""
-        if self.dates is None or days is None or self.share < 1.0:
+    def excess(self, a_year: float | None) -> tuple[float, float] | None:
+        """Return its hours, every one between its dates, and those at so many a year, where they differ."""
+        if self.dates is None or a_year is None or self.share < 1.0:
             return None
         hours = float(self.time[-1]) / HOUR
-        told = float((self.dates[-1] - self.dates[0]) / DAY) / DAYS_A_YEAR * days.hours_per_year
+        told = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR * a_year
         return None if abs(hours - told) <= UNLIKE * told else (hours, told)
-
-    def days(self, days: Days | None) -> Days | None:
-        """Return the calendar from its end on, at the hours of a year of ``days``, else of its own."""
-        if self.dates is None:
-            return days
-        hours, end = float(self.time[-1]) / HOUR, self.dates[-1].astype("datetime64[D]").item()
-        years = float((self.dates[-1] - self.dates[0]) / DAY) / DAYS_A_YEAR
-        rate = hours / years if days is None else days.hours_per_year
-        return Days.model_construct(date=end, hours=hours, hours_per_year=rate)
 
 
 def read_record(
-    block: RecordBlock, unit: str | None = None, days: Days | None = None
+    block: RecordBlock, unit: str | None = None, a_year: float | None = None
 ) -> OperatingRecord | None:
     """Return what ran, of one unit where the file has many; None where it has no row of it.
 
@@ -445,7 +418,7 @@ def read_record(
         torque, speed = torque[:-1], speed[:-1]
         # hours in operation: a standstill has none
         stands = bool((speed == 0.0).any())
-        a_year = block.hours_per_year or (None if days is None or stands else days.hours_per_year)
+        a_year = block.hours_per_year or (None if stands else a_year)
         share = 1.0 if dates is None or a_year is None else a_year / HOURS_A_YEAR
         ends = time if dates is None else np.append(0.0, np.cumsum(share * np.diff(time) * (speed > 0.0)))
     if not (np.diff(ends) * speed).any():

@@ -241,7 +241,8 @@ def _notes(
         yield NOTES["rough"]
     for n, block in enumerate(blocks):
         yield from oddities(n, block, runs[0])
-    if study.record is not None and (hours := study.record.excess(study.spec.calendar)) is not None:
+    a_year = study.calendar and study.calendar.a_year
+    if study.record is not None and (hours := study.record.excess(a_year)) is not None:
         yield NOTES["every_hour"].format(counted=hours[0], told=hours[1])
     if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
         yield NOTES["no_drift"].format(quantity=study.limit.quantity)

@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearlab.campaign.update_options import Days, Replaced
+from wearlab.campaign.update_options import Replaced
 from wearlab.options import Stored
 from wearlab.scene import Scene
 from wearlab.units import HOUR
-from wearlab.updating.measurements import DAY, DAYS_A_YEAR, Observed, UpdateError
+from wearlab.updating.calendar import Calendar
+from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.outcome import answered, blocks_of
 from wearlab.updating.run_curves import (
     Clock,
@@ -111,22 +112,21 @@ def _events(study: MeasuredCase, first: StoredRun, gears: list[str]) -> list[tup
                 raise UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
         at = event.cycle
         if at is None:
-            hours = _hours(event, study.spec.calendar, place)
+            hours = _hours(event, study.calendar, place)
             at = float(first["cycle"].values[0]) + hours * HOUR / per_cycle(first, "operating_hours")
         found.append((event, at))
     found.sort(key=lambda one: one[1])
     return [(number, *one) for number, one in enumerate(found)]
 
 
-def _hours(event: Replaced, days: Days | None, place: str) -> float:
+def _hours(event: Replaced, calendar: Calendar | None, place: str) -> float:
     if event.hours is not None:
         return event.hours
-    if days is None or days.hours is None:
+    hours = np.nan if calendar is None else float(calendar.hours(event.date))
+    if np.isnan(hours):
         raise UpdateError(
             f"{place}.date: needs update.calendar = {{ date, hours, hours_per_year }}; or give hours"
         )
-    passed = float((np.datetime64(event.date, "s") - np.datetime64(days.date, "s")) / DAY)
-    hours = days.hours + passed * days.hours_per_year / DAYS_A_YEAR
     if hours < 0.0:
         raise UpdateError(
             f"{place}.date: {event.date} is before the first operating hour, by update.calendar"

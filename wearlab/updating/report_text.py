@@ -1,6 +1,6 @@
 """An update as text, read from its tree, so that a kept one says the same; words: `case.txt`, `fleet.txt`."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,14 @@ from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
 from wearlab.store.outcome import hours_text
 from wearlab.units import HOUR, convert, shown_unit
+from wearlab.updating.calendar import DAYS_A_YEAR, LAST_DAY, NEVER, Calendar, day_number, day_text
 from wearlab.updating.draws import ALARM
-from wearlab.updating.lives import NEVER
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
 BELIEVED = tuple((Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines())
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
-DAY_SECONDS, LAST_DAY = 86_400.0, 2.9e6  # seconds of a day; days from 1970 to the year 9900
 BEFORE = "before "
 PASSED = "passed"
 MAYBE, SURE = 0.05, 0.95  # probabilities from which the limit may have, and has, been passed
@@ -197,48 +196,35 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     return found
 
 
-def calendar_of(predictions: xr.Dataset) -> Callable[[Any], Array] | None:
-    """Return what tells the days since 1970 at cycles, None where an update has no calendar.
-
-    Between its places a calendar goes on evenly, and beyond them as at its ends.
-    """
+def calendar_of(predictions: xr.Dataset) -> Calendar | None:
+    """Return the calendar over cycles, None where an update has none."""
     if "calendar_date" not in predictions:
         return None
-    known = np.array([text for text in predictions["calendar_date"].values if text], dtype="datetime64[s]")
-    day, cycle = known.astype(float) / DAY_SECONDS, predictions["calendar_cycle"].values[: len(known)]
+    # places are whole seconds, so that midnight may come out a second early
+    day = np.round(day_number([text for text in predictions["calendar_date"].values if text]), 4)
+    cycle = predictions["calendar_cycle"].values[: len(day)]
     if len(cycle) < 2 or not cycle[-1] > cycle[-2]:
         return None
-    rate = (day[-1] - day[-2]) / (cycle[-1] - cycle[-2])
-
-    def days(at: Any) -> Array:
-        ahead = np.maximum(np.asarray(at, float) - cycle[-1], 0.0)
-        told = np.interp(at, cycle, day) + rate * ahead
-        return np.round(told, 4)  # places are whole seconds, so that midnight may come out a second early
-
-    return days
+    return Calendar(day, cycle, DAYS_A_YEAR * float((cycle[-1] - cycle[-2]) / (day[-1] - day[-2])))
 
 
-def _at(cycle: float, hours: float, calendar: Callable[[Any], Array] | None) -> str:
+def _at(cycle: float, hours: float, calendar: Calendar | None) -> str:
     """Return when that was: its day where there is a calendar, its hours, its cycles."""
     if not np.isfinite(hours):
         return f"{cycle:>12.6g} cycles"
-    day = None if calendar is None else float(calendar(cycle))
+    day = None if calendar is None else float(calendar.days(cycle))
     if day is None or not abs(day) < LAST_DAY:
         return f"{cycle:>12.6g} cycles = {hours * cycle:.6g} h"
-    return f"{_day(day)} = {hours * cycle:.6g} h = {cycle:.6g} cycles"
+    return f"{day_text(day)} = {hours * cycle:.6g} h = {cycle:.6g} cycles"
 
 
-def _foreseen(cycle: float, rest: Array, calendar: Callable[[Any], Array] | None) -> str:
+def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:
     """Return what was foreseen after an inspection: the day of the limit, without a calendar the cycles."""
     low, middle, high = rest[::2]
     if calendar is None:
         return f"{_digits(middle)} cycles, 90 %: {_digits(low)} to {_digits(high)}"
-    told = [_day(float(calendar(cycle + each))) for each in (low, middle, high)]
+    told = calendar.texts(cycle + rest[::2])
     return f"limit on {told[1]}, 90 %: {told[0]} to {told[2]}"
-
-
-def _day(day: float) -> str:
-    return str(np.datetime64(int(np.floor(day)), "D")) if abs(day) < LAST_DAY else NEVER
 
 
 def _quantiles(values: xr.DataArray) -> Array:

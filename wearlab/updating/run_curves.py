@@ -19,6 +19,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from wearlab.arrays import Array, Flags
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.store.files import StoreError
+from wearlab.updating.calendar import straight
 from wearlab.updating.measurements import Observed, UpdateError
 
 if TYPE_CHECKING:
@@ -190,17 +191,16 @@ class Clock(NamedTuple):
 
     def __call__(self, cycle: Array) -> Array:
         """Return how many cycles at the run's own coefficient and load wear as much."""
-        return _straight(cycle, self.cycle, self.equal)
+        return _through(cycle, self.cycle, self.equal)
 
     def inverse(self, equal: Array) -> Array:
         """Return the real cycles."""
-        return _straight(equal, self.equal, self.cycle)
+        return _through(equal, self.equal, self.cycle)
 
 
-def _straight(x: Array, knots: Array, values: Array) -> Array:
-    with np.errstate(invalid="ignore"):
-        beyond = np.where(x > knots[-1], x - knots[-1], 0.0)
-    return np.interp(x, knots, values) + beyond * (values[-1] - values[-2]) / (knots[-1] - knots[-2])
+def _through(x: Array, knots: Array, values: Array) -> Array:
+    rate = (values[-1] - values[-2]) / (knots[-1] - knots[-2])
+    return straight(np.maximum(x, knots[0]), knots, values, rate)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from wearlab.scene.build.contact import thickest
 from wearlab.scene.build.sets import build_set
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
+from wearlab.updating.calendar import Calendar
 from wearlab.updating.measurements import (
     Observed,
     OperatingRecord,
@@ -54,6 +55,7 @@ class MeasuredCase:
     longer : times its own limits at which the runs end
     record : what really ran until now
     renewals : which gears were replaced when, in words
+    calendar : which day it was after how many operating hours
     """
 
     label: str
@@ -65,6 +67,7 @@ class MeasuredCase:
     longer: float = 1.0
     record: OperatingRecord | None = None
     renewals: str = ""
+    calendar: Calendar | None = None
 
     @property
     def prior(self) -> Distribution | None:
@@ -115,7 +118,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    spec, seen, record = _measured(spec, None, spec.calendar)
+    seen, record, calendar = _measured(spec, None, spec.calendar)
     made = []
     for case in campaign.cases:
         own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
@@ -123,7 +126,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         limit = _limit(case.scene, spec, about)
         refuse_too_deep(case.scene, own, limit)
-        study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record)
+        study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record, calendar=calendar)
         if study.costly and record is not None:
             key = next(iter(study.costly))
             raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
@@ -174,25 +177,28 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         unit = own.get(name, UnitBlock(name=name))
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
-        asked, seen, record = _measured(spec, name, unit.calendar or spec.calendar)
+        seen, record, calendar = _measured(spec, name, unit.calendar or spec.calendar)
         refuse_too_deep(changed, seen, limit)
-        made.append(MeasuredCase(name, changed, asked, limit, seen, {}, record=record))
+        made.append(MeasuredCase(name, changed, spec, limit, seen, {}, record=record, calendar=calendar))
     return tuple(made)
 
 
 def _measured(
     spec: UpdateSpec, unit: str | None, days: Days | None
-) -> tuple[UpdateSpec, tuple[Observed, ...], OperatingRecord | None]:
-    """Return an [update] with its calendar found out, its observations and its record; of one unit."""
-    record, hours_at = None if spec.record is None else read_record(spec.record, unit, days), None
-    if record is not None and record.dates is not None:
-        after, hours_at = record.days(days), record.hours_at
+) -> tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]:
+    """Return the observations, the record and the calendar of an [update], or of one unit."""
+    given, a_year = (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
+    record = None if spec.record is None else read_record(spec.record, unit, a_year)
+    own = None if record is None else record.calendar(a_year)
+    counted: Calendar | None
+    if recorded := own is not None:  # of what follows it nothing is told without hours of a year
+        counted = own._replace(a_year=np.nan if a_year is None else a_year)
     else:
-        known = (calendar_of(data, unit, days) for data in spec.data)
-        after = next((found for found in known if found is not None), days)
-    counted = days if days is not None and days.hours is not None else after
-    seen = tuple(read_observations(data, counted, unit, hours_at) for data in spec.data)
-    return spec.model_copy(update={"calendar": after}), seen, record
+        tables = [own for data in spec.data if (own := calendar_of(data, unit, days)) is not None]
+        own = tables[0].joined(tables[1:]) if tables else given
+        counted = own if days is None or days.hours is None else given
+    seen = tuple(read_observations(data, counted, unit, recorded=recorded) for data in spec.data)
+    return seen, record, own
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:

@@ -13,10 +13,20 @@ from wearlab.campaign.update_options import THICKNESS
 from wearlab.schema import VARIABLES, attributes
 from wearlab.sources import source_hash
 from wearlab.store.export import credited
-from wearlab.units import KINDS, convert
+from wearlab.units import HOUR, KINDS, convert
 from wearlab.updating.decision import before_change, decided, virtual_inspection
 from wearlab.updating.draws import gains, over_cycles, replicated
-from wearlab.updating.layout import P, calendar, dataset, dated, limit_of, lives, sample, variable
+from wearlab.updating.layout import (
+    P,
+    calendar_of,
+    dataset,
+    dated,
+    limit_of,
+    lives,
+    places_of,
+    sample,
+    variable,
+)
 from wearlab.updating.likelihood import Block, condenses, log_likelihood
 from wearlab.updating.outcome import UpdateOutcome
 from wearlab.updating.scores import compared, replayed, scored
@@ -106,13 +116,14 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
     if told := [n for n, block in enumerate(post.blocks) if len(block.rows)]:
         groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **MERGED)
         groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **MERGED)
+    days = calendar_of(outcome.study, post.histories[0], now)
     advice = {"virtual_inspection": virtual_inspection(outcome, rng)}
     advice["decision"] = None if spec.decision is None else decided(outcome, spec.decision, rng)
     look, change = advice.values()
     if look is not None and change is not None:
         advice["virtual_inspection"] = before_change(look, float(change["best_change"]))
     for name, found in advice.items():
-        groups |= {} if found is None else {name: dated(found, spec.calendar, now, post.histories[0])}
+        groups |= {} if found is None else {name: dated(found, days)}
     if replay:
         end = float(groups["observed_data"]["observed_life"])
         again = replayed(outcome.study, post, end)
@@ -213,14 +224,13 @@ def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset
     end = life[-1] if np.isfinite(life[-1]) else life[2]
     last = AHEAD * float(min(end, 4.0 * life[2])) if np.isfinite(end) else run.end
     cycles = np.linspace(run.start, max(last, answer.now, run.start + 1.0), PLACES)
-    days, prior = outcome.study.spec.calendar, outcome.prior
+    days, prior = calendar_of(outcome.study, run, answer.now), outcome.prior
     found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
     found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
     if days is not None:
-        seen = [(run.asked[n].cycle, block.seen.dates) for n, block in enumerate(post.blocks)]
-        found |= calendar(days, outcome.study.record, answer.now, run, seen)
+        found |= places_of(days, run.start)
         at = "day on which the limit is reached, that of the last inspection where it was before, at "
-        at += f"{days.hours_per_year:g} operating hours a year"
+        at += f"{days.a_year * run.seconds_per_cycle / HOUR:g} operating hours a year"
         ends = found["end_of_life_quantile"]
         found["end_of_life_quantile"] = variable("predictions", "end_of_life_quantile", ends, long_name=at)
     both = (("", post, outcome.draws), ("prior_", prior.posterior, outcome.prior_draws))

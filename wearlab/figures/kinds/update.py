@@ -50,12 +50,14 @@ class Updated:
     @property
     def calendar(self) -> Callable[[Array], Array] | None:
         """What tells the days since 1970 at cycles; None without a calendar, or where it is left behind."""
-        from wearlab.updating.report_text import LAST_DAY, calendar_of
+        from wearlab.updating.calendar import LAST_DAY
+        from wearlab.updating.report_text import calendar_of
 
         found = calendar_of(self["predictions"])
         longest = finite(self["predictions"]["cycle"])
-        told = found is not None and len(longest) > 0 and abs(found(2.0 * longest.max())) < LAST_DAY
-        return found if told else None
+        if found is None or not len(longest) or abs(found.days(2.0 * longest.max())) >= LAST_DAY:
+            return None
+        return found.days
 
 
 def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]) -> list[Updated]:
@@ -354,6 +356,8 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
 )  # fmt: skip
 def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
+    from wearlab.updating.calendar import day_text
+
     observed, made = update["observed_data"], update["posterior_predictive"]
     for name in map(str, made.data_vars):
         where = next((kind for kind in WHERE if f"{kind}_{name}" in observed.coords), None)
@@ -372,8 +376,8 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             some = np.flatnonzero(cycle == at)
             some = some[np.argsort(x[some], kind="stable")]
             days = update.calendar
-            day = None if days is None else np.datetime64(int(days(at)), "D")
-            told = wording.cycles(float(at)) if day is None else wording.Label(float(at), str(day))
+            day = None if days is None else day_text(float(days(at)))
+            told = wording.cycles(float(at)) if day is None else wording.Label(float(at), day)
             own, (low, middle, high) = update.of("variable", name), expected[:, some]
             own = replace(own, key={**own.key, "inspection": told})
             yield area(own, x[some], low, high, across, up)

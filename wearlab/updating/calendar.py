@@ -1,0 +1,80 @@
+"""Dates and operating hours: straight between days that are known, at so many hours a year beyond them."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearlab.arrays import Array
+from wearlab.campaign.update_options import Days
+from wearlab.units import HOUR
+
+Dates = NDArray[np.datetime64]
+DAYS_A_YEAR = 365.2425
+HOURS_A_YEAR = 24.0 * DAYS_A_YEAR
+DAY, EPOCH = np.timedelta64(1, "D"), np.datetime64("1970-01-01", "s")
+LAST_DAY = 2.9e6  # days from 1970 to the year 9900
+NEVER = "never"
+ROUNDING = 5e-5  # of a day, by which hours of a date, or a date to the second, may have been rounded down
+
+
+def straight(x: Any, knots: Array, values: Array, rate: float) -> Array:
+    """Return values at x, straight between knots that do not fall, at a rate beyond both ends."""
+    beyond = x - np.clip(x, knots[0], knots[-1])
+    return np.asarray(np.interp(x, knots, values) + np.where(beyond != 0.0, rate * beyond, 0.0))
+
+
+def day_number(dates: Any) -> Array:
+    """Return days since 1970 of dates."""
+    return np.asarray((np.asarray(dates, "datetime64[s]") - EPOCH) / DAY)
+
+
+def day_text(day: float) -> str:
+    """Return a day since 1970 as ISO 8601 has it, "never" after the year 9900."""
+    return str(np.datetime64(int(np.floor(day + ROUNDING)), "D")) if abs(day) < LAST_DAY else NEVER
+
+
+class Calendar(NamedTuple):
+    """Which day it was after how many operating hours, or cycles.
+
+    Parameters
+    ----------
+    day : (n,) days since 1970 that are known
+    time : (n,) operating hours then, not falling; NaN: those of the last inspection
+    a_year : hours in a year before and after them
+    """
+
+    day: Array
+    time: Array
+    a_year: float
+
+    @classmethod
+    def of(cls, days: Days) -> "Calendar":
+        """Return the calendar of one day as a file gives it."""
+        hours = np.nan if days.hours is None else days.hours
+        return cls(np.atleast_1d(day_number(days.date)), np.array([hours]), days.hours_per_year)
+
+    def joined(self, others: "Sequence[Calendar]") -> "Calendar":
+        """Return the calendar of all days that some know; it goes on as this one."""
+        day, time = (np.concatenate([getattr(one, n) for one in (self, *others)]) for n in ("day", "time"))
+        order = np.lexsort((day, time))
+        return Calendar(day[order], time[order], self.a_year)
+
+    def days(self, time: Any) -> Array:
+        """Return days since 1970 after hours."""
+        return straight(time, self.time, self.day, DAYS_A_YEAR / self.a_year)
+
+    def hours(self, dates: Any) -> Array:
+        """Return the operating hours at dates."""
+        return straight(day_number(dates), self.day, self.time, self.a_year / DAYS_A_YEAR)
+
+    def in_cycles(self, start: float, now: float, seconds_per_cycle: float) -> "Calendar":
+        """Return the calendar over cycles of a run from its start, with a last inspection at one of them."""
+        each = HOUR / seconds_per_cycle
+        cycles = np.where(np.isnan(self.time), now, start + self.time * each)
+        return Calendar(self.day, cycles, self.a_year * each)
+
+    def texts(self, time: Array) -> np.ndarray:
+        """Return the days after hours as texts."""
+        return np.array([day_text(day) for day in self.days(time)], dtype=object)
