@@ -89,10 +89,9 @@ def test_dates_tell_the_hours_in_operation(tmp_path):
     assert days.hours(at) == pytest.approx([120.0, 240.0, 360.0])
     assert day_text(days.day[-1]) == "2026-01-31" and days.time[-1] == 480.0
     assert days.a_year == pytest.approx(480.0 * 365.2425 / 30.0)
-    assert np.isnan(days._replace(a_year=np.nan).hours(["2026-01-06", "2026-03-01"])).tolist() == [
-        False,
-        True,
-    ]
+    assert days.texts(np.array([120.0, 360.0])).tolist() == ["2026-01-06", "2026-01-26"]  # not evenly
+    ended = days._replace(a_year=np.nan)
+    assert np.isnan(ended.hours(["2026-01-06", "2026-03-01"])).tolist() == [False, True]
 
 
 def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
