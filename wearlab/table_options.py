@@ -79,13 +79,19 @@ def profile_table(
     TableError
         When the file cannot be read, lacks a column or a unit, or is not in order.
     """
-    file = named_file(given)
+    return profile_of(read_table(_path(named_file(given), base)), given)
+
+
+def profile_of(
+    table: ReadTable, given: dict[str, Any]
+) -> tuple[str, str, tuple[float, ...], tuple[float, ...], tuple[float, ...] | None]:
+    """Return what `profile_table` does, of a table that was read."""
+    file = table.file
     units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
     mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
     if unknown := set(mapped) - {*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES}:
         known = ", ".join((*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES))
         raise TableError(f"columns: {', '.join(sorted(unknown))}: expected {known}")
-    table = read_table(_path(file, base))
     faced = table.meant(FACE, mapped) is not None
     alone = faced and not any(name in mapped or table.meant(name, mapped) for name in PROFILE_ABSCISSAE)
     abscissae = (FACE,) if alone else tuple(PROFILE_ABSCISSAE)

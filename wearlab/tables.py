@@ -248,29 +248,29 @@ def in_unit(values: Array, unit: str | None, wanted: str, column: str) -> Array:
 
 @lru_cache(maxsize=32)
 def _read(path: Path, modified: int, size: int) -> ReadTable:
-    raw = read_regular(path, LARGEST_FILE)
+    return table_of(path.name, read_regular(path, LARGEST_FILE))
+
+
+def table_of(name: str, raw: bytes) -> ReadTable:
+    """Return the table that a file of this name and contents holds; errors as of `read_table`."""
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        raise TableError(f"{path.name}: is a workbook, no text: save its sheet as CSV")
+        raise TableError(f"{name}: is a workbook, no text: save its sheet as CSV")
     text, encoding = decoded(raw)
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        raise TableError(
-            f"{path.name}: line {line}: holds a NUL byte: no table of texts; write it as CSV again"
-        )
+        raise TableError(f"{name}: line {line}: holds a NUL byte: no table of texts; write it as CSV again")
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if _is_told(line)]
     if long := next((n for n, line in lines if len(line) > LONGEST_LINE), None):
-        raise TableError(
-            f"{path.name}: line {long}: more than {LONGEST_LINE:,} characters are no row of a table"
-        )
+        raise TableError(f"{name}: line {long}: more than {LONGEST_LINE:,} characters are no row of a table")
     if len(lines) < 2:
-        raise TableError(f"{path.name}: no rows under a header")
+        raise TableError(f"{name}: no rows under a header")
     found = [r for s in SEPARATORS for d in DECIMALS if s != d and (r := _reading(lines[:LOOKED_AT], s, d))]
     if not found:
         raise TableError(
-            f"{path.name}: no table was found: no line of headers over rows of as many cells that hold "
+            f"{name}: no table was found: no line of headers over rows of as many cells that hold "
             "numbers or dates, with semicolon, tab, comma, bar or blanks between, and decimal point or comma"
         )
-    return _parsed(path.name, lines, encoding, max(found, key=lambda reading: reading.score))
+    return _parsed(name, lines, encoding, max(found, key=lambda reading: reading.score))
 
 
 def decoded(raw: bytes) -> tuple[str, str]:

@@ -45,6 +45,21 @@ def test_torsional_supports_keep_both_rotations_and_the_mesh_acceleration() -> N
     assert mobility[0] == pytest.approx(mobility[1], rel=1e-13)
 
 
+def test_helical_gears_on_axial_bearings_move_along_their_axes() -> None:
+    """m z̈ + c ż + k z ± W tan β_b = 0, the rotation last."""
+    pinion = PINION._replace(support=GearSupport(1.0e9, 5000.0, axial_stiffness=6e7, axial_damping=300.0))
+    gear = GEAR._replace(support=GearSupport(1.2e9, damping_ratio=0.04, axial_stiffness=5e7))
+    s = spur_3dof((pinion, gear), Meshing(900.0, slope=-0.2), 340.0)
+    assert s.coordinates == ("pinion.y", "gear.y", "pinion.z", "gear.z", "mesh.x")
+    np.testing.assert_allclose(s.direction, [[1.0, -1.0, -0.2, 0.2, 1.0]])
+    np.testing.assert_allclose(np.diag(s.mass)[:4], [2.8, 1.9, 2.8, 1.9])
+    np.testing.assert_allclose(np.diag(s.stiffness), [1.0e9, 1.2e9, 6e7, 5e7, 0.0])
+    np.testing.assert_allclose(np.diag(s.damping)[2:], [300.0, 0.08 * np.sqrt(5e7 * 1.9), 0.0])
+    np.testing.assert_allclose(s.load, [0.0, 0.0, 0.0, 0.0, 340.0 / RADIUS[0]])
+    alone = torsional((pinion._replace(support=GearSupport()), gear), Meshing(slope=-0.2), 340.0)
+    assert alone.coordinates == ("gear.z", "mesh.x")
+
+
 def test_damping_ratios() -> None:
     support = GearSupport(radial_stiffness=1e8, tangential_stiffness=4e6, damping_ratio=0.03)
     assert support.radial_damping_on(2.0) == pytest.approx(2 * 0.03 * np.sqrt(1e8 * 2.0))

@@ -118,6 +118,15 @@ CONSTANT = {"model": "constant", "value": "4e8 N/m"}
             "leave it out",
         ),
         ({"errors.seed": 3}, "errors", "leave [errors] out"),
+        (
+            {
+                "dynamics": {"model": "torsional"},
+                "dynamics.response.speed": {"from": "500 rpm", "to": "900 rpm"},
+                "mesh.damping_ratio": 0.1,
+            },
+            "dynamics.response",
+            "sweep operation.speed",
+        ),
         ({"mesh.face_load_factor": 1.2}, "mesh.face_load_factor", "leave one out"),
         ({"mesh.contact": "exact"}, "mesh.contact", "'displacement'"),
         ({"mesh.stiffness": {**CONSTANT, "of": "mesh"}}, "mesh.stiffness.of", "'pair'"),
@@ -133,3 +142,10 @@ def test_what_does_not_go_with_a_face_is_refused_with_what_to_give(changes, path
     with pytest.raises(SceneError) as caught:
         scene(mesh__misalignment="20 um").replace(changes)
     assert f"scene.{path}: " in str(caught.value) and instead in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["mesh__tilt", "mesh__free_tilt", "gears__pinion__shaft", "dynamics__shafts"])
+def test_what_bends_or_tilts_freely_is_refused_by_name_with_what_to_give(key):
+    told = refused(dynamics={"model": "torsional"}, **{key: "free"})
+    assert f"scene.{key.replace('__', '.')}: unknown key" in told
+    assert "give what it does to the flanks as mesh.misalignment" in told

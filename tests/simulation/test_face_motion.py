@@ -118,3 +118,89 @@ def test_a_light_vibration_wears_nearly_as_the_static_force_does():
 def test_what_motions_over_the_face_do_not_know_is_refused(changes, said):
     with pytest.raises(SceneError, match=said.replace(".", r"\.")):
         scene({**HELICAL, **changes})
+
+
+AXIAL = {"axial_stiffness": "60 N/um", "damping_ratio": 0.05}
+MEMBERS = ("pinion", "gear")
+ON_AXIAL_BEARINGS = {**HELICAL, "dynamics.supports": dict.fromkeys(MEMBERS, AXIAL)}
+RADIAL = {"radial_stiffness": "400 N/um", "damping_ratio": 0.05}
+
+
+@cache
+def on_bearings(*changes):
+    return simulate(scene({**ON_AXIAL_BEARINGS, **dict(changes)}))
+
+
+def mean(values):
+    return values.mean(("mesh_period", "phase")).values[0]
+
+
+def test_natural_frequencies_of_a_pair_on_axial_bearings():
+    """The mesh pulls on x and on both z by tan β_b: M = diag(m1, m2, m_c), K = k_z (z) + k_m d dᵀ."""
+    parts = build(scene(ON_AXIAL_BEARINGS))
+    first, second = parts.kinds[0].pair.gears
+    mobility = first.base_radius**2 / first.inertia + second.base_radius**2 / second.inertia
+    slope = parts.face.slope
+    assert abs(slope) == pytest.approx(np.tan(np.arcsin(np.sin(np.radians(12)) * np.cos(np.radians(20)))))
+    direction = np.array([slope, -slope, 1.0])
+    system = parts.vibration.system
+    assert system.coordinates == ("pinion.z", "gear.z", "mesh.x")
+    np.testing.assert_allclose(system.direction, direction[None], rtol=1e-14)
+    run = on_bearings()
+    mass, rigid = np.array([first.mass, second.mass, 1.0 / mobility]), known("helical")
+    mesh = float(rigid["natural_frequency"].values.max() * 2 * np.pi) ** 2 / mobility
+    stiffness = np.diag([6e7, 6e7, 0.0]) + mesh * np.outer(direction, direction)
+    square = np.linalg.eigvals(stiffness / mass[:, None]).real
+    found = run["natural_frequency"].values.ravel()
+    np.testing.assert_allclose(np.sort(found), np.sort(np.sqrt(square)) / (2 * np.pi), rtol=1e-9)
+
+
+ON_BEARINGS = {"dynamics.model": "spur-3dof", "dynamics.supports": dict.fromkeys(MEMBERS, AXIAL | RADIAL)}
+
+
+@pytest.mark.parametrize("radial", [False, True])
+def test_bearings_along_the_axes_hold_in_the_mean_what_the_mesh_pushes(radial):
+    run = simulate(scene(HELICAL | ON_BEARINGS)) if radial else on_bearings()
+    slope, force = build(scene(HELICAL)).face.slope, float(mean(run["normal_mesh_force"])[0])
+    assert float(run["separation_fraction"].values.max()) == 0.0
+    assert list(run["axis"].values) == ["x", "y", "z"]
+    bearing = mean(run["bearing_force"])
+    np.testing.assert_allclose(bearing[:, 2], [slope * force, -slope * force], rtol=2e-4)
+    np.testing.assert_allclose(bearing[:, 1], [force, -force], rtol=2e-4)
+
+
+def test_a_stiff_axial_bearing_is_a_rigid_one_and_one_alone_gives_way_alone():
+    stiff = {"axial_stiffness": "1e7 N/um", "damping_ratio": 0.05}
+    held = simulate(scene({**HELICAL, "dynamics.supports": {"pinion": stiff, "gear": stiff}}))
+    rigid = known("helical")
+    np.testing.assert_allclose(held["dynamic_mesh_force"], rigid["dynamic_mesh_force"], rtol=1e-4)
+    alone = simulate(scene({**HELICAL, "dynamics.supports": {"pinion": AXIAL}}))
+    slope = build(scene(HELICAL)).face.slope
+    pushed = -slope * alone["normal_mesh_force"].isel(mesh=0)
+    np.testing.assert_allclose(alone["bearing_force"].sel(member="gear", axis="z"), pushed, rtol=1e-12)
+    assert np.abs(alone["bearing_force"].sel(member="pinion", axis="z") + pushed).values.max() > 1.0
+
+
+def test_the_other_hand_pushes_the_other_way():
+    right, left = on_bearings(), on_bearings(("gears.pinion.hand", "left"), ("mesh.misalignment", "-20 um"))
+    for axis, sense in (("y", 1.0), ("z", -1.0)):
+        np.testing.assert_allclose(
+            left["bearing_force"].sel(axis=axis), sense * right["bearing_force"].sel(axis=axis), rtol=1e-6
+        )
+
+
+@pytest.mark.parametrize(
+    ("supports", "said"),
+    [
+        ({"axial_stiffness": "60 N/um"}, "needs 'axial_damping'"),
+        ({"axial_damping": "2000 N*s/m"}, "give 'axial_stiffness'"),
+    ],
+)
+def test_half_an_axial_bearing_is_refused(supports, said):
+    with pytest.raises(SceneError, match=said):
+        scene({**HELICAL, "dynamics.supports": {"pinion": supports}})
+
+
+def test_spur_gears_have_no_axial_bearing():
+    with pytest.raises(SceneError, match="give gears"):
+        scene({"dynamics.supports": {"pinion": AXIAL}})

@@ -65,7 +65,8 @@ class FigureSpec(BaseModel):
     )
     published: Path | None = option(
         None,
-        "CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked",
+        "CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked; "
+        "of a wear-map a measured flank: columns as of wear.initial, face_position and depth among them",
         derived="none",
     )
 

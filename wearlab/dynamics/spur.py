@@ -23,6 +23,8 @@ class GearSupport(NamedTuple):
     torsional_damping : torsional damper to ground seen at the base radius, c_θ/r_b² [N s/m]
     damping_ratio : ratio ζ; every missing damping becomes 2 ζ √(k m) of its own spring and mass
     preload : constant force away from the mating gear, as L16's −F_p on y_p and +F_g on y_g [N]
+    axial_stiffness : bearing stiffness along the axis k_z, None: rigid [N/m]
+    axial_damping : bearing damping along the axis c_z [N s/m]
     """
 
     radial_stiffness: float | None = None
@@ -31,10 +33,16 @@ class GearSupport(NamedTuple):
     torsional_damping: float | None = None
     damping_ratio: float | None = None
     preload: float = 0.0
+    axial_stiffness: float | None = None
+    axial_damping: float | None = None
 
     def radial_damping_on(self, mass: float) -> float:
         """Return c_y [N s/m] for a gear of ``mass`` [kg]."""
         return damping_or_ratio(self.damping, self.damping_ratio, self.radial_stiffness, mass)
+
+    def axial_damping_on(self, mass: float) -> float:
+        """Return c_z [N s/m] for a gear of ``mass`` [kg]."""
+        return damping_or_ratio(self.axial_damping, self.damping_ratio, self.axial_stiffness, mass)
 
     def torsional_damping_on(self, mass: float) -> float:
         """Return the torsional damping at the base radius [N s/m] for an inertia I/r_b² of ``mass`` [kg]."""
@@ -51,7 +59,7 @@ class PairedGear(NamedTuple):
     ----------
     inertia : I [kg m²]
     base_radius : r_b [m]
-    mass : m, of a gear that moves along the line of action [kg]
+    mass : m, of a gear that moves along the line of action or its axis [kg]
     support : what holds it
     name : the member's name
     """
@@ -81,11 +89,13 @@ class Meshing(NamedTuple):
     damping : c [N s/m]
     damps_always : the damping acts in separation too
     backlash : normal backlash j_bn [m], None: no back flank
+    slope : signed tan β_b of helical teeth: the mesh pushes its driving gear along −z by W tan β_b [1]
     """
 
     damping: float = 0.0
     damps_always: bool = False
     backlash: float | None = None
+    slope: float = 0.0
 
 
 class PairFriction(NamedTuple):
@@ -128,7 +138,8 @@ def torsional(
 
     With a torsional support on either gear, or with friction, x alone no longer describes the motion, and
     the coordinates become ``u_i = r_i θ_i``, x = u1 − u2. With friction and no torsional support the load
-    torque is found: zero mean acceleration.
+    torque is found: zero mean acceleration. A helical gear whose bearing gives way along its axis moves so,
+    ``m_i z̈_i + c_z ż_i + k_z z_i ± W tan β_b = 0``.
 
     Parameters
     ----------
@@ -138,7 +149,8 @@ def torsional(
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None: none
     friction : lever arms of tooth friction, None: none
     """
-    system = _system(gears, [_rotation(gears, torque, fluctuation, friction is not None)], mesh)
+    rotation = _rotation(gears, torque, fluctuation, friction is not None)
+    system = _system(gears, [*_axial(gears, mesh.slope), rotation], mesh)
     return system if friction is None else _rubbing(system, friction, gears)
 
 
@@ -153,7 +165,7 @@ def spur_3dof(
 
     ``m_p ÿ_p + c_p ẏ_p + k_p y_p + W = F_p``, ``m_g ÿ_g + c_g ẏ_g + k_g y_g − W = F_g``,
     ``m_c ẍ + W = T/r_p``; written with x = r_p θ_p − r_g θ_g so that M is diagonal:
-    q = (y_p, y_g, x), d = (1, −1, 1).
+    q = (y_p, y_g, x), d = (1, −1, 1). Axial bearings of helical gears add z as in `torsional`.
 
     Parameters
     ----------
@@ -173,7 +185,7 @@ def spur_3dof(
         for gear, sign in zip(gears, (1.0, -1.0), strict=True)
     ]
     rotation = _rotation(gears, torque, fluctuation, friction is not None)
-    system = _system(gears, [*translations, rotation], mesh)
+    system = _system(gears, [*translations, *_axial(gears, mesh.slope), rotation], mesh)
     return system if friction is None else _rubbing(system, friction, gears)
 
 
@@ -202,6 +214,23 @@ class _Part(NamedTuple):
     direction: tuple[float, ...]
     load: tuple[float, ...]
     fluctuation: tuple[float, ...] | None
+
+
+def _axial(gears: tuple[PairedGear, PairedGear], slope: float) -> list[_Part]:
+    """Return the translations along their axes of the gears whose bearings give way there."""
+    return [
+        _Part(
+            (f"{gear.name}.z",),
+            (gear.mass,),
+            (gear.support.axial_damping_on(gear.mass),),
+            (gear.support.axial_stiffness,),
+            (sign * slope,),
+            (0.0,),
+            (0.0,),
+        )
+        for gear, sign in zip(gears, (1.0, -1.0), strict=True)
+        if gear.support.axial_stiffness is not None
+    ]
 
 
 def _rotation(
@@ -275,7 +304,7 @@ def common_arguments(model: Any, motion: InMotion) -> PairArguments:
     waves = motion.operation.fluctuation
     return {
         "gears": (first, second),
-        "mesh": Meshing(damping, mesh.damps_always, mesh.normal_backlash),
+        "mesh": Meshing(damping, mesh.damps_always, mesh.normal_backlash, motion.slope),
         "torque": motion.operation.torque,
         "fluctuation": waves[0].amplitude if waves else None,
         "friction": None if model.friction is None else _friction(pair),
@@ -302,6 +331,8 @@ def _support(given: Any, base_radius: float) -> GearSupport:
         torsional_damping=None if torsional_damping is None else torsional_damping / base_radius**2,
         damping_ratio=given.damping_ratio,
         preload=given.preload,
+        axial_stiffness=given.axial_stiffness,
+        axial_damping=given.axial_damping,
     )
 
 

@@ -20,6 +20,9 @@ from wearlab.options import (
     option,
 )
 
+AXES = "xyz"
+"""Of translations; z along the axes of the gears."""
+
 
 class Support(NamedTuple):
     """One spring and damper that acts on a member, between it and ground or another member.
@@ -30,7 +33,7 @@ class Support(NamedTuple):
     Parameters
     ----------
     member : name of the member it acts on
-    axis : "x" or "y" of a translation, "u" of a rotation seen at the member's radius
+    axis : "x", "y" or "z" of a translation, "u" of a rotation seen at the member's radius
     give : (n,) d, by how much it gives way with the coordinates [1]
     slip : (n,) r, by how much its rate follows the coordinates' rates [1]
     stiffness : k [N/m]
@@ -49,7 +52,7 @@ class Support(NamedTuple):
     @property
     def bears(self) -> bool:
         """Whether it is a bearing, against a translation."""
-        return self.axis in ("x", "y")
+        return self.axis in AXES
 
 
 class MemberSupport(NamedTuple):
@@ -137,7 +140,7 @@ def support_force(support: Support, position: Array, velocity: Array) -> Array:
 def bearing_forces(
     supports: Sequence[Support], members: Sequence[str], position: Array, velocity: Array
 ) -> Array:
-    """Return the force of the bearings on each member, (n_members, 2, n_kept, n_instants) along x and y [N].
+    """Return the force of the bearings on each member, (n_members, 3, n_kept, n_instants) along `AXES` [N].
 
     Parameters
     ----------
@@ -145,10 +148,10 @@ def bearing_forces(
     members : names of the members wanted, 0 for those that none of the supports holds
     position, velocity : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
     """
-    force = np.zeros((len(members), 2, len(position), position.shape[-1]))
+    force = np.zeros((len(members), len(AXES), len(position), position.shape[-1]))
     for support in supports:
         if support.bears and support.member in members:
-            force[members.index(support.member), "xy".index(support.axis)] += support_force(
+            force[members.index(support.member), AXES.index(support.axis)] += support_force(
                 support, position, velocity
             )
     return force
@@ -189,7 +192,27 @@ class TorsionalSupport(TorsionalSpring):
     preload: ClassVar[float] = 0.0
 
 
-class BearingSupport(TorsionalSpring):
+class AxialBearing(TorsionalSpring):
+    """A bearing along the axis of one helical gear."""
+
+    alternatives: ClassVar[Alternatives] = (
+        (("torsional_stiffness",), ("tangential_stiffness",)),
+        (("damping_ratio",), ("damping", "torsional_damping", "axial_damping")),
+    )
+
+    axial_stiffness: Annotated[SpringRate, POSITIVE] | None = option(
+        None, "bearing stiffness along the axis of a helical gear, k_z", derived="rigid"
+    )
+    axial_damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+        None, "bearing damping along the axis, c_z", derived="from damping_ratio"
+    )
+
+
+class PairTorsionalSupport(TorsionalSupport, AxialBearing):
+    """What holds a gear of a pair that turns and, helical, may move along its axis."""
+
+
+class BearingSupport(AxialBearing):
     """The bearings of one gear."""
 
     radial_stiffness: Annotated[SpringRate, POSITIVE] = option(
@@ -228,11 +251,11 @@ class OfMembers(Part):
 
 
 class TorsionalSupports(OfMembers):
-    """What holds the rotation of each gear."""
+    """What holds each gear of a pair that turns."""
 
-    pinion: TorsionalSupport | None = option(None, "support of the pinion", derived="none")
-    gear: TorsionalSupport | None = option(None, "support of the gear", derived="none")
-    ring: TorsionalSupport | None = option(None, "support of the ring", derived="none")
+    pinion: PairTorsionalSupport | None = option(None, "support of the pinion", derived="none")
+    gear: PairTorsionalSupport | None = option(None, "support of the gear", derived="none")
+    ring: PairTorsionalSupport | None = option(None, "support of the ring", derived="none")
 
 
 class Supports(OfMembers):
@@ -260,16 +283,16 @@ class PlanetaryTorsionalSupports(OfMembers):
     carrier: TorsionalSupport | None = option(None, "what holds the carrier", derived="none")
 
 
-def problems_of_pair(model: Any, members: tuple[str, ...], *, bearings: bool) -> Iterator[tuple[str, str]]:
+def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tuple[str, str]]:
     """Yield what is wrong with the supports of a pair, as key and reason.
 
     Parameters
     ----------
     model : the dynamic model
-    members : of the pair
+    scene : the sections of the scene
     bearings : whether both gears need bearings
     """
-    supports = {member: model.supports.get(member) for member in members}
+    supports = {member: model.supports.get(member) for member in scene.gears.toothed}
     for stranger in model.supports.given:
         if stranger not in supports:
             yield (
@@ -292,7 +315,10 @@ def problems_of_pair(model: Any, members: tuple[str, ...], *, bearings: bool) ->
         )
     for member, support in supports.items():
         path = f"dynamics.supports.{member}"
-        if support is None or support.damping_ratio is not None:
+        if support is None:
+            continue
+        yield from _axial(support, path, helical=scene.gears.helix_angle is not None)
+        if support.damping_ratio is not None:
             continue
         if bearings and support.damping is None:
             yield path, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"
@@ -301,3 +327,22 @@ def problems_of_pair(model: Any, members: tuple[str, ...], *, bearings: bool) ->
                 path,
                 "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
             )
+
+
+def _axial(support: AxialBearing, path: str, *, helical: bool) -> Iterator[tuple[str, str]]:
+    """Yield what is wrong with the axial bearing of a gear."""
+    for key in ("axial_stiffness", "axial_damping"):
+        if getattr(support, key) is not None and not helical:
+            yield (
+                f"{path}.{key}",
+                "is of helical gears: spur gears push nothing along their axes; give gears.helix_angle, or "
+                "leave it out",
+            )
+    if support.axial_damping is not None and support.axial_stiffness is None:
+        yield f"{path}.axial_damping", "is of a bearing that gives way: give 'axial_stiffness', too"
+    if (
+        support.axial_stiffness is not None
+        and support.axial_damping is None
+        and support.damping_ratio is None
+    ):
+        yield path, "an axial bearing needs 'axial_damping' such as '2000 N*s/m', or 'damping_ratio'"

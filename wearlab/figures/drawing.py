@@ -196,7 +196,7 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
         notes += rare + said
     uncertain = doubt.note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
     notes = [*_notes(ask, picked.missing), *notes, *([uncertain] if uncertain else [])]
-    if ask.published is not None:
+    if ask.published is not None and all("source" not in curve.key for curve in series):
         series += published(ask.published, series, layout.hue_of(series, ask, kind, dims), ask)
     return layout.compose(series, ask, kind, dims, notes), runs, picked.missing
 

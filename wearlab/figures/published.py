@@ -4,19 +4,26 @@ The CSV has a line of names, then points: ``x [million cycles], y [um], hue``. A
 brackets; ``hue`` holds the text of a legend entry (or its number); further columns bear the name of a
 dimension and say which panel a point belongs to. Without ``y`` a place along x is marked, such as a peak
 whose height is not printed; ``text`` names it. Lines that begin with ``#`` tell the source.
+
+Beside maps over the flank stands one that was measured: columns as of ``wear.initial``, trace after trace.
 """
 
 import csv
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures.kind import Ask, FigureError, Points
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.files import read_regular
+from wearlab.table_options import PROFILE_ABSCISSAE, profile_of, traces
+from wearlab.tables import TableError, decoded, table_of
 from wearlab.units import UnitError
 
 LARGEST = 10_000_000  # bytes of a file of points
@@ -26,13 +33,31 @@ COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycle
 HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
 
 
+class MeasuredFlank(NamedTuple):
+    """A flank measured trace after trace over its face.
+
+    Parameters
+    ----------
+    name : of the file
+    along, units : coordinate along the traces, and its unit
+    place : (m,) of the traces from mid-face [m]
+    traces : (m) where, in ``units``, and depth [m]
+    """
+
+    name: str
+    along: str
+    units: str
+    place: Array
+    traces: Sequence[tuple[Array, Array]]
+
+
 def points_of(source: Path | Points, ask: Ask) -> Points:
     """Return the name and text of a CSV of points."""
     if isinstance(source, Points):
         return source
     try:
-        return Points(source.name, read_regular(source, LARGEST).decode("utf-8-sig"))
-    except (OSError, UnicodeDecodeError) as error:
+        return Points(source.name, decoded(read_regular(source, LARGEST))[0])
+    except OSError as error:
         reason = getattr(error, "strerror", None) or error
         raise FigureError(f"{ask.name}: published: {source}: {reason}") from error
 
@@ -46,6 +71,10 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
     series : our curves, whose axes and labels the points take
     hue : dimension of the hue, None when there is none
     """
+    if series[0].level is not None:
+        raise FigureError(
+            f"{ask.name}: published: points have no place on maps; a wear-map takes a flank"
+        )
     points = points_of(source, ask)
     names, rows = _table(points, ask)
     columns = {name: i for i, (name, _) in enumerate(names)}
@@ -77,6 +106,66 @@ def _marks(
     for key, marks in of_panel.items():
         labels = {dim: _known(series, dim, text) for dim, text in key}
         yield Series(labels, none, none, first.across, first.up, "published", marks=tuple(marks))
+
+
+def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
+    """Return a flank as it was measured as a map that stands beside a computed one, on its own traces.
+
+    Between the points of a trace it goes straight to the nodes of the computed map that all traces reach; the
+    note says by how much it differs there.
+    """
+    assert curve.level is not None and curve.colours is not None
+    wide = int(np.count_nonzero(curve.y == curve.y[0]))
+    x, up, level = curve.x[:wide], curve.y[::wide], curve.level.reshape(-1, wide)
+    place = converted(flank.place, "m", curve.up.units)
+    each = [
+        (converted(along, flank.units, curve.across.units), converted(depth, "m", curve.colours.units))
+        for along, depth in flank.traces
+    ]
+    begin, end = max(along.min() for along, _ in each), min(along.max() for along, _ in each)
+    inside = (x >= begin) & (x <= end)
+    if np.count_nonzero(inside) < 2:
+        raise FigureError(
+            f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {curve.across.units} in common, the "
+            f"flank reaches from {x.min():.6g} to {x.max():.6g} {curve.across.units}"
+        )
+    nodes = x[inside]
+    seen = np.stack([np.interp(nodes, *(v[np.argsort(a, kind="stable")] for v in (a, d))) for a, d in each])
+    told = np.stack([np.interp(place, up, column) for column in level[:, inside].T], axis=1)
+    off = seen - told
+    across, along = np.meshgrid(nodes, place)
+    unit = curve.colours.units
+    return replace(
+        curve, x=across.ravel(), y=along.ravel(), level=seen.ravel(),
+        said=f"{flank.name} less computed: mean {off.mean():+.3g} {unit}, root mean square "
+        f"{np.sqrt(np.mean(off**2)):.3g} {unit}, largest {off.flat[np.abs(off).argmax()]:+.3g} {unit}.",
+    )  # fmt: skip
+
+
+def measured_flank(ask: Ask) -> MeasuredFlank:
+    """Return the flank that a figure of maps is to show beside them.
+
+    Raises
+    ------
+    FigureError : its file cannot be read, or does not tell depths over the face
+    """
+    assert ask.published is not None
+    points = points_of(ask.published, ask)
+    try:
+        table = table_of(points.name, points.text.encode())
+        x, y, abscissa, depth, across = profile_of(table, {})
+    except TableError as error:
+        said = str(error).partition(", or name it: ")[0]
+        raise FigureError(f"{ask.name}: published: {said}") from None
+    if across is None or y != "depth" or x == "roll_length":
+        raise FigureError(
+            f"{ask.name}: published: {points.name} tells {y} over {x}: a map of wear needs columns "
+            "face_position, path_position, diameter or roll_angle, and depth, positive where material is gone"
+        )
+    each = traces(across, len(abscissa))
+    where, gone = np.array(abscissa), np.array(depth)
+    of_trace = [(where[rows], gone[rows]) for rows in each.values()]
+    return MeasuredFlank(points.name, x, PROFILE_ABSCISSAE[x], np.array(list(each)), of_trace)
 
 
 def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:

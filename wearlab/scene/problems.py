@@ -30,6 +30,15 @@ SHOWN = 60
 CHOOSING = ("union_tag_invalid", "not_of_the_set")
 """Errors of a whole table that are about the key which chooses it."""
 
+_BENT = (
+    "is not computed; give what it does to the flanks as mesh.misalignment, a length or a table over torque"
+)
+NOT_COMPUTED = {
+    "tilt": f"free tilt of gears, planets among them, {_BENT}",
+    "shaft": f"the bending of shafts on their bearings {_BENT}",
+}
+"""What other programs ask for under such keys, and what to give here."""
+
 Parts = tuple[type[options.Part], ...]
 
 
@@ -62,6 +71,9 @@ def problems_of(error: ValidationError) -> list[str]:
 def unknown_key(key: str, keys: Iterable[str]) -> str:
     """Return why a key is refused, and the nearest valid one."""
     valid = [k for k in keys if k != key]
+    for word, instead in NOT_COMPUTED.items():
+        if word in key.lower().rstrip("s").split("_"):
+            return f"unknown key: {instead}"
     near = [k for k in valid if _words(k) == _words(key)] or (nearest(key, valid) and alike(key, valid))
     if near:
         return f"unknown key, did you mean {' or '.join(map(repr, near))}?"

@@ -12,11 +12,11 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits.response import Response
-from wearlab.dynamics.supports import bearing_forces
 from wearlab.life.state import WearState
 from wearlab.mesh import excitation, force
 from wearlab.mesh.clock import Instants, look_within
 from wearlab.scene.build import Parts
+from wearlab.simulation.vibration import bearing_values, has_bearings
 
 FORCE_SHARE = 2.0
 """Weight of the change by half the steps and nodes, set on seed 1 of `tests/validation/estimates.py`."""
@@ -51,7 +51,7 @@ class ForcesAtInstants(NamedTuple):
     Parameters
     ----------
     mesh : (n_periods, n_mesh, n_instants) [N]
-    bearing : (n_periods, n_members · 2, n_instants) [N]
+    bearing : (n_periods, n_members · n_axes, n_instants) [N]
     """
 
     mesh: Array
@@ -143,11 +143,10 @@ def forces_of(parts: Parts, state: WearState, response: Response, when: Instants
         [_mesh_force(parts, kinds, mesh, when, motions) for mesh in range(len(parts.meshes))],
         axis=1,
     )
-    supports = [support for support in vibration.system.supports if support.bears]
-    if not supports:
+    if not has_bearings(parts):
         return ForcesAtInstants(mesh, np.empty((len(mesh), 0, len(when.phase))))
     position, velocity = vibration.coordinates(response, when)
-    bearing = bearing_forces(supports, parts.gears.members, position, velocity)
+    bearing = bearing_values(parts, position, velocity, np.moveaxis(mesh, 1, 0))
     return ForcesAtInstants(mesh, bearing.reshape(-1, *bearing.shape[2:]).transpose(1, 0, 2))
 
 

@@ -105,39 +105,62 @@ def _response_values(
         ]
         values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
     if has_bearings(parts):
-        force = bearing_forces(vibration.system.supports, parts.gears.members, position, velocity)
-        values["bearing_force"] = force * _sense_of_axes(parts)
-        if parts.face is not None and parts.face.slope:
-            axial = axial_bearing_forces(parts.gears, parts.face.slope, values["normal_mesh_force"])
-            values["bearing_force"] = np.concatenate([values["bearing_force"], axial[:, None]], axis=1)
+        values["bearing_force"] = bearing_values(parts, position, velocity, values["normal_mesh_force"])
     return values
 
 
-def axial_bearing_forces(gears: GearSet, slope: float, normal: Array) -> Array:
-    """Return the axial force of the bearings on each member, ``± F tan β_b`` of its meshes [N].
+def bearing_values(parts: Parts, position: Array, velocity: Array, normal: Array) -> Array:
+    """Return the forces of the bearings on the members, (n_members, 2 or 3, n_periods, n_instants) [N].
 
-    Shafts stand still along their axes: what the mesh pushes there the bearing holds at once, on the pins of
-    planets, too, and all of them at the carrier's.
+    Along x, y and, of helical gears, z. A bearing that does not give way holds what the meshes push at once.
+
+    Parameters
+    ----------
+    parts : the physics
+    position, velocity : (n_periods, n, n_instants) coordinates q [m] and q̇ [m/s]
+    normal : (n_mesh, n_periods, n_instants) forces of the meshes in the plane of action [N]
+    """
+    assert parts.vibration is not None
+    gears, supports = parts.gears, parts.vibration.system.supports
+    force = bearing_forces(supports, gears.members, position, velocity)
+    force[:, 1] *= gears.sense  # y of a mirrored set points back
+    slope = 0.0 if parts.face is None else parts.face.slope
+    if not slope:
+        return force[:, :2]
+    moving = {(support.member, support.axis) for support in supports}
+    rigid = [(member, "z") not in moving for member in gears.members]
+    force[rigid, 2] = rigid_bearing_forces(gears, slope, normal)[rigid]
+    if all(axis != "y" for _, axis in moving):  # a pair that only turns and moves along its axes
+        force[:, 1] = rigid_bearing_forces(gears, 1.0, normal)
+    return force
+
+
+def rigid_bearing_forces(gears: GearSet, share: float, normal: Array) -> Array:
+    """Return along one axis the forces of bearings that do not give way, ``± share F`` of the meshes [N].
+
+    What the mesh pushes the bearing holds at once, along the axis on the pins of planets, too, and all of
+    them at the carrier's.
 
     Parameters
     ----------
     gears : the gear set
-    slope : signed tan β_b of :class:`wearlab.gears.helix.Helix` [1]
+    share : of the force in the plane of action: along the axis the signed tan β_b of
+        :class:`wearlab.gears.helix.Helix`, along a pair's line of action 1 [1]
     normal : (n_mesh, n_periods, n_phases) force in the plane of action [N]
 
     Returns
     -------
-    (n_members, n_periods, n_phases), towards positive face positions [N]
+    (n_members, n_periods, n_phases), along the axis towards positive face positions [N]
 
     References
     ----------
-    ISO 21771:2007, 4.3, for the angle; the balance of forces along the axis.
+    ISO 21771:2007, 4.3, for the angle; the balance of forces.
     """
     total = np.zeros((len(gears.members), *normal.shape[1:]))
     for mesh, kind in enumerate(gears.mesh_kinds):
         for sign, gear in zip((1.0, -1.0), gears.kinds[kind].pair.gears, strict=True):
             columns = gears.columns_of(gear.name)
-            total[columns[mesh % len(columns)]] += sign * slope * normal[mesh]
+            total[columns[mesh % len(columns)]] += sign * share * normal[mesh]
     for carrier in gears.columns_of("carrier"):
         total[carrier] = total[gears.columns_of("planet")].sum(axis=0)
     return total
@@ -263,11 +286,6 @@ def _over_periods(values: Array, phase: Array, count: int) -> harmonics.Harmonic
 def has_bearings(parts: Parts) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and any(support.bears for support in parts.vibration.system.supports)
-
-
-def _sense_of_axes(parts: Parts) -> Array:
-    """Return the senses of x and y as the model counts them, (2, 1, 1): y of a mirrored set points back."""
-    return np.array([1.0, parts.gears.sense])[:, None, None]
 
 
 def _as_parts(response: Response, count: int) -> Array:

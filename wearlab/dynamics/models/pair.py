@@ -1,4 +1,4 @@
-"""Models of a pair: one degree of freedom along the line of action, or rotation and translations (L16)."""
+"""Models of a pair: rotation along the line of action, or translations, too (L16); helical ones along z, too."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
@@ -25,7 +25,7 @@ class TorsionalDynamics(DynamicModel):
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
-        return problems_of_pair(self, scene.gears.toothed, bearings=False)
+        return problems_of_pair(self, scene, bearings=False)
 
 
 class Spur3dofDynamics(DynamicModel):
@@ -42,4 +42,4 @@ class Spur3dofDynamics(DynamicModel):
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
-        return problems_of_pair(self, scene.gears.toothed, bearings=True)
+        return problems_of_pair(self, scene, bearings=True)

@@ -5,14 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kind import Ask, FigureError, kind
 from wearlab.figures.kinds.cycles import over_cycles
 from wearlab.figures.kinds.engagement import POSITIONS
 from wearlab.figures.plot import Series
+from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.runs import Run
 from wearlab.figures.slices import companion, slices, thinned
 from wearlab.figures.wording import Label
 
+COMPUTED, MEASURED = (Label(text, text) for text in ("computed", "measured"))
 ROLES = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
@@ -42,13 +44,23 @@ def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
 
 @kind(
     "wear-map", "Wear over face and profile", ("wear_depth", "path_position", "face_position"),
-    ("face", "profile"), roles=ROLES, y="wear_depth", titled="{} over the flank", shape="square",
+    ("face", "profile"), roles=(("cols", "source"), *ROLES), y="wear_depth", titled="{} over the flank",
+    shape="square",
 )  # fmt: skip
 def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
-    """Wear depth over profile and face, in the last wear state, or in the one or two that are selected."""
+    """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
     if run.data.sizes.get("update", 1) > 2:
         run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
-    return over_flank(run, ask.y[0], ask)
+    if ask.published is None:
+        yield from over_flank(run, ask.y[0], ask)
+        return
+    if run.data.sizes["flank"] > 1:
+        flanks = ", ".join(map(str, run.data["flank"].values))
+        raise FigureError(f"{ask.name}: published is of one flank: name it in select.flank, of {flanks}")
+    flank = measured_flank(ask)
+    for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
+        yield replace(curve, key=curve.key | {"source": COMPUTED})
+        yield beside_map(replace(curve, key=curve.key | {"source": MEASURED}), flank)
 
 
 @kind(

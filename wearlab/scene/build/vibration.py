@@ -19,6 +19,7 @@ from wearlab.mesh import contact, gear_set, stages
 from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.scene import Scene, mesh, operation
+from wearlab.scene.build.face import helix_of
 from wearlab.scene.build.mesh import build_excitation
 
 ANY = 1e8
@@ -29,7 +30,8 @@ def build_system(scene: Scene, gears: gear_set.GearSet, stiffness: Array) -> sys
     """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
     assert scene.dynamics is not None
     meshes = tuple(_with_backlash(scene.mesh.of(kind.section), kind.pair) for kind in gears.kinds)
-    return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness))
+    slope = helix_of(scene, gears).slope
+    return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness, slope))
 
 
 def _with_backlash(mesh: mesh.OneMesh, pair: gear.GearPair) -> mesh.OneMesh:
