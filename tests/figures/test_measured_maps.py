@@ -59,18 +59,19 @@ def test_a_measured_flank_stands_beside_the_computed_one_on_the_same_colours(run
     file = tmp_path / "pinion.csv"
     file.write_text(traces(run, along, backwards=backwards))
     plot = plot_of(run, file)
-    assert [panel.title.partition(") ")[2] or panel.title for panel in plot.panels] == [
-        "computed",
-        "measured",
-    ]
+    titles = [panel.title.partition(") ")[2] or panel.title for panel in plot.panels]
+    assert titles == ["computed", "measured"]
     computed, measured = (panel.curves[0] for panel in plot.panels)
     assert computed.reach == measured.reach
     assert plot.bar.high == pytest.approx(max(computed.level.max(), measured.level.max()))
     worn = 1e6 * run["wear_depth"].sel(flank="pinion").isel(update=-1, face=[0, 3, 7, 10]).values
-    np.testing.assert_allclose(measured.level, worn.ravel() + OFFSET, atol=1e-4)
-    assert len(set(measured.y)) == 4
+    level, x = measured.level.reshape(-1, worn.shape[1])[[0, 3, 7, 10]], measured.x[: worn.shape[1]]
+    at_step = np.isin(x, x[:-1][np.diff(x) == 0.0])  # both sides of a step lie at one place
+    np.testing.assert_allclose(level[:, ~at_step], worn[:, ~at_step] + OFFSET, atol=1e-4)
+    assert 2 <= at_step.sum() <= 4
+    assert len(set(np.round(measured.y, 6))) == 11
     note = next(note for note in plot.notes if note.startswith("pinion.csv less computed"))
-    assert "mean +0.7 " in note and "root mean square 0.7 " in note and "largest +0.7 " in note
+    assert "mean +0.7 " in note and "root mean square 0.7 " in note and "largest +0.7" in note
 
 
 def test_it_is_drawn_and_answers_again_from_its_own_file(run, tmp_path):

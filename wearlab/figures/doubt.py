@@ -106,8 +106,9 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
     said = []
     if largest > 0.0:
         drawn = any(_is_seen(series, side) for side in "xy")
+        end = "" if drawn or any(s.level is not None for s in series) else ": too small to be seen"
         how = "Bars and bands: estimated numerical error" if drawn else "Estimated numerical error"
-        said.append(f"{how}, up to {_percent(largest)} %{'' if drawn else ': too small to be seen'}.")
+        said.append(f"{how}, up to {_percent(largest)} %{end}.")
     doubtful: dict[tuple[str, ...], list[tuple[str, str]]] = {}
     for run in runs:
         if run.doubts:

@@ -29,6 +29,8 @@ from wearlab.units import UnitError
 LARGEST = 10_000_000  # bytes of a file of points
 TEXT = "published"
 POINT = ("x", "y", "text")
+SLACK = 1e-3
+"""Share of a flank by which traces may miss its ends."""
 COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
 HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
 
@@ -72,9 +74,7 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
     hue : dimension of the hue, None when there is none
     """
     if series[0].level is not None:
-        raise FigureError(
-            f"{ask.name}: published: points have no place on maps; a wear-map takes a flank"
-        )
+        raise FigureError(f"{ask.name}: published: points have no place on maps; a wear-map takes a flank")
     points = points_of(source, ask)
     names, rows = _table(points, ask)
     columns = {name: i for i, (name, _) in enumerate(names)}
@@ -109,10 +109,10 @@ def _marks(
 
 
 def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
-    """Return a flank as it was measured as a map that stands beside a computed one, on its own traces.
+    """Return a flank as it was measured as a map that stands beside a computed one, by its own traces.
 
-    Between the points of a trace it goes straight to the nodes of the computed map that all traces reach; the
-    note says by how much it differs there.
+    Straight from point to point and from trace to trace, at the nodes of the computed map that all traces
+    reach; the note says by how much the traces differ from it there.
     """
     assert curve.level is not None and curve.colours is not None
     wide = int(np.count_nonzero(curve.y == curve.y[0]))
@@ -123,7 +123,8 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
         for along, depth in flank.traces
     ]
     begin, end = max(along.min() for along, _ in each), min(along.max() for along, _ in each)
-    inside = (x >= begin) & (x <= end)
+    slack = SLACK * float(np.ptp(x))
+    inside = (x >= begin - slack) & (x <= end + slack)
     if np.count_nonzero(inside) < 2:
         raise FigureError(
             f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {curve.across.units} in common, the "
@@ -133,10 +134,12 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     seen = np.stack([np.interp(nodes, *(v[np.argsort(a, kind="stable")] for v in (a, d))) for a, d in each])
     told = np.stack([np.interp(place, up, column) for column in level[:, inside].T], axis=1)
     off = seen - told
-    across, along = np.meshgrid(nodes, place)
-    unit = curve.colours.units
+    aside = SLACK * float(np.ptp(up))
+    unit, rows = curve.colours.units, up[(up >= place[0] - aside) & (up <= place[-1] + aside)]
+    across, along = np.meshgrid(nodes, rows)
+    filled = np.stack([np.interp(rows, place, column) for column in seen.T], axis=1)
     return replace(
-        curve, x=across.ravel(), y=along.ravel(), level=seen.ravel(),
+        curve, x=across.ravel(), y=along.ravel(), level=filled.ravel(),
         said=f"{flank.name} less computed: mean {off.mean():+.3g} {unit}, root mean square "
         f"{np.sqrt(np.mean(off**2)):.3g} {unit}, largest {off.flat[np.abs(off).argmax()]:+.3g} {unit}.",
     )  # fmt: skip

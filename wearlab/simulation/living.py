@@ -94,7 +94,7 @@ def _set_apart(position: Array, span: float) -> Array:
 STATES_OF_A_FACE = 12
 """Wear states that are kept of a pair with a face where nobody asked, of a set with two kinds of mesh half as
 many: each takes half a megabyte a kind."""
-MOST_WORK = 2e9
+MOST_WORK = 1.2e9
 """Bound on the work of an integration over cycles, units of about 15 ns. Kept states, estimates and the
 search for other attractors come on top."""
 KEPT_SHARE = 0.1

@@ -1,4 +1,4 @@
-"""Models of a pair: rotation along the line of action, or translations, too (L16); helical ones along z, too."""
+"""Models of a pair: rotation, translations along the line of action (L16), of helical gears along z, too."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal

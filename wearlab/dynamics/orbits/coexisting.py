@@ -16,7 +16,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.period_map import LOCATED
 from wearlab.dynamics.orbits.periodic import Periodic, periods_of
 from wearlab.dynamics.orbits.response import Response, Verdict, step_forces
-from wearlab.dynamics.orbits.shooting import Orbit, Shooting
+from wearlab.dynamics.orbits.shooting import RHS_PER_CHANGE, RHS_PER_STEP, Orbit, Shooting
 from wearlab.dynamics.rigid import rigid_modes
 
 BLOCK = 50
@@ -32,8 +32,6 @@ TRIED, PASSES = (1, 2, 3), 8
 PUSHED, WATCHED = 1e-3, 50
 """Distance by which an orbit found by shooting is pushed, over the mean deflection, and mesh periods in which
 it must not go tenfold as far: its multipliers say so, but of a flank that grazes they know one side alone."""
-STEPS_PER_CHANGE = 10.0
-"""Integration steps that locating a change of contact counts as: about half of the time that it takes."""
 MOST_STEPS = 30_000_000
 """Bound on the integration steps of a search, where nobody gives another."""
 
@@ -125,7 +123,7 @@ class _Hunt(Shooting):
     @property
     def spent(self) -> float:
         """Mesh periods so far, with what locating changes of contact is worth."""
-        return self.maps + self.located * STEPS_PER_CHANGE / self.steps
+        return self.maps + self.located * RHS_PER_CHANGE / (RHS_PER_STEP * self.steps)
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate as `Shooting.integrate` does, if the bound allows."""

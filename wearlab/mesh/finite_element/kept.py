@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from wearlab.arrays import Array
 from wearlab.files import cache_folder, read_regular
@@ -39,7 +40,8 @@ def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Array
     file = cache_folder() / "teeth" / f"{name}.npz"
     found = _read(file)
     if found is None:
-        found = make()
+        with threadpool_limits(1, user_api="blas"):  # threads would wait for each other on busy cores
+            found = make()
         _write(file, found)
     return found
 
