@@ -28,12 +28,14 @@ from wearlab.simulation.twins import (
 )
 from wearlab.simulation.wear_off import DEEPEST, End, ErrorOfWear, WornFurther, end_of, late_rate
 
-DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
-"""Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of drawn scenes."""
+DEPTH_SHARE, LIFE_SHARE = 1.5, 1.2
+"""Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195, the second on 9037708, of
+drawn scenes."""
 BETWEEN_SHARE = 1.5
 """Weight of what every second node does not tell of the wear between them, set on the same."""
-HARD = 10.0
-"""Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]."""
+HARD = 5.0
+"""Largest mesh force over the static one from which teeth strike as no tolerance foresees [1]: of six scenes
+of seed 9037708 above it four had an error beyond its estimate, of 65 below it one."""
 LARGE = 0.5
 """Estimated error of the mesh force over the largest force from which small changes tell little of it."""
 
@@ -157,7 +159,7 @@ def _doubts(
     unfinished = lived.life is not None and lived.life.end_reason in limits.ENDS_OF_WORK
     hurried = lived.life is not None and lived.life.hurried
     waves = lived.life is not None and lived.life.wave_growth > 0.0
-    hardest = max((_hardest(stage, state) for state in lived.samples.state), default=0.0)
+    hardest = max((_hardest(stage, state) for state in states), default=0.0)
     said = {
         "the work of the life is used up before its end": unfinished,
         "a response does not repeat": any(response.period == 0 for response in responses),
