@@ -92,7 +92,7 @@ def test_it_is_drawn_and_answers_again_from_its_own_file(run, tmp_path):
         (
             lambda run: traces(run).replace("diameter [mm]", "diameter [m]"),
             {},
-            "in common, the flank reaches",
+            "the flank reaches from",
         ),
     ],
 )

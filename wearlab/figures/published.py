@@ -125,17 +125,20 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     begin, end = max(along.min() for along, _ in each), min(along.max() for along, _ in each)
     slack = SLACK * float(np.ptp(x))
     inside = (x >= begin - slack) & (x <= end + slack)
-    if np.count_nonzero(inside) < 2:
+    aside = SLACK * float(np.ptp(up))
+    rows = up[(up >= place[0] - aside) & (up <= place[-1] + aside)]
+    if np.count_nonzero(inside) < 2 or len(rows) < 2:
+        unit_y, unit_x = curve.up.units, curve.across.units
         raise FigureError(
-            f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {curve.across.units} in common, the "
-            f"flank reaches from {x.min():.6g} to {x.max():.6g} {curve.across.units}"
+            f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {unit_x} in common at face positions "
+            f"{place[0]:.4g} to {place[-1]:.4g} {unit_y}, the flank reaches from {x.min():.6g} to {x.max():.6g} "
+            f"{unit_x} and {up[0]:.4g} to {up[-1]:.4g} {unit_y}"
         )
     nodes = x[inside]
     seen = np.stack([np.interp(nodes, *(v[np.argsort(a, kind="stable")] for v in (a, d))) for a, d in each])
     told = np.stack([np.interp(place, up, column) for column in level[:, inside].T], axis=1)
     off = seen - told
-    aside = SLACK * float(np.ptp(up))
-    unit, rows = curve.colours.units, up[(up >= place[0] - aside) & (up <= place[-1] + aside)]
+    unit = curve.colours.units
     across, along = np.meshgrid(nodes, rows)
     filled = np.stack([np.interp(rows, place, column) for column in seen.T], axis=1)
     return replace(

@@ -71,7 +71,7 @@ class InMotion(NamedTuple):
     meshes : ``[mesh]`` of each kind of mesh: damping, damping_ratio, damping_in, normal_backlash
     operation : ``[operation]``: torque, speed, input, output, torque_fluctuation
     stiffness : (n_mesh,) mean stiffness of each mesh, to which damping ratios refer [N/m]
-    slope : signed tan β_b of the helix, by which the mesh pushes its driving gear along z [1]
+    slope : signed tan β_b of helical teeth: the mesh pushes its driving gear along −z by W tan β_b [1]
     """
 
     gears: "GearSet"
