@@ -43,7 +43,7 @@ class MeasuredFlank(NamedTuple):
     name : of the file
     along, units : coordinate along the traces, and its unit
     place : (m,) of the traces from mid-face [m]
-    traces : (m) where, in ``units``, and depth [m]
+    traces : (m) where, rising, in ``units``, and depth [m]
     """
 
     name: str
@@ -131,11 +131,11 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
         unit_y, unit_x = curve.up.units, curve.across.units
         raise FigureError(
             f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {unit_x} in common at face positions "
-            f"{place[0]:.4g} to {place[-1]:.4g} {unit_y}, the flank reaches from {x.min():.6g} to {x.max():.6g} "
-            f"{unit_x} and {up[0]:.4g} to {up[-1]:.4g} {unit_y}"
+            f"{place[0]:.4g} to {place[-1]:.4g} {unit_y}, the flank reaches from "
+            f"{x.min():.6g} to {x.max():.6g} {unit_x} and {up[0]:.4g} to {up[-1]:.4g} {unit_y}"
         )
     nodes = x[inside]
-    seen = np.stack([np.interp(nodes, *(v[np.argsort(a, kind="stable")] for v in (a, d))) for a, d in each])
+    seen = np.stack([np.interp(nodes, along, depth) for along, depth in each])
     told = np.stack([np.interp(place, up, column) for column in level[:, inside].T], axis=1)
     off = seen - told
     unit = curve.colours.units
@@ -170,7 +170,8 @@ def measured_flank(ask: Ask) -> MeasuredFlank:
         )
     each = traces(across, len(abscissa))
     where, gone = np.array(abscissa), np.array(depth)
-    of_trace = [(where[rows], gone[rows]) for rows in each.values()]
+    rising = [np.array(rows)[np.argsort(where[rows], kind="stable")] for rows in each.values()]
+    of_trace = [(where[rows], gone[rows]) for rows in rising]
     return MeasuredFlank(points.name, x, PROFILE_ABSCISSAE[x], np.array(list(each)), of_trace)
 
 

@@ -59,8 +59,8 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
         raise FigureError(f"{ask.name}: published is of one flank: name it in select.flank, of {flanks}")
     flank = measured_flank(ask)
     for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
-        yield replace(curve, key=curve.key | {"source": COMPUTED})
-        yield beside_map(replace(curve, key=curve.key | {"source": MEASURED}), flank)
+        yield replace(curve, key={**curve.key, "source": COMPUTED})
+        yield beside_map(replace(curve, key={**curve.key, "source": MEASURED}), flank)
 
 
 @kind(
