@@ -43,6 +43,8 @@ DIMENSIONAL = {
     "start_diameter",
     "start_roll_angle",
     "temperature",
+    "axial_damping",
+    "axial_stiffness",
     "radial_stiffness",
     "root_diameter",
     "roughness_ra",
