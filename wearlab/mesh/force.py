@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.compiled import jit
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.damping import forces_by_law
 from wearlab.mesh.excitation import MeshFlanks
@@ -75,30 +76,75 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     """
     if dashpot.law is not None:
         return _nonlinear_forces(springs, motion, dashpot)
+    springs_at = springs.stiffness.shape
+    shape = np.broadcast_shapes(motion.deflection.shape, springs_at[:-1])
+    at = shape[len(shape) - len(springs_at) + 1 :]  # instants and meshes that have springs of their own
+    count, pairs = int(np.prod(at, dtype=int)), springs_at[-1]
+
+    def flat(values: Array | float | None, *last: int) -> Array:
+        wide = np.broadcast_to(np.inf if values is None else values, (*at, *last))
+        return np.ascontiguousarray(wide, float).reshape(count, *last)
+
+    part = np.empty((0, pairs, pairs)) if springs.part is None else flat(springs.part, pairs, pairs)
+    moved = [np.ascontiguousarray(np.broadcast_to(each, shape), float).reshape(-1, count) for each in motion]
+    values, each_pair = np.empty((3, len(moved[0]), count)), np.empty((2, len(moved[0]), count, pairs))
+    stiffness, gap, pair_rate = (flat(each, pairs) for each in springs[:3])
+    own = Springs(stiffness, gap, pair_rate, flat(springs.lead_rate), part)
+    beside = Dashpot(flat(dashpot.damping), dashpot.always, flat(dashpot.backlash))
+    _viscous_forces(own, Deflections(*moved), beside, values, each_pair)
+    elastic, normal, reserve = values.reshape(3, *shape)
+    pair, pair_normal = each_pair.reshape(2, *shape, pairs)
+    return NormalForces(elastic, normal, pair, pair_normal, reserve)
+
+
+@jit
+def _viscous_forces(springs: Any, motion: Any, dashpot: Any, values: Any, each_pair: Any) -> None:
+    """Fill elastic and normal force, reserve (3, m, n) of m motions, and forces of pairs (2, m, n, n_pairs).
+
+    The back flank, ``k max(0, −j_bn − δ)``, begins where drive contact ends at −j_bn.
+    """
     stiffness, gap, pair_rate, lead_rate, part = springs
     deflection, rate = motion
-    c = np.asarray(dashpot.damping)
-    x = deflection[..., None] - gap
-    in_contact = (stiffness > 0.0) & (x > 0.0)
-    pair, tangent = stiffness * np.where(in_contact, x, 0.0), np.where(in_contact, stiffness, 0.0)
-    if part is not None:
-        pair = (pair[..., None, :] @ part)[..., 0, :]
-        tangent = (tangent[..., None, :] @ part)[..., 0, :]
-    present = tangent != 0.0
-    far = _far(stiffness, x)
-    if dashpot.always:
-        pressed, reserve = pair, far
-        extra: Array | float = c * (rate - lead_rate)
-    else:
-        total = tangent.sum(axis=-1, keepdims=True)
-        share = np.divide(tangent, total, out=np.zeros_like(tangent), where=total > 0.0)
-        pressed = pair + c[..., None] * share * (rate[..., None] - pair_rate)
-        reserve = np.where(present.any(axis=-1), np.where(present, pressed, -np.inf).max(axis=-1), far)
-        pressed, extra = np.where(present, np.maximum(pressed, 0.0), 0.0), 0.0
-    back, back_normal = _back_forces(stiffness, motion, dashpot)
-    return NormalForces(
-        pair.sum(axis=-1) - back, pressed.sum(axis=-1) - back_normal + extra, pair, pressed, reserve
-    )
+    damping, always, backlash, _ = dashpot
+    pairs = stiffness.shape[1]
+    spring, tangent = np.empty(pairs), np.empty(pairs)
+    for i in range(deflection.shape[0]):
+        for j in range(deflection.shape[1]):
+            moved, speed, c = deflection[i, j], rate[i, j], damping[j]
+            far, whole = -np.inf, 0.0
+            for p in range(pairs):
+                k, x = stiffness[j, p], moved - gap[j, p]
+                touches = k > 0.0 and x > 0.0
+                spring[p], tangent[p] = (k * x, k) if touches else (0.0, 0.0)
+                whole += k
+                if k > 0.0:
+                    far = max(far, k * x)
+            pair, pressed = each_pair[0, i, j], each_pair[1, i, j]
+            total = 0.0
+            for p in range(pairs):
+                pair[p], pressed[p] = spring[p], tangent[p]
+                if part.shape[0] > 0:
+                    pair[p], pressed[p] = 0.0, 0.0
+                    for q in range(pairs):
+                        pair[p] += spring[q] * part[j, q, p]
+                        pressed[p] += tangent[q] * part[j, q, p]
+                total += pressed[p]
+            elastic, normal, reserve = 0.0, 0.0, -np.inf
+            for p in range(pairs):
+                elastic += pair[p]
+                own = pressed[p]
+                pressed[p] = pair[p] if always else 0.0
+                if not always and own != 0.0:
+                    push = pair[p] + c * (own / total if total > 0.0 else 0.0) * (speed - pair_rate[j, p])
+                    reserve, pressed[p] = max(reserve, push), max(push, 0.0)
+                normal += pressed[p]
+            back = whole * max(0.0, -backlash[j] - moved)
+            damped = 0.0 if always else c * speed
+            values[0, i, j] = elastic - back
+            values[1, i, j] = normal - (max(0.0, back - damped) if back > 0.0 else 0.0)
+            if always:
+                values[1, i, j] += c * (speed - lead_rate[j])
+            values[2, i, j] = far if reserve == -np.inf else reserve
 
 
 def _far(stiffness: Array, x: Array) -> Array:
@@ -130,21 +176,6 @@ def _nonlinear_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -
     far = _far(springs.stiffness, motion.deflection[..., None] - springs.gap)
     reserve = np.where(pushed > 0.0, pushed, np.minimum(far, 0.0))
     return NormalForces(pair.sum(axis=-1) - back, total, pair, normal, reserve)
-
-
-def _back_forces(stiffness: Array, motion: Deflections, dashpot: Dashpot) -> tuple[Array, Array]:
-    """Return elastic and normal force of the back flanks, ``k max(0, −j_bn − δ)`` else 0, (…) [N].
-
-    References
-    ----------
-    L16 Eq. 6, recentred: back contact begins where drive contact ends at −j_bn.
-    """
-    if dashpot.backlash is None:
-        nothing = np.zeros_like(motion.deflection)
-        return nothing, nothing
-    elastic = stiffness.sum(axis=-1) * np.maximum(0.0, -dashpot.backlash - motion.deflection)
-    damped = 0.0 if dashpot.always else np.asarray(dashpot.damping) * motion.rate
-    return elastic, np.where(elastic > 0.0, np.maximum(0.0, elastic - damped), 0.0)
 
 
 def flank_forces(

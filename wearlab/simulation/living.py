@@ -94,7 +94,7 @@ def _set_apart(position: Array, span: float) -> Array:
 STATES_OF_A_FACE = 12
 """Wear states that are kept of a pair with a face where nobody asked, of a set with two kinds of mesh half as
 many: each takes half a megabyte a kind."""
-MOST_WORK = 1.2e9
+MOST_WORK = 2e9
 """Bound on the work of an integration over cycles, units of about 15 ns. Kept states, estimates and the
 search for other attractors come on top."""
 KEPT_SHARE = 0.1
@@ -104,13 +104,13 @@ SEARCH_SHARE = 0.4
 RHS_PER_STEP = 4
 USUAL = 1e-4
 """Tolerance below which an integration may do more, as it has to."""
-IN_REGISTERS = 8.0
+IN_REGISTERS = 12.0
 """Units of a right-hand side of a system in registers, of one coordinate or four: 0.04 µs where flanks hardly
-part, 0.25 µs where they chatter."""
+part; 0.26 µs where they chatter, for it is such lives that reach the bound."""
 OF_A_LARGE_STEP, LARGE = 90.0, 0.1
 """The same for a system too large for registers, and its units for the square, which goes by whole vectors:
 measured on planetary sets of 6, 18 and 21 coordinates whose teeth part; of 6 that chatter 1.5 µs."""
-FRICTIONAL = 2.0
+FRICTIONAL = 1.5
 """What tooth friction multiplies a right-hand side by: two more channels a mesh, 1.3 to 1.7 times as long."""
 
 
