@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
-from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, simulated, unit
+from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, quantile, simulated, unit
 
 import wearlab
 from wearlab.updating import population as room
@@ -77,7 +77,7 @@ def beside_emcee(emcee):
     sampler._random.seed(4)
     sampler.run_mcmc(start, 6000)
     chain = sampler.get_chain(discard=1000, thin=5, flat=True)
-    mine = {name: np.log(found.quantile(name, P)) for name in names}
+    mine = {name: np.log(quantile(found, name, P)) for name in names}
     theta = found.theta[room.drawn(found, 8000, rng)]
     mine |= {each.name: np.quantile(factors(each, found.law, theta, rng), P) for each in units}
     theirs = zip(mine, np.quantile(chain, P, axis=0).T, chain.std(axis=0), strict=True)
@@ -93,12 +93,12 @@ def test_five_units_agree_with_emcee():
 def test_a_finer_lattice_changes_nothing(monkeypatch):
     units, names = simulated(8, 4, 5), ("straying", "spread", "median")
     coarse = population(units, law("straying"), 0)
-    known = [np.log(coarse.quantile(name, P)) for name in names]
+    known = [np.log(quantile(coarse, name, P)) for name in names]
     monkeypatch.setattr(room, "SPACING", {3: 0.3})
     monkeypatch.setattr(room, "RADIUS", 6.0)
     room.lattice.cache_clear()
     fine = population(units, law("straying"), 0)
-    exact = [np.log(fine.quantile(name, P)) for name in names]
+    exact = [np.log(quantile(fine, name, P)) for name in names]
     room.lattice.cache_clear()
     assert len(fine.theta) > 5 * len(coarse.theta)
     assert coarse.evidence == pytest.approx(fine.evidence, abs=5e-3)
@@ -160,7 +160,7 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     rng = np.random.default_rng(0)
     states = states_now(found, *joint(found, DRAWS, rng))
     new, old = states[10], states[0]
-    assert np.std(np.log(new.factor)) > 1.1 * found.quantile("spread", np.array(0.5))
+    assert np.std(np.log(new.factor)) > 1.1 * quantile(found, "spread", np.array(0.5))
     assert np.ptp(new.life(P[[0, 4]])) > 1.5 * np.ptp(old.life(P[[0, 4]]))
 
 
@@ -175,7 +175,7 @@ def test_what_a_hundred_units_cost(monkeypatch):
 
     monkeypatch.setattr(room, "log_likelihood", counted)
     found = population(units, law("straying"), 0)
-    assert found.quantile("spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)
+    assert quantile(found, "spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)
     assert len(work) < 16 * 100 and sum(work) < 100 * 17_000
     work.clear()
     rng = np.random.default_rng(0)

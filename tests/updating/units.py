@@ -8,11 +8,18 @@ from made import ErrorModel, blocks, observed
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.population import FleetMember, Law, Parameter
+from wearlab.updating.posterior import weighted_quantiles
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 
 LINERS = Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"
 RATE = 1e-7  # m a cycle (an hour of a liner) at factor 1
 LIMIT = 4e-3
+
+
+def quantile(found, name, p):
+    points, probability = found._between
+    column = [parameter.name for parameter in found.law.parameters].index(name)
+    return np.exp(weighted_quantiles(points[:, column], probability, p))
 
 
 def lognormal(median, cov):

@@ -1,6 +1,6 @@
 """A fleet: each unit's next inspection and life by what all units tell, as a tree in ArviZ's layout."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -21,7 +21,7 @@ from wearlab.updating.layout import P, calendar_of, dataset, dated, limit_of, li
 from wearlab.updating.likelihood import Block
 from wearlab.updating.lives import Passage
 from wearlab.updating.measurements import UpdateError
-from wearlab.updating.outcome import NOTES, blocks_of, oddities
+from wearlab.updating.outcome import blocks_of, oddities
 from wearlab.updating.population import (
     FleetMember,
     Population,
@@ -36,6 +36,7 @@ from wearlab.updating.population import (
 from wearlab.updating.run_curves import RunCurve, RunHistory, risen
 from wearlab.updating.scores import held_by
 from wearlab.updating.study import MeasuredCase
+from wearlab.updating.templates import rendered
 
 DRAWS = 2000
 STATES = np.polynomial.hermite_e.hermegauss(3)
@@ -288,7 +289,7 @@ def fleet_groups(
     blanks, (theta, each) = _blanks(found, rng), joint(found, studies[0].spec.draws, rng)
     rows = _observed(found, blanks, rng)
     stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
-    stats |= {"notes": " | ".join([*_records(studies), *_notes(found)]), **(_scores(rows) if replay else {})}
+    stats |= {"notes": " | ".join(_notes(studies, found)), **(_scores(rows) if replay else {})}
     groups = {
         "posterior": _posterior(found, theta, each, rng),
         "predictions": _predictions(studies, found, states_now(found, theta, each), blanks),
@@ -311,12 +312,12 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     """Return the units without the inspections that are flagged."""
     out = set(zip(*(flagged[name].values for name in ("unit_name", "block", "cycle")), strict=True))
 
-    def held(unit: FleetMember, n: int, block: Block) -> Block:
+    def kept(unit: FleetMember, n: int, block: Block) -> Block:
         cycle = unit.run.asked[n].cycle[block.rows]
         return replace(block, rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]])
 
     return [
-        replace(unit, blocks=tuple(held(unit, n, block) for n, block in enumerate(unit.blocks)))
+        replace(unit, blocks=tuple(kept(unit, n, block) for n, block in enumerate(unit.blocks)))
         for unit in found.units
     ]
 
@@ -462,26 +463,20 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
     }
 
 
-def _records(studies: Sequence[MeasuredCase]) -> Iterator[str]:
-    """Yield of which units a record counts hours that the calendar does not."""
-    for one in studies:
-        hours = None if one.record is None else one.record.excess(one.calendar and one.calendar.a_year)
-        if hours is not None:
-            note = NOTES["every_hour"].format(counted=hours[0], told=hours[1])
-            yield NOTES["of_unit"].format(unit=one.label, note=note)
-
-
-def _notes(found: Population) -> Iterator[str]:
-    """Yield what a reader must know of the whole fleet."""
-    if not any(len(unit.cycles) for unit in found.units):
-        yield NOTES["nothing"]
-    if not found.resolved:
-        yield NOTES["hardly_shared"]
-    for unit in found.units:
-        for n, block in enumerate(unit.blocks):
-            if len(block.rows):
-                yield from (
-                    NOTES["of_unit"].format(unit=unit.name, note=n_) for n_ in oddities(n, block, unit.run)
-                )
-        if unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12):
-            yield NOTES["run_ends"].format(unit=unit.name)
+def _notes(studies: Sequence[MeasuredCase], found: Population) -> list[str]:
+    """Return what a reader must know of the whole fleet, most important first."""
+    units = [
+        {
+            "name": unit.name,
+            "hours": one.record and one.record.excess(one.calendar and one.calendar.a_year),
+            "oddities": [
+                odd
+                for n, block in enumerate(unit.blocks)
+                for odd in (oddities(n, block, unit.run) if len(block.rows) else ())
+            ],
+            "ends": unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12),
+        }
+        for one, unit in zip(studies, found.units, strict=True)
+    ]
+    nothing = not any(len(unit.cycles) for unit in found.units)
+    return rendered("fleet_notes.txt", {"units": units, "nothing": nothing, "resolved": found.resolved})

@@ -288,7 +288,7 @@ def _hash(parts: list[Any]) -> str:
 @cache
 def code() -> str:
     """Return the hash of the sources of this room."""
-    return hash_of(sorted([*Path(__file__).parent.glob("*.py"), *Path(__file__).parent.glob("*.toml")]))
+    return hash_of(sorted(file for file in Path(__file__).parent.iterdir() if file.is_file()))
 
 
 def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":

@@ -13,7 +13,7 @@ tenth. A bin in which it changes by more, or in which a state of the run falls, 
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,6 +123,11 @@ class Block:
         """The error of a value in parts of the model: what is measured, and the run's own."""
         return math.hypot(self.data.error.relative, self.numerical)
 
+    def drifting(self, drifts: bool) -> "Block":
+        """Return it with the drift that is given for it, or without one."""
+        other = block_of(self.seen, accumulating=drifts)
+        return replace(other, rows=self.rows, numerical=self.numerical)
+
     def bins(self, asked: Asked, sd: float) -> tuple["Condensed", float]:
         """Return its values in bins, and the sum of the logs of their variances where a column tells them.
 
@@ -141,6 +146,15 @@ class Block:
             made = condensed(cycle, column, value, 1.0 / variance), float(np.sum(np.log(variance)))
             kept = self.__dict__["_bins"] = (asked.cycle, own.any() and sd, made)
         return kept[2]
+
+
+def held(
+    blocks: Sequence[Block], run: RunHistory, holds: Callable[[Array, float], Any], cycle: float
+) -> tuple[Block, ...]:
+    """Return blocks of which those values count that did and whose cycles compare so with one."""
+    cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(blocks)]
+    both = zip(blocks, cycles, strict=True)
+    return tuple(replace(block, rows=block.rows[holds(at, cycle)]) for block, at in both)
 
 
 def block_of(seen: Observed, *, accumulating: bool) -> Block:

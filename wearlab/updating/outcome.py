@@ -1,9 +1,8 @@
 """One case updated: posterior, answer, draws, checks, and what a reader must know besides."""
 
-import tomllib
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +17,16 @@ from wearlab.updating.measurements import UpdateError
 from wearlab.updating.posterior import Posterior, posterior, widened
 from wearlab.updating.run_curves import RunHistory
 from wearlab.updating.study import MeasuredCase
+from wearlab.updating.templates import rendered
 
 ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
 TENSION = 3.0  # standard deviations of ln k between two files that contradict each other
 MOST_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
 FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
-RECORD_OFF = 0.03  # of the wear of a record between the ends of k, that goes without a word
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
-NOTES: dict[str, str] = tomllib.loads((Path(__file__).parent / "notes.toml").read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)
@@ -145,7 +143,7 @@ def outcome(
         sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
     stats = _stats(study, answer, blocks, log_proposal)
     stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
-    notes = (*_notes(study, runs, answer, blocks, stats), *_larger_errors(blocks, draws, prior_draws))
+    notes = _notes(study, runs, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
     return UpdateOutcome(
         study, answer, draws, before, prior_draws, tuple(each), courses, sources, which, notes, stats
     )
@@ -169,7 +167,7 @@ def _stats(
     }
     stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
-        other = [block_of(b.seen, accumulating=b.drift is None) for b in blocks]
+        other = [block.drifting(block.drift is None) for block in blocks]
         gain = post.evidence - posterior(post.histories, other, study.prior, log_proposal).evidence
         stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
     return stats
@@ -212,65 +210,47 @@ def _notes(
     study: MeasuredCase,
     runs: tuple[RunHistory, ...],
     answer: Answer,
-    blocks: tuple[Block, ...],
     stats: dict[str, float],
-) -> Iterator[str]:
-    """Yield what a reader must know, most important first."""
-    if not any(len(block.rows) for block in blocks):
-        yield NOTES["nothing"]
-    if stats["prior_predictive_p"] < HARDLY:
-        yield NOTES["prior"].format(p=stats["prior_predictive_p"])
-    if stats["contradiction"] > TENSION:
-        then = NOTES["widened" if _widens(answer, runs) else "not_widened"]
-        first, second = (f"{seen.data.file.name} ({seen.data.place}, {seen.data.label.replace('_', ' ')})"
-                         for seen in (blocks[n].seen for n in answer.at_odds))  # fmt: skip
-        yield NOTES["contradiction"].format(
-            apart=stats["contradiction"], then=then, first=first, second=second
-        )
-    if np.isinf(runs[0].limit_cycle):
-        yield NOTES["endless"]
-    if stats["beyond_the_runs"] > 1e-6:
-        yield NOTES["beyond"].format(share=100 * stats["beyond_the_runs"])
-    if stats["end_passed"] > 0.5:
-        yield NOTES["passed"].format(share=100 * stats["end_passed"])
-    if stats["numerical_share"] > MATTERS:
-        share, times = 100 * stats["numerical_error"], stats["numerical_share"]
-        tolerance = study.scene.numerics.tolerance
-        yield NOTES["numerical"].format(share=share, times=times, tolerance=tolerance, less=0.1 * tolerance)
-    if not answer.posterior.resolved:
-        yield NOTES["rough"]
-    for n, block in enumerate(blocks):
-        yield from oddities(n, block, runs[0])
-    a_year = study.calendar and study.calendar.a_year
-    if study.record is not None and (hours := study.record.excess(a_year)) is not None:
-        yield NOTES["every_hour"].format(counted=hours[0], told=hours[1])
-    if study.spec.discrepancy == ACCUMULATING and answer.drifting is None:
-        yield NOTES["no_drift"].format(quantity=study.limit.quantity)
-    if runs[0].clock is not None and runs[0].clock.off > RECORD_OFF:
-        yield NOTES["record"].format(share=100 * runs[0].clock.off)
-    few = stats["effective_runs"]
-    if stats["runs"] > 1.0 and few < min(FEWEST, max(CARRIED * len(runs), 20.0)):
-        yield NOTES["few_runs"].format(few=few, all=len(runs))
+    larger: tuple[tuple[str, float], ...],
+) -> tuple[str, ...]:
+    """Return what a reader must know, most important first."""
+    blocks, a_year = answer.posterior.blocks, study.calendar and study.calendar.a_year
+    silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
+    few = stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0))
+    values = {
+        **{"stats": stats, "hardly": HARDLY, "tension": TENSION, "matters": MATTERS, "larger": larger},
+        "nothing": not any(len(block.rows) for block in blocks),
+        "at_odds": [blocks[n].data for n in answer.at_odds],
+        "widened": _widens(answer, runs),
+        "endless": np.isinf(runs[0].limit_cycle),
+        "scene": study.scene,
+        "resolved": answer.posterior.resolved,
+        "oddities": [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])],
+        "hours": study.record and study.record.excess(a_year),
+        "no_drift": study.limit.quantity if silent else "",
+        "record_off": 0.0 if runs[0].clock is None else runs[0].clock.off,
+        "few": stats["runs"] > 1.0 and few,
+        "runs": len(runs),
+    }
+    return tuple(rendered("notes.txt", values))
 
 
-def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> Iterator[str]:
-    """Yield which unknown errors came out far from what was thought."""
+def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> Iterator[tuple[str, float]]:
+    """Yield which unknown errors came out far from what was thought, and how many times that."""
     for n, block in enumerate(blocks):
         for spread, side in ((block.sd, "sd"), (block.drift, "drift")):
             if spread is None or spread.prior is None:
                 continue
             prior, middle = getattr(before, side)[n], float(np.median(getattr(draws, side)[n]))
             if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
-                name, times = spread.name.replace("_", " "), middle / np.median(prior)
-                yield NOTES["larger_error"].format(name=name, times=times)
+                yield spread.name.replace("_", " "), middle / float(np.median(prior))
 
 
-def oddities(number: int, block: Block, run: RunHistory) -> Iterator[str]:
-    """Yield what is odd about the values of a block: below nothing, or falling."""
+def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
+    """Yield what is odd about the values of a block: there are none, or below nothing, or falling."""
     seen, data, error = block.seen, block.data, block.data.error
-    about = {"file": data.file.name, "place": data.place, "quantity": data.quantity}
     if not len(seen):
-        yield NOTES["no_rows"].format(**about)
+        yield {"what": "empty", "data": data}
         return
     value = np.where(seen.censored, 0.0, seen.value)
     parts = np.broadcast_arrays(block.sd.known, seen.sd, error.offset_sd, error.relative * value)
@@ -280,9 +260,9 @@ def oddities(number: int, block: Block, run: RunHistory) -> Iterator[str]:
     if data.quantity not in WORN:
         return
     if len(negative):
-        yield NOTES["negative"].format(line=seen.row[negative[0]], **about)
+        yield {"what": "negative", "data": data, "line": seen.row[negative[0]]}
     if seen.place_kind is None and data.since is None and not seen.censored.any():
         order = np.argsort(run.asked[number].cycle, kind="stable")
         falls = np.flatnonzero(np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1]))
         if len(falls):
-            yield NOTES["falls"].format(line=seen.row[order[falls[0] + 1]], **about)
+            yield {"what": "falls", "data": data, "line": seen.row[order[falls[0] + 1]]}

@@ -25,8 +25,8 @@ from scipy.stats import qmc
 from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import PER, Block, Lanes, log_density, log_likelihood
-from wearlab.updating.posterior import even_weights, peak, weighted_quantiles
+from wearlab.updating.likelihood import PER, Block, Lanes, held, log_density, log_likelihood
+from wearlab.updating.posterior import even_weights, peak
 from wearlab.updating.run_curves import RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
@@ -83,11 +83,7 @@ class FleetMember:
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
-        held = [
-            replace(block, rows=block.rows[self.run.asked[n].cycle[block.rows] <= cycle])
-            for n, block in enumerate(self.blocks)
-        ]
-        return replace(self, blocks=tuple(held))
+        return replace(self, blocks=held(self.blocks, self.run, np.less_equal, cycle))
 
 
 class Shared(NamedTuple):
@@ -108,8 +104,9 @@ class Shared(NamedTuple):
         return Shared(power, straying, tuple(sd), self.reference)
 
     def equal(self, cycle: float | Array) -> Array:
-        """Return Λ of cycles from the start."""
-        return np.asarray(self.reference * (cycle / self.reference) ** self.power)
+        """Return Λ of cycles from the start, (p, 1), or of some, (p, 1, n)."""
+        power = self.power[..., None] if np.ndim(cycle) else self.power
+        return np.asarray(self.reference * (cycle / self.reference) ** power)
 
     def drift(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
         """Return the standard deviation of W of a quantity at T."""
@@ -121,13 +118,9 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
     """Return how probable each block of a unit is, and what is known of its W, for lanes (p, nodes)."""
     run, factor, found = unit.run, np.exp(log_factor), []
 
-    def passed(cycle: Array) -> Array:
-        each = shared.power[..., None] if np.ndim(cycle) else shared.power
-        return np.asarray(shared.reference * (cycle / shared.reference) ** each)
-
     for number, block in enumerate(unit.blocks):
         drift = shared.drift(run, run.asked[number].curve, factor) * np.sqrt(PER / shared.reference)
-        lanes = Lanes(factor, shared.sd[number], drift, passed)
+        lanes = Lanes(factor, shared.sd[number], drift, shared.equal)
         found.append(log_likelihood(block, run, number, lanes, steps=steps))
     return found
 
@@ -280,11 +273,6 @@ class Population:
         """Return draws of ln of the parameters, (n, parameters)."""
         points, probability = self._between
         return np.asarray(points[rng.choice(len(points), n, p=probability)])
-
-    def quantile(self, name: str, p: Array) -> Array:
-        """Return quantiles of a parameter."""
-        column = [parameter.name for parameter in self.law.parameters].index(name)
-        return np.exp(weighted_quantiles(self._between[0][:, column], self._between[1], p))
 
 
 def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:

@@ -16,6 +16,7 @@ from wearlab.options import Stored
 from wearlab.scene import Scene
 from wearlab.units import HOUR
 from wearlab.updating.calendar import Calendar
+from wearlab.updating.likelihood import held
 from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.outcome import answered, blocks_of
 from wearlab.updating.run_curves import (
@@ -67,10 +68,7 @@ def renewed(
     told = []
     for number, event, at in _events(study, first, gears):
         known, history = _history(study, scene, eras)
-        before = tuple(
-            replace(block, rows=block.rows[asked.cycle[block.rows] <= at])
-            for block, asked in zip(blocks_of(known, (history,)), history.asked, strict=True)
-        )
+        before = held(blocks_of(known, (history,)), history, np.less_equal, at)
         factor = float(answered(known, (history,), before).factor(np.array([0.5]))[0])
         factor = float(f"{factor:.{DIGITS}g}")
         worn: dict[str, Any] = {}

@@ -1,7 +1,7 @@
 """An update as text, read from its tree, so that a kept one says the same; words: `case.txt`, `fleet.txt`."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,10 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
-from wearlab.store.outcome import hours_text
 from wearlab.units import HOUR, convert, shown_unit
 from wearlab.updating.calendar import DAYS_A_YEAR, LAST_DAY, NEVER, Calendar, day_number, day_text
 from wearlab.updating.draws import ALARM
+from wearlab.updating.templates import digits, rendered
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
@@ -23,7 +23,6 @@ FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that a
 BEFORE = "before "
 PASSED = "passed"
 MAYBE, SURE = 0.05, 0.95  # probabilities from which the limit may have, and has, been passed
-TINY = 1e-15  # probability below which none is told
 OVER = 0.5  # probability from which the limit is said to have been passed
 HEADS = ("unit", "hours", "worn", "limit reached", "90 % between", "pace")
 IF_WRONG = "if the readings marked ! are wrong"
@@ -36,13 +35,13 @@ SHARED = ("median", "spread", "straying", "power")
 def text_of(tree: xr.DataTree) -> list[str]:
     """Return an update line by line."""
     if "unit" in tree["predictions"].dims:
-        return _rendered("fleet.txt", _fleet(tree))
+        return rendered("fleet.txt", _fleet(tree))
     lines = [str(tree.attrs.get("title", ""))]
     for label, groups in cases_of(tree).items():
         lines += ["", f"case {label}"] if label else []
         own = f"case {label}: " if label else ""  # a warning is read alone, too
         told = (line.replace("! ", f"! {own}", 1) if line.startswith("! ") else line
-                for line in _rendered("case.txt", _case(groups)))  # fmt: skip
+                for line in rendered("case.txt", _case(groups)))  # fmt: skip
         lines += [f"  {line}" for line in told]
     if "comparison" in tree.children:
         lines += ["", *text_of_models(tree["comparison"].to_dataset())]
@@ -53,14 +52,14 @@ def answers(tree: xr.DataTree) -> list[str]:
     """Return a sentence a case or unit: when the limit is reached, as far as the measurements tell."""
     if "unit" in tree["predictions"].dims:
         rows = _rows(tree["predictions"].to_dataset())
-        return [*opened(tree), *_rendered("answers.txt", {"rows": rows, "passed": PASSED})]
+        return [*opened(tree), *rendered("answers.txt", {"rows": rows, "passed": PASSED})]
     lines = []
     for label, groups in cases_of(tree).items():
         predictions = groups["predictions"]
         rest = float(predictions["seconds_per_cycle"]) * _last(predictions["remaining_useful_life_quantile"])
         values: dict[str, Any] = {"label": label, "wear": _limit(predictions), "times": rest[::2]}
         values["days"] = _days(predictions)[::2] if "end_of_life_quantile" in predictions else None
-        lines += _rendered("answers.txt", values)
+        lines += rendered("answers.txt", values)
     return lines
 
 
@@ -88,7 +87,7 @@ def text_of_models(found: xr.Dataset) -> list[str]:
     off, error = found["left_out_difference"].values, found["left_out_error"].values
     width = max(map(len, names))
     rows = list(zip((name.ljust(width) for name in names), gain, off, error, strict=True))
-    return _rendered("models.txt", {"rows": rows})
+    return rendered("models.txt", {"rows": rows})
 
 
 def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
@@ -107,41 +106,6 @@ def latest(values: xr.DataArray) -> xr.DataArray:
         return values
     known = np.flatnonzero(values.notnull().any("quantile").values)
     return values.isel(inspection=int(known[-1]) if len(known) else -1)
-
-
-@cache
-def _templates() -> Any:
-    from jinja2 import Environment, FileSystemLoader
-
-    found = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), trim_blocks=True, lstrip_blocks=True, autoescape=False
-    )
-    found.filters |= {
-        "g": _digits,
-        "p": lambda value, digits: f"p = {_digits(value, digits)}" if value > TINY else f"p < {TINY:g}",
-        "n": lambda value: f"{value:,.0f}",
-        "finite": lambda value: isinstance(value, float) and np.isfinite(value),
-        "chance": lambda p: (
-            f"chance alone: once in {1.0 / max(p, 1e-6):,.0f} times{' or less' if p < 1e-6 else ''}"
-        ),
-        "spread": _spread,
-        "time": lambda seconds: (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER,
-    }
-    return found
-
-
-def _rendered(name: str, values: Mapping[str, Any]) -> list[str]:
-    return str(_templates().get_template(name).render(values)).splitlines()
-
-
-def _digits(value: float, digits: int = 4) -> str:
-    return f"{value:.{digits}g}"
-
-
-def _spread(five: Array, unit: str = "") -> str:
-    """Return a median with its 50 and 90 % interval, from five quantiles."""
-    low, quarter, middle, three, high = (each if isinstance(each, str) else f"{each:.4g}" for each in five)
-    return f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: {low} to {high})"
 
 
 def _last(values: xr.DataArray) -> Array:
@@ -222,7 +186,7 @@ def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:
     """Return what was foreseen after an inspection: the day of the limit, without a calendar the cycles."""
     low, middle, high = rest[::2]
     if calendar is None:
-        return f"{_digits(middle)} cycles, 90 %: {_digits(low)} to {_digits(high)}"
+        return f"{digits(middle)} cycles, 90 %: {digits(low)} to {digits(high)}"
     told = calendar.texts(cycle + rest[::2])
     return f"limit on {told[1]}, 90 %: {told[0]} to {told[2]}"
 
@@ -407,7 +371,7 @@ def _first(predictions: xr.Dataset) -> list[str]:
     keys = ("unit", "worn", "pace", "p_like_the_others", "end_passed", "now")
     units = [{name: predictions[name].values[k] for name in keys} | {"lasts": texts[k, 0]} for k in order]
     bounds = {"maybe": MAYBE, "sure": SURE, "much": MUCH, "fast": FAST, "alarm": ALARM}
-    return _rendered("open.txt", {"units": units, **bounds})
+    return rendered("open.txt", {"units": units, **bounds})
 
 
 def _shown(unit: str) -> tuple[str, float]:

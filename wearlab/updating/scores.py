@@ -5,8 +5,7 @@ inspection left out is foretold exactly, without a sampling error: ln p(y_i | th
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,10 +13,9 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.updating.draws import checks, drawn
 from wearlab.updating.layout import P, dataset, stacked
-from wearlab.updating.likelihood import Block, block_of
+from wearlab.updating.likelihood import held
 from wearlab.updating.outcome import ACCUMULATING, UpdateOutcome, answered, unseen
 from wearlab.updating.posterior import Posterior, posterior
-from wearlab.updating.run_curves import RunHistory
 from wearlab.updating.study import MeasuredCase
 
 MOST = 200  # inspections that are replayed; of more, evenly many
@@ -89,9 +87,7 @@ def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Da
     known, middle = drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
-        until = tuple(
-            replace(block, rows=block.rows[at <= cycle]) for block, at in zip(post.blocks, each, strict=True)
-        )
+        until = held(post.blocks, run, np.less_equal, cycle)
         answer = answered(study, post.histories, until, proposal)
         last = [check.p for check in checks(answer.posterior, known)[0] if check.cycle == cycle]
         known, life = drawn(answer, DRAWS, rng), answer.life(P)
@@ -133,13 +129,7 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
 MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left out
 
 
-class Model(NamedTuple):
-    """One of those compared: its name, its blocks, its runs and ln of how often each stands."""
-
-    name: str
-    blocks: tuple[Block, ...]
-    runs: tuple[RunHistory, ...]
-    often: Array
+Model = tuple[Any, ...]  # its name, and what its posterior is of
 
 
 def models_of(outcome: UpdateOutcome) -> Iterator[Model]:
@@ -153,42 +143,35 @@ def models_of(outcome: UpdateOutcome) -> Iterator[Model]:
     def name(*parts: str) -> str:
         return ", ".join(filter(None, (study.label, *parts)))
 
-    yield Model(name(errors[0], change), post.blocks, post.histories, post.log_proposal)
+    often = post.log_proposal
+    yield name(errors[0], change), post.histories, post.blocks, study.prior, often
     if drifts:
-        other = tuple(
-            replace(
-                block_of(block.seen, accumulating=not accumulates), rows=block.rows, numerical=block.numerical
-            )
-            for block in post.blocks
-        )
-        yield Model(name(errors[1], change), other, post.histories, post.log_proposal)
+        other = [block.drifting(not accumulates) for block in post.blocks]
+        yield name(errors[1], change), post.histories, other, study.prior, often
     if changes:
-        yield Model(name(errors[0], "k constant"), post.blocks, post.histories[:1], np.zeros(1))
+        yield name(errors[0], "k constant"), post.histories[:1], post.blocks, study.prior, np.zeros(1)
 
 
-def left_out(model: Model, outcome: UpdateOutcome, evidence: float) -> Array:
-    """Return ln of the probability of each inspection given all others."""
-    run = model.runs[0]
-    cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(model.blocks)]
-    found = []
+def left_out(post: Posterior) -> Array:
+    """Return ln of the probability of each inspection given all others; NaN where that is much to do."""
+    run, found = post.histories[0], []
+    if len(post.histories) * sum(len(asked.cycle) for asked in run.asked) > MOST_LEFT_OUT:
+        return np.full(1, np.nan)
+    cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
     for cycle in np.unique(np.concatenate(cycles)):
-        both = zip(model.blocks, cycles, strict=True)
-        rest = tuple(replace(block, rows=block.rows[at != cycle]) for block, at in both)
-        found.append(evidence - posterior(model.runs, rest, outcome.study.prior, model.often).evidence)
+        rest = held(post.blocks, run, np.not_equal, cycle)
+        less = posterior(post.histories, rest, post.prior, post.log_proposal)
+        found.append(post.evidence - less.evidence)
     return np.array(found)
 
 
 def compared(outcomes: Sequence[UpdateOutcome]) -> xr.Dataset | None:
     """Return the models beside each other, the most probable first; None of a single one."""
-    each = [(outcome, model) for outcome in outcomes for model in models_of(outcome)]
-    if len(each) < 2 or not any(len(block.rows) for block in each[0][1].blocks):
+    each = [model for outcome in outcomes for model in models_of(outcome)]
+    if len(each) < 2 or not any(len(block.rows) for block in each[0][2]):
         return None
-    found: list[tuple[float, str, Array]] = []
-    for outcome, model in each:
-        evidence = posterior(model.runs, model.blocks, outcome.study.prior, model.often).evidence
-        few = len(model.runs) * sum(len(asked.cycle) for asked in model.runs[0].asked) <= MOST_LEFT_OUT
-        alone = left_out(model, outcome, evidence) if few else np.full(1, np.nan)
-        found.append((evidence, model.name, alone))
+    known = [(name, posterior(*model)) for name, *model in each]
+    found = [(post.evidence, name, left_out(post)) for name, post in known]
     found.sort(key=lambda one: -one[0])
     best = found[0][2]
     off = [alone - best if len(alone) == len(best) else np.full(1, np.nan) for *_, alone in found]

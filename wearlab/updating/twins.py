@@ -98,7 +98,7 @@ def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:
     for block in post.blocks:
         error = block.data.error if true.errors is None else true.errors[block.data.number - 1]
         seen = replace(block.seen, data=block.data.model_copy(update={"error": error}))
-        made.append(replace(block_of(seen, accumulating=True), rows=block.rows, numerical=block.numerical))
+        made.append(replace(block, seen=seen).drifting(True))
     return post.blocks if true.errors is None else tuple(made)
 
 
