@@ -122,3 +122,10 @@ def test_a_limit_that_has_passed_is_not_told_as_reached_on_the_day_of_the_inspec
         }
     )
     assert said in answers(xr.DataTree.from_dict({"predictions": predictions}))[0]
+
+
+def test_days_that_two_tables_know_are_known_together():
+    one = Calendar(day_number(["2026-01-01", "2026-03-01"]), np.array([0.0, 590.0]), 3652.425)
+    both = one.joined([Calendar(np.atleast_1d(day_number("2026-02-01")), np.array([100.0]), 1.0)])
+    told = ["2026-01-16", "2026-02-01", "2026-03-01", "2026-03-02"]  # ten hours a day after the last
+    assert both.texts(np.array([50.0, 100.0, 590.0, 600.0])).tolist() == told
