@@ -137,16 +137,13 @@ def _not_of_a_fleet(given: Any, unknown: dict[str, Distribution], data: Sequence
     if given.get("discrepancy", "none") != "none" or given.get("check") is not None:
         problems.append(f"{SECTION}: of a fleet, neither discrepancy nor check; wear strays by {POPULATION}")
     for one in (each for each in data if each is not None):
-        if one.columns.unit is None:
-            problems.append(f"{one.place}.columns.unit: required of a fleet: which unit a row is of")
-        if one.since is not None:
-            problems.append(f"{one.place}.since: of a fleet, values count from the first cycle")
-        if one.error.drift is not None:
-            problems.append(f"{one.place}.error.drift: of a fleet, use {POPULATION}.straying")
-        if one.error.gain_sd:
-            problems.append(
-                f"{one.place}.error.gain_sd: of a fleet, every unit has a k of its own: leave it out"
-            )
+        wrong = {
+            "columns.unit: required of a fleet: which unit a row is of": one.columns.unit is None,
+            "since: of a fleet, values count from the first cycle": one.since is not None,
+            f"error.drift: of a fleet, use {POPULATION}.straying": one.error.drift is not None,
+            "error.gain_sd: of a fleet, every unit has a k of its own: leave it out": one.error.gain_sd,
+        }
+        problems += [f"{one.place}.{said}" for said, is_so in wrong.items() if is_so]
     return problems
 
 

@@ -316,23 +316,19 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
     """Return cycles, counts, z, chi square and probability of inspections, of many some together."""
     block = post.blocks[number]
     cycles, which = np.unique(post.histories[0].asked[number].cycle[block.rows], return_inverse=True)
-    if len(cycles) <= MOST:
-        steps = draws.seen(post, number, steps=True).steps
-        z, chi, logs = (
-            np.stack([getattr(step, part) for step in steps])
-            for part in ("surprise", "chi_square", "log_likelihood")
-        )
-        return cycles, np.array([step.count for step in steps]), z, chi, np.exp(np.minimum(logs, 0.0))
-    few = draws[:FEW]
-    groups = np.array_split(np.arange(len(cycles)), MOST)
-    middle = np.array([cycles[group].mean() for group in groups])
+    few = draws if len(cycles) <= MOST else draws[:FEW]
+    groups = np.array_split(np.arange(len(cycles)), min(len(cycles), MOST))
+    middle, size = (np.array([part(cycles[group]) for group in groups]) for part in (np.mean, len))
     shares = bool(np.any(few.drift[number] > 0.0)) or block.data.error.offset_sd > 0.0 or block.data.since
-    if shares or block.seen.censored.any():
+    if few is draws or shares or block.seen.censored.any():
         steps = few.seen(post, number, steps=True).steps
         count = np.array([sum(steps[t].count for t in group) for group in groups])
-        z = np.stack([sum(steps[t].surprise for t in group) / np.sqrt(len(group)) for group in groups])
-        chi = np.stack([np.sum([steps[t].chi_square for t in group], axis=0) for group in groups])
-        return middle, count, z, chi, np.ones_like(z)
+        z, chi, logs = (
+            np.stack([np.sum([getattr(steps[t], part) for t in group], axis=0) for group in groups])
+            for part in ("surprise", "chi_square", "log_likelihood")
+        )
+        hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)
+        return middle, count, z / np.sqrt(size)[:, None], chi, hidden
     z, chi, count = np.empty((MOST, len(few))), np.empty((MOST, len(few))), np.empty(MOST, int)
     gain = gains(post, few, number, np.random.default_rng(0))
     order, until = np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))

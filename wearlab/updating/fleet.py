@@ -378,9 +378,7 @@ def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
     """Return the probability of a last value as far off, by what the other units tell; NaN without any."""
     unit = found.units[number]
     others = sum(len(each.cycles) > 0 for each in found.units) - (len(unit.cycles) > 0)
-    if others < FEWEST or not len(unit.cycles):
-        return float("nan")
-    told = [] if blank.block is None else _inspections(unit, blank.block)
+    told = [] if others < FEWEST or blank.block is None else _inspections(unit, blank.block)
     return _two_sided(blank, *told[-1]) if told and np.isfinite(told[-1][1]) else float("nan")
 
 
@@ -428,11 +426,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
     for k, name in enumerate(told["unit_name"]):
         others = pace[(told["unit_name"] != name) & (block == block[k]) & np.isfinite(pace)]
         rate[k] = np.median(others) if len(others) else np.nan
-    told |= {
-        "first": first,
-        "flagged": told["check_p"] < ALARM / len(rows),
-        "by_a_line": line * at,
-    }
+    told |= {"first": first, "flagged": told["check_p"] < ALARM / len(rows), "by_a_line": line * at}
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
     si = found.units[0].blocks[_main(block)].data.si
     labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}

@@ -81,14 +81,13 @@ def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Da
     cycles = np.unique(np.concatenate(each)) if each else np.zeros(0)
     if len(cycles) > MOST:
         cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
-    proposal = post.log_proposal if len(post.histories) > 1 else None
     rng = np.random.default_rng([study.spec.seed, 3])
-    prior = answered(study, post.histories, unseen(post.blocks), proposal)
+    prior = answered(study, post.histories, unseen(post.blocks), post.log_proposal)
     known, middle = drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
         until = held(post.blocks, run, np.less_equal, cycle)
-        answer = answered(study, post.histories, until, proposal)
+        answer = answered(study, post.histories, until, post.log_proposal)
         last = [check.p for check in checks(answer.posterior, known)[0] if check.cycle == cycle]
         known, life = drawn(answer, DRAWS, rng), answer.life(P)
         row: dict[str, Any] = {"life_quantile": life, "factor_quantile": answer.factor(P)}

@@ -226,22 +226,16 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     """Return a scene whose limits are farther off; snapshots go on as they do, and some in between."""
     if times == 1.0 or scene.wear is None or scene.wear.until is None:
         return scene
-    until = scene.wear.until
-    longer = scene
+    until, snapshots = scene.wear.until, scene.wear.snapshots
+    ends = {key: getattr(until, key) for key in ("cycles", "mesh_cycles", "hours")}
+    longer: dict[str, Any] = {f"wear.until.{k}": end * times for k, end in ends.items() if end is not None}
     if until.depth is not None:
-        longer = longer.replace("wear.until.depth", f"{until.depth * times!r} m")
-    for key in ("cycles", "mesh_cycles", "hours"):
-        value = getattr(until, key)
-        if value is not None:
-            longer = longer.replace(f"wear.until.{key}", value * times)
-    snapshots = scene.wear.snapshots
+        longer["wear.until.depth"] = f"{until.depth * times!r} m"
     if snapshots is not None and snapshots.depth is not None:
         last = snapshots.depth[-1]
-        more = [float(depth) for depth in np.arange(last, last * times, 0.1 * last)[1:]]
-        longer = longer.replace(
-            "wear.snapshots.depth", [f"{depth!r} m" for depth in (*snapshots.depth, *more)]
-        )
-    return longer
+        depths = [*snapshots.depth, *np.arange(last, last * times, 0.1 * last)[1:].tolist()]
+        longer["wear.snapshots.depth"] = [f"{depth!r} m" for depth in depths]
+    return scene.replace(longer)
 
 
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
