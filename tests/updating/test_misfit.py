@@ -167,3 +167,14 @@ def test_a_gain_of_its_own_is_no_misfit(n):
     answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
     each, courses = checks(answer.posterior, drawn(answer, 300, rng))
     assert min(check.p for check in each) > ALARM / len(each) and courses[1] > ALARM
+
+
+def test_inspections_told_in_groups_surprise_as_chance_does():
+    """A thousand inspections that each share an offset are told in two hundred groups."""
+    rng, cycles = np.random.default_rng(4), np.linspace(1e4, 1.2e6, 1000)
+    values = RATE * cycles + np.hypot(2e-4, 3e-4) * rng.standard_normal(1000)
+    seen = (observed(cycles, values, ErrorModel(2e-4, 0.0, 3e-4)),)
+    answer = answered(study(WIDE, seen), [history(seen)], blocks(seen))
+    each, _ = checks(answer.posterior, drawn(answer, 100, rng))
+    assert len(each) == 200 and all(check.count == 5 for check in each)
+    assert np.std([check.surprise for check in each]) == pytest.approx(1.0, abs=0.15)

@@ -7,11 +7,12 @@ import pytest
 import xarray as xr
 
 import wearlab as wl
+from wearlab.campaign.update_options import Limit
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
 from wearlab.updating.report_text import _unknowns, answers, text_of
 from wearlab.updating.run_curves import history_of, variables_of
-from wearlab.updating.study import needed, studies
+from wearlab.updating.study import MeasuredCase, needed, studies
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 
@@ -30,6 +31,16 @@ def test_wear_is_a_function_of_k_times_cycles(campaign, load):
     scale = float(one.wear_depth.max())
     assert np.abs(other.wear_depth.values - one.wear_depth.values).max() < 1e-9 * scale
     assert other.worn_mass.values == pytest.approx(one.worn_mass.values, rel=1e-9, abs=1e-15)
+
+
+def test_a_run_made_longer_ends_later_by_all_that_ends_it():
+    scene = (
+        wl.load(BASE.parents[1] / "update_spur_twin.toml").cases[0].scene.replace("wear.until.cycles", 3e8)
+    )
+    wear = MeasuredCase("base", scene, None, Limit("max_wear_depth", 3e-5), (), {}, longer=2.0).first.wear
+    assert wear.until.cycles == 6e8 and wear.until.depth == pytest.approx(8e-5)
+    assert wear.until.flank == "pinion" and wear.snapshots.depth[:8] == scene.wear.snapshots.depth
+    assert np.diff(wear.snapshots.depth[7:]) == pytest.approx(3.5e-6) and wear.snapshots.depth[-1] > 6.5e-5
 
 
 def test_an_update_has_the_groups_of_arviz_and_names_of_the_contract(tree):
