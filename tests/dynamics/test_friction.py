@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.response import Response, deflection_at, friction_forces, step_forces
+from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.spur import GearSupport, Meshing, PairedGear, PairFriction, spur_3dof
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
@@ -208,3 +209,14 @@ def test_a_grounded_pair_needs_no_load_to_be_found() -> None:
     response = Periodic().solve(system, tables(stage_grid(BREAKS, 300), 0.2), PERIOD)
     np.testing.assert_array_equal(response.system.load, system.load)
     assert abs(energy_balance(response, speeds(system)).residual) < 1e-7
+
+
+@pytest.mark.parametrize(("second", "again"), [(BEARING, 10), (HELD, 0)])
+def test_following_a_motion_under_one_load_counts_as_work(second: GearSupport, again: int) -> None:
+    """Twice as many periods once more, of a pair that is free to turn."""
+    shooting = Shooting(spur(second=second), tables(stage_grid(BREAKS, 60), 0.1), PERIOD)
+    _, kept = shooting.integrate(np.zeros(shooting.rows), 20, 5)
+    assert shooting.maps == 20
+    response = shooting.aperiodic(kept, 0.0)
+    assert shooting.maps == 20 + again
+    assert response.counts.right_hand_sides >= 4 * len(shooting.tables.width) * (20 + again)

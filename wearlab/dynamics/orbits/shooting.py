@@ -197,7 +197,11 @@ class Shooting:
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which some periods are kept, (n_kept, n_steps + 1, 2n)."""
         verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
+        before = self.integrator.changes
         motion = under_one_load(self.integrator, kept, self.period)
+        if motion is not kept:  # twice as many periods once more
+            self.maps += 2 * len(kept)
+            self.located += self.integrator.changes - before
         return self.response(Orbit(0, motion, np.empty(0, complex), residual), verdict)
 
     def response(self, orbit: Orbit, verdict: Verdict) -> Response:
