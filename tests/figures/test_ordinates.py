@@ -7,8 +7,9 @@ from matplotlib.figure import Figure
 from wearlab.figures import FigureError
 from wearlab.figures.curves import from_first, require_positive
 from wearlab.figures.kind import Ask
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.plot import Curve, Panel, Pen, Plot, Scale, Series
 from wearlab.figures.render import _mark_truncated
+from wearlab.figures.render import drawn as figure_of
 from wearlab.figures.wording import Label
 
 
@@ -54,3 +55,14 @@ def test_an_axis_without_zero_is_marked(limits: tuple[float, float], strokes: in
     ax.set_ylim(*limits)
     _mark_truncated(ax)
     assert len(ax.artists) + len(ax.lines) == strokes
+
+
+def test_panels_that_share_an_axis_show_what_is_negative_in_any_of_them() -> None:
+    """The bearings of two gears push opposite ways; an axis that begins at zero would hide one."""
+    x = np.linspace(0.0, 1.0, 5)
+    curves = [Curve(x, sign * (1.0 + x), Pen("#000000"), "line") for sign in (1.0, -1.0)]
+    panels = tuple(Panel(row, 0, "", "x", "y", (curve,)) for row, curve in enumerate(curves))
+    figure = figure_of(Plot("", panels, 2, 1))
+    for axes in figure.axes[:2]:
+        low, high = axes.get_ylim()
+        assert low <= -2.0 and high >= 2.0

@@ -10,6 +10,7 @@ from wearlab.mesh.face.curves import LEVELS, curves
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
+from wearlab.simulation.warm import warm_up
 
 PAIR = {
     "gears": {
@@ -204,3 +205,8 @@ def test_half_an_axial_bearing_is_refused(supports, said):
 def test_spur_gears_have_no_axial_bearing():
     with pytest.raises(SceneError, match="give gears"):
         scene({"dynamics.supports": {"pinion": AXIAL}})
+
+
+def test_workers_share_what_a_vibrating_face_compiles():
+    for turn in (0, 1):
+        warm_up([scene(HELICAL)], turn, 2)

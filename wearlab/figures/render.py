@@ -554,7 +554,8 @@ def _limits(ax: "Axes", plot: Plot) -> None:
     pointed = any(c.look not in ("line", *BESIDE) for panel in plot.panels for c in panel.curves)
     if plot.shape == "square" or pointed:
         ax.margins(x=0.05)
-    lines = [np.asarray(line.get_ydata(), float) for line in ax.lines if np.size(line.get_ydata()) > 1]
+    drawn = [line for one in ax.get_shared_y_axes().get_siblings(ax) for line in one.lines]
+    lines = [np.asarray(line.get_ydata(), float) for line in drawn if np.size(line.get_ydata()) > 1]
     values = np.concatenate([y[np.isfinite(y)] for y in lines]) if lines else np.zeros(1)
     low, high = ax.get_ylim()
     least = LEAST_SPAN * float(np.max(np.abs(values), initial=0.0))
