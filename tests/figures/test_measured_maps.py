@@ -2,19 +2,13 @@
 
 import numpy as np
 import pytest
+from gear_unit import GEAR_UNIT
 
 import wearlab as wl
 from wearlab.figures.kind import FigureError
 
 SCENE = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "4 mm",
-        "face_width": "45 mm",
-        "pinion": {"teeth": 23},
-        "gear": {"teeth": 71},
-    },
-    "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
+    **GEAR_UNIT,
     "mesh": {"misalignment": "20 um", "face_points": 11, "stiffness": {"model": "potential-energy"}},
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "until": {"depth": "15 um"}},
     "numerics": {"profile_points": 61},
@@ -85,6 +79,7 @@ def test_it_is_drawn_and_answers_again_from_its_own_file(run, tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
+        (lambda run: traces(run), {"y": "wear_rate"}, "published tells wear depths"),
         (lambda run: traces(run), {"select": {}}, "name it in select.flank, of pinion, gear"),
         (lambda run: traces(run, column="deviation"), {}, "tells deviation over diameter"),
         (lambda run: "diameter [mm],depth [um]\n90,1\n91,2\n", {}, "needs columns face_position"),

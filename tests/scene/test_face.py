@@ -3,21 +3,13 @@
 import math
 
 import pytest
+from gear_unit import GEAR_UNIT
 
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.face import face_coupling, face_keys, hands
 from wearlab.scene.presence import parts_present
 
-PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "4 mm",
-        "face_width": "45 mm",
-        "pinion": {"teeth": 23},
-        "gear": {"teeth": 71},
-    },
-    "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
-}
+PAIR = GEAR_UNIT
 
 
 def scene(**changes):

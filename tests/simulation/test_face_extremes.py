@@ -4,19 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from gear_unit import GEAR_UNIT
 
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
 
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "4 mm",
-        "face_width": "45 mm",
-        "pinion": {"teeth": 23},
-        "gear": {"teeth": 71},
-    },
-    "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
+    **GEAR_UNIT,
     "mesh": {"stiffness": {"model": "potential-energy"}, "face_points": 15},
     "wear": {
         "coefficient": {"model": "constant", "value": "1e-18 m^2/N"},

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from gear_unit import GEAR_UNIT
 
 from wearlab.mesh.face.curves import LEVELS, curves
 from wearlab.scene import Scene, SceneError
@@ -13,14 +14,7 @@ from wearlab.simulation import simulate
 from wearlab.simulation.warm import warm_up
 
 PAIR = {
-    "gears": {
-        "kind": "external-pair",
-        "module": "4 mm",
-        "face_width": "45 mm",
-        "pinion": {"teeth": 23},
-        "gear": {"teeth": 71},
-    },
-    "operation": {"torque": "320 N*m", "speed": "1450 rpm"},
+    **GEAR_UNIT,
     "mesh": {"damping_ratio": 0.07, "stiffness": {"model": "potential-energy"}},
     "dynamics": {"model": "torsional"},
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}},

@@ -62,6 +62,11 @@ class System(NamedTuple):
     damping_law: Any = None
 
     @property
+    def on_bearings(self) -> bool:
+        """Whether a member moves on its support."""
+        return any(support.bears for support in self.supports)
+
+    @property
     def turns(self) -> Flags:
         """Which coordinates are rotations, seen at their member's radius, (n,)."""
         return np.array([name.endswith(".u") for name in self.coordinates])

@@ -107,20 +107,8 @@ class FaceCoupling(Coupled):
             When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
         clock = time.perf_counter()
-        worn = [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
-        near = self._last or [None] * len(self.kinds)
-        try:
-            static = [
-                kind.contact.solve(own, last) for kind, own, last in zip(self.kinds, worn, near, strict=True)
-            ]
-        except SectionVanished as error:
-            raise StopWear(str(error)) from error
-        self._last[:] = static
-        self.account.counts["contact_analyses"] += 1
-        found: list[FaceState] = []
-        for kind, depth, own, loads in zip(self.kinds, wear, worn, static, strict=True):
-            table = None if self.vibration is None else curves(kind.contact, own, loads)
-            found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, table))
+        worn = self._felt(wear)
+        found = self._in_contact(wear, worn)
         clock = self._spent("contact", clock)
         responses: Responses = ()
         if self.vibration is not None:
@@ -137,6 +125,30 @@ class FaceCoupling(Coupled):
         ]
         self._spent("wear", clock)
         return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
+
+    def flanks(self, wear: Wear) -> list[FaceFlanks]:
+        """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
+        return self._flanks(self._in_contact(wear, self._felt(wear)))
+
+    def _felt(self, wear: Wear) -> list[Array]:
+        return [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
+
+    def _in_contact(self, wear: Wear, worn: Sequence[Array]) -> list[FaceState]:
+        """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
+        near = self._last or [None] * len(self.kinds)
+        try:
+            static = [
+                kind.contact.solve(own, last) for kind, own, last in zip(self.kinds, worn, near, strict=True)
+            ]
+        except SectionVanished as error:
+            raise StopWear(str(error)) from error
+        self._last[:] = static
+        self.account.counts["contact_analyses"] += 1
+        found: list[FaceState] = []
+        for kind, depth, own, loads in zip(self.kinds, wear, worn, static, strict=True):
+            table = None if self.vibration is None else curves(kind.contact, own, loads)
+            found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, table))
+        return found
 
     def _respond(self, vibration: Vibration, flanks: list[FaceFlanks], start: Responses | None) -> Responses:
         try:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.orbits.shooting import RHS_PER_STEP
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.life import coupled, history, integrate, record
@@ -101,7 +102,6 @@ KEPT_SHARE = 0.1
 """Work on kept states that nobody asked for, over the former; what is read off them takes as long again."""
 SEARCH_SHARE = 0.4
 """Work of all searches for other attractors in one condition of operation, over the former."""
-RHS_PER_STEP = 4
 USUAL = 1e-4
 """Tolerance below which an integration may do more, as it has to."""
 IN_REGISTERS = 12.0

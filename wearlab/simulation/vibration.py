@@ -285,7 +285,7 @@ def _over_periods(values: Array, phase: Array, count: int) -> harmonics.Harmonic
 
 def has_bearings(parts: Parts) -> bool:
     """Whether a member moves on its support."""
-    return parts.vibration is not None and any(support.bears for support in parts.vibration.system.supports)
+    return parts.vibration is not None and parts.vibration.system.on_bearings
 
 
 def _as_parts(response: Response, count: int) -> Array:

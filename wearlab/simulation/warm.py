@@ -9,7 +9,6 @@ import numpy as np
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.gears.specification import GearError
-from wearlab.life.coupling import Coupling
 from wearlab.life.limits import StopWear
 from wearlab.options import Part
 from wearlab.scene import Scene
@@ -74,10 +73,10 @@ def _evaluate(scene: Scene) -> None:
 
 
 def _integrate(scene: Scene) -> None:
-    """Integrate a system over a mesh period; flanks with a width call nothing that `_evaluate` does not."""
+    """Integrate a system over a mesh period."""
     coupling = build(scene).coupling
     moves = coupling.vibration
-    if moves is None or not isinstance(moves.method, Periodic) or not isinstance(coupling, Coupling):
+    if moves is None or not isinstance(moves.method, Periodic):
         return
     shooting = Shooting(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
     shooting.integrate(np.zeros(shooting.rows), 1)

@@ -54,6 +54,8 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
     if ask.published is None:
         yield from over_flank(run, ask.y[0], ask)
         return
+    if ask.y[0] != "wear_depth":
+        raise FigureError(f"{ask.name}: published tells wear depths, and y = {ask.y[0]!r}: leave one out")
     if run.data.sizes["flank"] > 1:
         flanks = ", ".join(map(str, run.data["flank"].values))
         raise FigureError(f"{ask.name}: published is of one flank: name it in select.flank, of {flanks}")

@@ -180,7 +180,7 @@ def _parts(
     """Return what is joined, with what the scene says besides."""
     count = scene.numerics.phase_points or PHASE_POINTS
     vibration = coupling.vibration
-    bearings = vibration is not None and any(support.bears for support in vibration.system.supports)
+    bearings = vibration is not None and vibration.system.on_bearings
     loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
     told = helix_flags(gears, helix_of(scene, gears), loads, bearings=bearings)
     wear: Any = scene.wear
