@@ -44,7 +44,7 @@ def test_the_next_inspection_of_every_liner_is_foreseen(tmp_path):
 def beside_emcee(emcee):
     """Return how far quantiles of what five units share, and of factors, are from a chain's, over its sd.
 
-    All are sampled together; likelihoods from whole covariances.
+    And how far correlations of all of them are. All are sampled together; likelihoods from whole covariances.
     """
     units = liners()[:5]
     names = ("power", "straying", "spread", "median")
@@ -78,16 +78,19 @@ def beside_emcee(emcee):
     sampler.run_mcmc(start, 6000)
     chain = sampler.get_chain(discard=1000, thin=5, flat=True)
     mine = {name: np.log(quantile(found, name, P)) for name in names}
-    theta = found.theta[room.drawn(found, 8000, rng)]
-    mine |= {each.name: np.quantile(factors(each, found.law, theta, rng), P) for each in units}
+    theta, factor = joint(found, 8000, rng)
+    mine |= {each.name: np.quantile(own, P) for each, own in zip(units, factor, strict=True)}
     theirs = zip(mine, np.quantile(chain, P, axis=0).T, chain.std(axis=0), strict=True)
-    return {name: float(np.abs(mine[name] - q).max() / sd) for name, q, sd in theirs}
+    off = {name: float(np.abs(mine[name] - q).max() / sd) for name, q, sd in theirs}
+    together = np.corrcoef(np.hstack([theta, factor.T]).T) - np.corrcoef(chain.T)
+    return off, float(np.abs(together).max())
 
 
 @pytest.mark.slow
 def test_five_units_agree_with_emcee():
-    found = beside_emcee(pytest.importorskip("emcee"))
+    found, together = beside_emcee(pytest.importorskip("emcee"))
     assert len(found) == 9 and max(found.values()) < 0.1, found
+    assert together < 0.1
 
 
 def test_a_finer_lattice_changes_nothing(monkeypatch):
@@ -121,7 +124,7 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
     mass = np.exp(logs - logs.max())
     assert found.evidence == pytest.approx(np.log(np.trapezoid(mass, u)) + logs.max(), abs=1e-3)
     rng = np.random.default_rng(0)
-    mine = np.quantile(factors(one, known, found.theta[room.drawn(found, 20_000, rng)], rng), P)
+    mine = np.quantile(factors(one, known, found.theta[room.equally(found.weight(), 20_000, rng)], rng), P)
     exact = np.interp(P, np.cumsum(mass) / mass.sum(), u)
     assert np.abs(mine - exact).max() < 0.05 * 0.02
 

@@ -17,7 +17,8 @@ LIMIT = 4e-3
 
 
 def quantile(found, name, p):
-    points, probability = found._between
+    scores, probability = found._between
+    points = found.mean + scores @ found.root.T
     column = [parameter.name for parameter in found.law.parameters].index(name)
     return np.exp(weighted_quantiles(points[:, column], probability, p))
 

@@ -55,8 +55,9 @@ DRAWN = (
     Drawn(19, 0.3, 4.0, 12.0, 8),
     Drawn(30, 0.0, 8.0, 25.0),
     Drawn(57, -0.1, 14.0, 18.0),
+    Drawn(100, 0.0, 5.0, 0.0, 8),
 )
-"""Drawn once: six gears, b/m 4 to 20, β 0 to 25°."""
+"""Drawn once: six gears, b/m 4 to 20, β 0 to 25°; and a narrow one of many teeth."""
 
 
 def gear_of(drawn):

@@ -183,7 +183,7 @@ def others() -> list[str]:
     lines = ["| what | beside | largest difference |", "|---|---|---|"]
     found = test_decision.advice()
     changes, looks = (np.abs(of(*found)) for of in (test_decision.of_changes, test_decision.of_looks))
-    emcees = test_population.beside_emcee(emcee)
+    emcees, together = test_population.beside_emcee(emcee)
     factors = max(off for name, off in emcees.items() if name not in test_population.PRIORS)
     shared = max(off for name, off in emcees.items() if name in test_population.PRIORS)
     for what, beside, off in (
@@ -191,6 +191,7 @@ def others() -> list[str]:
         ("cost per hour with a look first, 3 times", "nested simulation, 1,500 truths", f"{looks.max():.1%}"),
         ("factors of five liners, five quantiles", "emcee, 60 walkers, 6,000 steps", f"{factors:.2f} sd"),
         ("what the five liners share, five quantiles", "the same", f"{shared:.2f} sd"),
+        ("correlations of all of these", "the same", f"{together:.2f}"),
     ):
         lines.append(f"| {what} | {beside} | {off.replace('%', ' %')} |")
         print(lines[-1], flush=True)

@@ -27,7 +27,7 @@ from wearlab.updating.population import (
     Population,
     Shared,
     along,
-    drawn,
+    equally,
     factors,
     masses,
     population,
@@ -199,8 +199,8 @@ def states_of(
 
 def joint(found: Population, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """Return draws of what units share, (n, parameters), and of ln f of each unit with it, (units, n)."""
-    theta = found.theta[drawn(found, n, rng)]
-    return theta, np.stack([factors(unit, found.law, theta, rng) for unit in found.units])
+    theta, near = found.parameters(n, rng)
+    return theta, np.stack([factors(unit, found.law, near, rng) for unit in found.units])
 
 
 def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitState]:
@@ -217,7 +217,7 @@ def after(
 ) -> list[UnitState]:
     """Return the states of a unit after its inspections up to cycles, all of the other units being known."""
     unit, until = found.units[number].up_to(cycles[-1]), np.asarray(cycles, float)
-    theta = found.theta[drawn(found, draws, rng, found.weight(number))]
+    theta = found.theta[equally(found.weight(number), draws, rng)]
     if not len(unit.cycles):
         log_factor = factors(unit, found.law, theta, rng)
         return states_of(found, unit, theta[None], log_factor[None], until)
@@ -325,7 +325,7 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
 def _posterior(found: Population, theta: Array, each: Array, rng: np.random.Generator) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
     n, shown = len(theta), {}
-    for parameter, column in zip(found.law.parameters, found.parameters(n, rng).T, strict=True):
+    for parameter, column in zip(found.law.parameters, theta.T, strict=True):
         number = parameter.name.removeprefix("sd_")
         if number.isdigit():
             data = found.units[0].blocks[int(number)].data

@@ -253,7 +253,7 @@ class Population:
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
-        """Points between the lattice's, (q, parameters), and their probabilities, (q,).
+        """Scores of points between the lattice's, (q, parameters), and their probabilities, (q,).
 
         The posterior over the normal law that it was fitted with is smooth: its log is a cubic spline.
         """
@@ -267,12 +267,18 @@ class Population:
         logs = map_coordinates(table, (points / SPACING[d] + reach).T, order=3, mode="nearest")
         logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
         probability = np.exp(logs - logs.max())
-        return self.mean + points @ self.root.T, probability / probability.sum()
+        return points, probability / probability.sum()
 
-    def parameters(self, n: int, rng: np.random.Generator) -> Array:
-        """Return draws of ln of the parameters, (n, parameters)."""
+    def parameters(self, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
+        """Return draws of ln of the parameters, (n, parameters), and these with errors on the lattice.
+
+        Each value of the errors takes a likelihood of its own: those of the lattice are few.
+        """
         points, probability = self._between
-        return np.asarray(points[rng.choice(len(points), n, p=probability)])
+        z = points[equally(probability, n, rng)]
+        spacing, errors = SPACING[z.shape[1]], z.shape[1] - 2
+        theta, near = (self.mean + each @ self.root.T for each in (z, spacing * np.round(z / spacing)))
+        return theta, np.hstack([near[:, :errors], theta[:, errors:]])
 
 
 def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
@@ -349,10 +355,10 @@ def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
     return np.asarray(weight @ theta, float), np.asarray(root, float)
 
 
-def drawn(found: Population, n: int, rng: np.random.Generator, weight: Array | None = None) -> Index:
-    """Return the lattice's points of ``n`` equally probable draws."""
-    own = found.weight() if weight is None else weight
-    return np.minimum(np.searchsorted(np.cumsum(own), (np.arange(n) + rng.random()) / n), len(own) - 1)
+def equally(probability: Array, n: int, rng: np.random.Generator) -> Index:
+    """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
+    below = np.cumsum(probability)
+    return np.minimum(np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1)
 
 
 def factors(unit: FleetMember, law: Law, theta: Array, rng: np.random.Generator) -> Array:

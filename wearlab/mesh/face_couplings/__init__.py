@@ -53,8 +53,10 @@ class PasternakCoupling(FaceCouplingModel):
     """Slices joined by a layer in shear, free at the ends of the face."""
 
     model_error: ClassVar[str] = (
-        "a shear layer: against solid teeth with free ends up to 11 % off under a tilted load and 13 % under "
-        "one on the last eighth of faces of 5 modules, 3 and 10 % of 10 modules"
+        "a shear layer: against solid spur teeth with free ends too stiff, at the middle of flanks of "
+        "5 modules by up to 16 % under a tilted load and 9 % under one on the last eighth, near their root "
+        "by 23 and 12 %; of helical teeth by up to 66 %: choose elements there "
+        "(tests/validation/face_elements.py)"
     )
 
     model: Literal["pasternak"] = option("pasternak", "slices joined in shear", source="Ajmi & Velex 2005")
