@@ -139,7 +139,7 @@ def test_two_unknowns_are_those_of_lives_simulated_on_a_grid(tmp_path):
 def test_a_sensor_with_an_unknown_gain_tells_what_fresh_lives_tell(tmp_path):
     """Three mesh harmonics, each with a gain of its own, integrated here on a grid; and one weighing.
 
-    A quarter of a micrometre between states of the run: amplitudes have sharp minima. As the campaign
+    A tenth of a micrometre between states of the run: amplitudes have sharp minima. As the campaign
     has them, the quantiles are within a twentieth of the interval.
     """
     name, weighed, heard = (
@@ -149,7 +149,7 @@ def test_a_sensor_with_an_unknown_gain_tells_what_fresh_lives_tell(tmp_path):
     )
     campaign = wl.load(CAMPAIGNS / f"{name}.toml")
     both = [case for case in campaign.cases if case.label == "both"]
-    often = {"wear.snapshots.depth": [f"{0.25 * n:g} um" for n in range(1, 152)]}
+    often = {"wear.snapshots.depth": [f"{0.1 * n:g} um" for n in range(1, 380)]}
     dense = [replace(case, scene=case.scene.replace(often)) for case in both]
     campaign = replace(campaign, cases=tuple(dense))
     tree = wl.update(campaign, wl.Store(tmp_path), progress=False)
