@@ -83,10 +83,10 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
 
     def flat(values: Array | float | None, *last: int) -> Array:
         wide = np.broadcast_to(np.inf if values is None else values, (*at, *last))
-        return np.ascontiguousarray(wide, float).reshape(count, *last)
+        return np.array(wide, float, order="C").reshape(count, *last)  # one kernel: none is read-only
 
     part = np.empty((0, pairs, pairs)) if springs.part is None else flat(springs.part, pairs, pairs)
-    moved = [np.ascontiguousarray(np.broadcast_to(each, shape), float).reshape(-1, count) for each in motion]
+    moved = [np.array(np.broadcast_to(each, shape), float, order="C").reshape(-1, count) for each in motion]
     values, each_pair = np.empty((3, len(moved[0]), count)), np.empty((2, len(moved[0]), count, pairs))
     stiffness, gap, pair_rate = (flat(each, pairs) for each in springs[:3])
     own = Springs(stiffness, gap, pair_rate, flat(springs.lead_rate), part)
