@@ -1,6 +1,7 @@
 """Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear."""
 
 import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
+from wearlab.dynamics.orbits.periodic import Unbounded
+from wearlab.life.limits import StopWear
 from wearlab.life.state import Wear, WearState
-from wearlab.life.vibration import Responses
+from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.wear.law import PreparedLaw
@@ -129,3 +132,42 @@ class Coupled(ABC):
     def unworn(self) -> Wear:
         """Return no wear."""
         return tuple(np.zeros((2, *kind.shape)) for kind in self.kinds)
+
+
+@dataclass(frozen=True)
+class OneCondition(Coupled):
+    """Flanks that wear together in one condition of operation.
+
+    Parameters
+    ----------
+    vibration : the dynamics, None: quasi-static
+    account : where time and work are written down
+    """
+
+    vibration: Vibration | None
+    account: Account = field(default_factory=Account, kw_only=True)
+
+    @property
+    def work(self) -> int:
+        """Right-hand sides evaluated so far."""
+        return self.account.counts["right_hand_sides"]
+
+    @property
+    def accounts(self) -> tuple[Account, ...]:
+        """Where time and work are written down."""
+        return (self.account,)
+
+    def _spent(self, stage: str, since: float) -> float:
+        now = time.perf_counter()
+        self.account.seconds[stage] += now - since
+        return now
+
+    def _respond(self, vibration: Vibration, flanks: Sequence[Any], start: Responses | None) -> Responses:
+        try:
+            responses = vibration.solve(flanks, start)
+        except Unbounded as error:
+            raise StopWear("unbounded motion") from error
+        for response in responses:
+            self.account.counts["period_maps"] += response.counts.period_maps
+            self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
+        return responses

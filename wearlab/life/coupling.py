@@ -1,7 +1,7 @@
 """One wear state evaluated: contact analysis → steady responses → tooth forces → wear rate."""
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -9,14 +9,13 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
-from wearlab.dynamics.orbits.periodic import Unbounded
 from wearlab.life.averaging import averaged_rate, scatter
-from wearlab.life.coupled import Account, Coupled, MeshKind
+from wearlab.life.coupled import MeshKind, OneCondition
 from wearlab.life.limits import StopWear
 from wearlab.life.load import Forces, Load, still
 from wearlab.life.loads.static import StaticLoad
 from wearlab.life.state import KindState, Wear, WearState
-from wearlab.life.vibration import Responses, Vibration
+from wearlab.life.vibration import Responses
 from wearlab.mesh.clock import repeated
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.excitation import MeshFlanks
@@ -26,20 +25,16 @@ from wearlab.wear.law import PreparedLaw
 
 
 @dataclass(frozen=True)
-class Coupling(Coupled):
+class Coupling(OneCondition):
     """Contact, dynamics and wear of a gear set, joined.
 
     Parameters
     ----------
     kinds : the kinds of mesh
-    vibration : the dynamics, None: quasi-static
     load : which force wears
-    account : where time and work are written down
     """
 
-    vibration: Vibration | None
     load: Load
-    account: Account = field(default_factory=Account)
 
     def evaluate(
         self, wear: Wear, start: Responses | None = None, near: WearState | None = None
@@ -82,16 +77,6 @@ class Coupling(Coupled):
             )
         self._spent("wear", clock)
         return WearState(tuple(states), responses, max(noises))
-
-    @property
-    def work(self) -> int:
-        """Right-hand sides evaluated so far."""
-        return self.account.counts["right_hand_sides"]
-
-    @property
-    def accounts(self) -> tuple[Account, ...]:
-        """Where time and work are written down."""
-        return (self.account,)
 
     @property
     def shared(self) -> tuple[Any, ...]:
@@ -149,22 +134,6 @@ class Coupling(Coupled):
         weight = force.weight[rows] / force.weight[rows].sum()
         some = Forces(weight, force.drive[rows], force.pair[rows])
         return averaged_rate(law, weight, self.load.at_nodes(flanks, static, some), depth)
-
-    def _spent(self, stage: str, since: float) -> float:
-        now = time.perf_counter()
-        self.account.seconds[stage] += now - since
-        return now
-
-    def _respond(self, vibration: Vibration, flanks: list[MeshFlanks], start: Responses | None) -> Responses:
-        try:
-            responses = vibration.solve(flanks, start)
-        except Unbounded as error:
-            raise StopWear("unbounded motion") from error
-        self.account.counts["period_maps"] += sum(response.counts.period_maps for response in responses)
-        self.account.counts["right_hand_sides"] += sum(
-            response.counts.right_hand_sides for response in responses
-        )
-        return responses
 
     def _forces(self, kind: MeshKind, flanks: MeshFlanks, responses: Responses) -> Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""

@@ -9,13 +9,11 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
-from wearlab.dynamics.orbits.periodic import Unbounded
 from wearlab.dynamics.orbits.response import Response
-from wearlab.life.coupled import Account, Coupled
+from wearlab.life.coupled import OneCondition
 from wearlab.life.limits import StopWear
 from wearlab.life.state import KindState, Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
-from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.face.contact import FaceContact, LineLoads
 from wearlab.mesh.face.curves import Curves, FaceFlanks, curves
 from wearlab.mesh.force import Deflections, normal_forces
@@ -76,7 +74,7 @@ class FaceKind:
 
 
 @dataclass(frozen=True)
-class FaceCoupling(Coupled):
+class FaceCoupling(OneCondition):
     """Contact and wear of a gear set whose flanks have a width, joined.
 
     Parameters
@@ -84,13 +82,11 @@ class FaceCoupling(Coupled):
     kinds : the kinds of mesh
     vibration : the dynamics, None: quasi-static
     moving : whether the force of the moment wears, or the static one
-    account : where time and work are written down
     """
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
     vibration: Vibration | None = None
     moving: bool = False
-    account: Account = field(default_factory=Account)
     _last: list[LineLoads | None] = field(default_factory=list, repr=False, compare=False)
 
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
@@ -150,16 +146,6 @@ class FaceCoupling(Coupled):
             found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, table))
         return found
 
-    def _respond(self, vibration: Vibration, flanks: list[FaceFlanks], start: Responses | None) -> Responses:
-        try:
-            responses = vibration.solve(cast("list[MeshFlanks]", flanks), start)
-        except Unbounded as error:
-            raise StopWear("unbounded motion") from error
-        for response in responses:
-            self.account.counts["period_maps"] += response.counts.period_maps
-            self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
-        return responses
-
     def _moving_load(self, kind: FaceKind, state: FaceState, worn: Array, response: Response) -> Array:
         """Return the load per width when a node is in contact, (n_face, n) [N/m].
 
@@ -189,25 +175,10 @@ class FaceCoupling(Coupled):
             kind.flanks(cast("Curves", state.curves)) for kind, state in zip(self.kinds, states, strict=True)
         ]
 
-    def _spent(self, stage: str, since: float) -> float:
-        now = time.perf_counter()
-        self.account.seconds[stage] += now - since
-        return now
-
     @property
     def slope(self) -> float:
         """Signed tan β_b of the gears, 0 of spur gears [1]."""
         return self.kinds[0].contact.helix.slope
-
-    @property
-    def work(self) -> int:
-        """Right-hand sides evaluated so far."""
-        return self.account.counts["right_hand_sides"]
-
-    @property
-    def accounts(self) -> tuple[Account, ...]:
-        """Where time and work are written down."""
-        return (self.account,)
 
     @property
     def shared(self) -> tuple[Any, ...]:
