@@ -11,8 +11,9 @@ Every name becomes an array with its unit.
     place   = dimension "=" ( number | word | text in quotes )
 """
 
+import ast
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,11 +26,12 @@ from wearlab.query.grammar import QueryError
 FUNCTIONS = ("max", "min", "mean", "range", "abs", "largest_at", "smallest_at")
 LONGEST = 1000
 DEEPEST = 30
-TOKEN = re.compile(
-    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d]\w*)"
-    r"|(?P<text>'[^']*'|\"[^\"]*\")|(?P<sign>[-+*/()\[\],=]))"
-)
-WORD = re.compile(r"\s*([^\W\d][\w-]*)\s*(?=[,\]])")
+NUMBER = re.compile(r"-?\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+WORD = re.compile(r"[^\W\d][\w-]*")
+TEXT = re.compile(r"'[^']*'|\"[^\"]*\"")
+NOT_PYTHON = re.compile(rf"{TEXT.pattern}|(?<==)\s*{WORD.pattern}(?=\s*[,\]])|[=:#\\]|\s|[^\W\x00-\x7f]")
+"""Texts; words after an equals sign; and what Python would read as something else."""
+SIGNS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
 
 @dataclass(frozen=True)
@@ -87,11 +89,24 @@ def parse_formula(text: str) -> Any:
     """
     if len(text) > LONGEST:
         raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
-    reader = _FormulaReader(text)
-    tree = reader.formula(0)
-    if reader.rest().strip():
-        raise reader.fail("an operator or the end")
-    return tree
+    source = NOT_PYTHON.sub(_in_python, text)
+    lead = len(source) - len(source.lstrip())
+    try:
+        tree = ast.parse(source.lstrip(), mode="eval").body
+    except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
+        at = lead + (getattr(error, "offset", None) or 1) - 1
+        raise QueryError(f"no formula: {getattr(error, 'msg', 'too deep')}", text, min(at, len(text))) from None
+    return _FormulaReader(text, lead).read(tree, 0)
+
+
+def _in_python(found: re.Match[str]) -> str:
+    """Return what stands for a part of a formula where Python reads it, of the same length."""
+    part = found[0]
+    if part.isspace():
+        return " "
+    if part in "=:#\\":
+        return ":" if part == "=" else "?"
+    return f"'{'_' * (len(part) - 2)}'" if part[0] in "'\"" else "_" * len(part)
 
 
 def names_in(tree: Any) -> Iterator[Named]:
@@ -114,99 +129,60 @@ def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
     return text
 
 
+@dataclass(frozen=True)
 class _FormulaReader:
-    """Walks over the text of a formula."""
+    """Takes of what Python's parser found in a formula that alone which the grammar has."""
 
-    def __init__(self, text: str) -> None:
-        self.text, self.at = text, 0
+    text: str
+    lead: int
 
-    def rest(self) -> str:
-        return self.text[self.at :]
+    def part(self, node: ast.expr) -> str:
+        """Return what a formula has for a node."""
+        return self.text[self.lead + node.col_offset : self.lead + (node.end_col_offset or 0)]
 
-    def fail(self, wanted: str) -> QueryError:
-        return QueryError(f"expected {wanted}", self.text, self.at)
+    def fail(self, wanted: str, node: ast.expr) -> QueryError:
+        return QueryError(f"expected {wanted}", self.text, self.lead + node.col_offset)
 
-    def take(self, kind: str, *texts: str) -> str | None:
-        """Step over the next word when it is one of these."""
-        found = TOKEN.match(self.text, self.at)
-        if found is None or found.lastgroup != kind or (texts and found[kind] not in texts):
-            return None
-        self.at = found.end()
-        return found[kind]
-
-    def expect(self, sign: str) -> None:
-        if not self.take("sign", sign):
-            raise self.fail(repr(sign))
-
-    def formula(self, depth: int) -> Any:
-        return self._joined(("+", "-"), self._term, depth)
-
-    def _term(self, depth: int) -> Any:
-        return self._joined(("*", "/"), self._factor, depth)
-
-    def _joined(self, signs: tuple[str, ...], part: Callable[[int], Any], depth: int) -> Any:
+    def read(self, node: ast.expr, depth: int) -> Any:
         if depth > DEEPEST:
-            raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.at)
-        left = part(depth + 1)
-        while sign := self.take("sign", *signs):
-            left = Joined(sign, left, part(depth + 1))
-        return left
+            raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.lead + node.col_offset)
+        match node:
+            case ast.Constant() if NUMBER.fullmatch(self.part(node)):
+                return PlainNumber(float(self.part(node)))
+            case ast.Name():
+                return Named(self.part(node), self.lead + node.col_offset)
+            case ast.UnaryOp(ast.USub(), inner):
+                return Joined("-", PlainNumber(0.0), self.read(inner, depth + 1))
+            case ast.BinOp(left, sign, right) if type(sign) in SIGNS:
+                return Joined(SIGNS[type(sign)], self.read(left, depth), self.read(right, depth + 1))
+            case ast.Subscript(inner, places):
+                listed = places.elts if isinstance(places, ast.Tuple) else [places]
+                return PlacedNumber(self.read(inner, depth + 1), tuple(map(self.place, listed)))
+            case ast.Call(ast.Name(name), [inner, *along], []):
+                return self.applied(name, self.read(inner, depth + 1), along, node)
+        raise self.fail("a number, a name or '('", node)
 
-    def _factor(self, depth: int) -> Any:
-        if self.take("sign", "-"):
-            if depth > DEEPEST:
-                raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.at)
-            return Joined("-", PlainNumber(0.0), self._factor(depth + 1))
-        item = self._item(depth)
-        while self.take("sign", "["):
-            places = [self._place()]
-            while self.take("sign", ","):
-                places.append(self._place())
-            self.expect("]")
-            item = PlacedNumber(item, tuple(places))
-        return item
-
-    def _item(self, depth: int) -> Any:
-        if number := self.take("number"):
-            return PlainNumber(float(number))
-        if self.take("sign", "("):
-            inner = self.formula(depth + 1)
-            self.expect(")")
-            return inner
-        name = self.take("name")
-        if name is None:
-            raise self.fail("a number, a name or '('")
-        at = self.at - len(name)
-        if not self.take("sign", "("):
-            return Named(name, at)
+    def applied(self, name: str, inner: Any, along: list[ast.expr], node: ast.expr) -> Applied:
         if name not in FUNCTIONS:
-            raise QueryError(f"no function {name!r}; there are {', '.join(FUNCTIONS)}", self.text, at)
-        inner = self.formula(depth + 1)
-        dim = None
-        if self.take("sign", ","):
-            dim = self.take("name")
-            if dim is None:
-                raise self.fail("a dimension")
-        elif name.endswith("_at"):
-            raise self.fail(f"', dimension': {name}(formula, dimension)")
-        self.expect(")")
-        return Applied(name, inner, dim)
+            raise QueryError(
+                f"no function {name!r}; there are {', '.join(FUNCTIONS)}", self.text, self.lead + node.col_offset
+            )
+        match along:
+            case [ast.Name() as dim]:
+                return Applied(name, inner, self.part(dim))
+            case [] if not name.endswith("_at"):
+                return Applied(name, inner, None)
+        raise self.fail(f"{name}(formula, dimension)", node)
 
-    def _place(self) -> tuple[str, float | str]:
-        dim = self.take("name")
-        if dim is None:
-            raise self.fail("a dimension")
-        self.expect("=")
-        if (text := self.take("text")) is not None:
-            return dim, text[1:-1]
-        if word := WORD.match(self.text, self.at):
-            self.at = word.end()
-            return dim, word[1]
-        sign = -1.0 if self.take("sign", "-") else 1.0
-        number = self.take("number")
-        if number is None:
-            raise self.fail("a number, a word, or a text in quotes")
-        return dim, sign * float(number)
+    def place(self, node: ast.expr) -> tuple[str, float | str]:
+        match node:
+            case ast.Slice(ast.Name() as dim, ast.expr(), None):
+                given = self.part(node).partition("=")[2].strip()
+                if NUMBER.fullmatch(given):
+                    return self.part(dim), float(given.replace(" ", ""))
+                if WORD.fullmatch(given) or TEXT.fullmatch(given):
+                    return self.part(dim), given if WORD.fullmatch(given) else given[1:-1]
+        raise self.fail("dimension = a number, a word, or a text in quotes", node)
 
 
 BASE = "base"
