@@ -260,7 +260,7 @@ def test_what_is_no_record_is_refused(file, tmp_path, capsys, text, message):
         ("{worn:.2f}", "{worn:two}", r"'two' is no format such as"),
         ("{worn:.2f}", "{exp(worn):.2f}", r"no function 'exp'"),
         ("max(max_wear_depth, flank)", "max(max_wear_dept, flank)", "did you mean 'max_wear_depth'"),
-        ("max(max_wear_depth, flank)", "max(max_wear_depth", r"claim\[0\].quantity: expected '\)'"),
+        ("max(max_wear_depth, flank)", "max(max_wear_depth", r"quantity: no formula: '\(' was never closed"),
         ("tolerance = ", "tolerence = ", r"claim\[0\].tolerence: unknown key, did you mean 'tolerance'"),
     ],
 )

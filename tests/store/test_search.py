@@ -314,12 +314,11 @@ def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):
 )
 def test_hours_are_those_of_the_run_and_no_limit(asked, means):
     """``hours`` alone meant the limit ``wear.until.hours``: the same number in every row."""
-    from wearlab.query.grammar import Name
     from wearlab.query.keys import Key, Vocabulary
     from wearlab.store.search import ALIASES
 
     keys = [Key("wear.until.hours", is_path=True), Key("service_life"), Key("operating_hours")]
-    assert Vocabulary(keys, ALIASES).find(Name(asked, 0), asked).name == means
+    assert Vocabulary(keys, ALIASES).find(asked, 0, asked).name == means
 
 
 QUESTIONS = [

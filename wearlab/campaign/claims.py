@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from wearlab import nearest, options, units
 from wearlab.campaign.inheritance import CampaignError, is_list_of, modelled
 from wearlab.query.formula import AmountError, amount, names_in, parse_formula, spelled_out
-from wearlab.query.grammar import QueryError
+from wearlab.query.keys import QueryError
 from wearlab.scene.problems import shown
 
 if TYPE_CHECKING:

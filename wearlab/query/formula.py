@@ -21,7 +21,7 @@ import numpy as np
 
 from wearlab import nearest, units
 from wearlab.query import evaluate
-from wearlab.query.grammar import QueryError
+from wearlab.query.keys import QueryError
 
 FUNCTIONS = ("max", "min", "mean", "range", "abs", "largest_at", "smallest_at")
 LONGEST = 1000
@@ -95,7 +95,9 @@ def parse_formula(text: str) -> Any:
         tree = ast.parse(source.lstrip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         at = lead + (getattr(error, "offset", None) or 1) - 1
-        raise QueryError(f"no formula: {getattr(error, 'msg', 'too deep')}", text, min(at, len(text))) from None
+        raise QueryError(
+            f"no formula: {getattr(error, 'msg', 'too deep')}", text, min(at, len(text))
+        ) from None
     return _FormulaReader(text, lead).read(tree, 0)
 
 
@@ -165,7 +167,9 @@ class _FormulaReader:
     def applied(self, name: str, inner: Any, along: list[ast.expr], node: ast.expr) -> Applied:
         if name not in FUNCTIONS:
             raise QueryError(
-                f"no function {name!r}; there are {', '.join(FUNCTIONS)}", self.text, self.lead + node.col_offset
+                f"no function {name!r}; there are {', '.join(FUNCTIONS)}",
+                self.text,
+                self.lead + node.col_offset,
             )
         match along:
             case [ast.Name() as dim]:

@@ -10,42 +10,31 @@
     operand    = name | "first_cycle" "(" comparison ")" | number [unit] | text | date | "true" | "false"
 """
 
+import math
 import re
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-
-class QueryError(ValueError):
-    """A condition cannot be read or does not fit what is known; the message points at the place.
-
-    Parameters
-    ----------
-    reason : one sentence with a remedy
-    text : the condition
-    position : where in it, from 0
-    """
-
-    def __init__(self, reason: str, text: str, position: int) -> None:
-        self.reason, self.text, self.position = reason, text, position
-        super().__init__(f"{reason}\n  {text}\n  {' ' * position}^")
-
-    def __reduce__(self) -> tuple[type["QueryError"], tuple[str, str, int]]:
-        return type(self), (self.reason, self.text, self.position)
-
+from wearlab import units
+from wearlab.query.keys import PLAIN, Key, QueryError, Vocabulary, listed
 
 LONGEST = 4000
 KEYWORDS = ("and", "or", "not", "in", "between", "is", "missing", "contains", "true", "false")
-SPACE = re.compile(r"\s+")
-DATE = re.compile(
-    r"\d{4}-\d{2}-\d{2}(?:T\d{2}(?::\d{2}(?::\d{2}(?:\.\d+)?)?)?)?(?:Z|[+-]\d{2}:\d{2})?(?![\w.])"
+DATE = r"\d{4}-\d{2}-\d{2}(?:T\d{2}(?::\d{2}(?::\d{2}(?:\.\d+)?)?)?)?(?:Z|[+-]\d{2}:\d{2})?(?![\w.])"
+FACTOR = (
+    rf"(?!(?i:{'|'.join(KEYWORDS)})\b)[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?"
 )
-NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
-NAME = re.compile(r"[^\W\d]\w*(?:[.-]\w+)*")
-SIGN = re.compile(r"<=|>=|==|!=|<>|[<>=≤≥≠()\[\],]")
-QUOTED = re.compile(r"'((?:[^']|'')*)'|\"((?:[^\"]|\"\")*)\"")
-FACTOR = re.compile(r"[A-Za-zµμ°%]+(?:\s*(?:\^|\*\*)\s*[+-]?\d+|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+|[+-]?\d+)?")
-JOINT = re.compile(r"\s*[*/·⋅]\s*|\s+")
-ONE_OVER = re.compile(r"\s*1\s*/\s*")
+JOINT = r"(?:\s*[*/·⋅]\s*|\s+)"
+GROUP = rf"(?:{FACTOR}|\({FACTOR}(?:{JOINT}{FACTOR})*\))"
+TOKEN = re.compile(
+    r"(?P<space>\s+)|(?P<text>'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\")"
+    rf"|(?P<date>{DATE})"
+    r"|(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
+    rf"(?:(?P<over>\s*1\s*/)?\s*(?P<unit>{GROUP}(?:{JOINT}{GROUP})*))?"
+    r"|(?P<name>[^\W\d]\w*(?:[.-]\w+)*)"
+    r"|(?P<sign><=|>=|==|!=|<>|[<>=≤≥≠()\[\],])"
+)
 SIGNS = {"==": "=", "<>": "!=", "≤": "<=", "≥": ">=", "≠": "!="}
 
 
@@ -77,59 +66,24 @@ def tokens(text: str) -> list[Token]:
         raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
     read: list[Token] = []
     at = 0
-    while at < len(text):
-        if space := SPACE.match(text, at):
-            at = space.end()
-            continue
-        token, at = _next(text, at)
-        read.append(token)
+    while found := TOKEN.match(text, at):
+        part, kind = found[0], "number" if found["number"] else str(found.lastgroup)
+        if kind == "name" and part.lower() in KEYWORDS:
+            kind, part = "keyword", part.lower()
+        elif kind == "text":
+            part = part[1:-1].replace(2 * part[0], part[0])
+        elif kind == "number":
+            part = found["number"]
+        if kind != "space":
+            unit = f"{'1/' if found['over'] else ''}{found['unit'] or ''}"
+            read.append(Token(kind, SIGNS.get(part, part) if kind == "sign" else part, at, unit))
+        at = found.end()
+    if at < len(text):
+        reason = f"{text[at]!r} belongs nowhere here; texts stand in quotes"
+        if text[at] in "'\"":
+            reason = f"the text that begins with {text[at]} does not end"
+        raise QueryError(reason, text, at)
     return [*read, Token("end", "", len(text))]
-
-
-def _next(text: str, at: int) -> tuple[Token, int]:
-    if match := QUOTED.match(text, at):
-        inner = match[1].replace("''", "'") if match[1] is not None else match[2].replace('""', '"')
-        return Token("text", inner, at), match.end()
-    if match := DATE.match(text, at):
-        return Token("date", match[0], at), match.end()
-    if match := NUMBER.match(text, at):
-        unit, end = _unit(text, match.end())
-        return Token("number", match[0], at, unit), end
-    if match := NAME.match(text, at):
-        word = match[0].lower()
-        return (Token("keyword", word, at) if word in KEYWORDS else Token("name", match[0], at)), match.end()
-    if match := SIGN.match(text, at):
-        return Token("sign", SIGNS.get(match[0], match[0]), at), match.end()
-    if text[at] in "'\"":
-        raise QueryError(f"the text that begins with {text[at]} does not end", text, at)
-    raise QueryError(f"{text[at]!r} belongs nowhere here; texts stand in quotes", text, at)
-
-
-def _unit(text: str, at: int) -> tuple[str, int]:
-    """Return the unit that follows a number, and where it ends; keywords are no units."""
-    start = at
-    if match := ONE_OVER.match(text, at):
-        at = match.end()
-    elif match := SPACE.match(text, at):
-        at = match.end()
-    begin, end, depth = at, start, 0
-    while True:
-        if text[at : at + 1] == "(":
-            depth, at = depth + 1, at + 1
-        factor = FACTOR.match(text, at)
-        if factor is None or factor[0].lower() in KEYWORDS:
-            break
-        at = factor.end()
-        while depth and text[at : at + 1] == ")":
-            depth, at = depth - 1, at + 1
-        end = at
-        joint = JOINT.match(text, at)
-        if joint is None:
-            break
-        at = joint.end()
-    if end == start:
-        return "", start
-    return ("1/" if text[start:begin].strip() else "") + text[begin:end], end
 
 
 DEEPEST = 40
@@ -137,14 +91,6 @@ DAY = len("2026-01-01")
 COMPARISONS = ("<", "<=", ">", ">=", "=", "!=")
 MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 FIRST_CYCLE = "first_cycle"
-
-
-@dataclass(frozen=True)
-class Name:
-    """A key as somebody writes it."""
-
-    text: str
-    at: int
 
 
 @dataclass(frozen=True)
@@ -207,34 +153,34 @@ class Some:
     conditions: tuple[Any, ...]
 
 
-def parse(text: str) -> Any:
-    """Return the tree of a condition.
+def read_condition(text: str, vocabulary: Vocabulary) -> Any:
+    """Return the tree of a condition with keys for names and SI values for quantities.
 
     Raises
     ------
-    QueryError : it does not follow the grammar; the message points at the place
+    QueryError : it cannot be read, a name is unknown, or a value does not fit
     """
-    reader = _Grammar(text)
+    reader = _Grammar(text, vocabulary)
     tree = reader.condition(0)
     reader.expect_end()
     return tree
 
 
-def parse_operand(text: str) -> Any:
-    """Return a name or a ``first_cycle(…)``: what may be a column of a table."""
-    reader = _Grammar(text)
+def read_column(text: str, vocabulary: Vocabulary) -> Any:
+    """Return the key, or the ``first_cycle(…)`` of a key, that a column shows."""
+    reader = _Grammar(text, vocabulary)
     operand = reader.operand()
     reader.expect_end()
     if isinstance(operand, Literal):
         raise QueryError("a column is a name, or first_cycle(…)", text, operand.at)
-    return operand
+    return reader.bound(operand)
 
 
 class _Grammar:
-    """Walks over the words of a condition."""
+    """Walks over the words of a condition; names become keys, values those of their units."""
 
-    def __init__(self, text: str) -> None:
-        self.text, self.words, self.place = text, tokens(text), 0
+    def __init__(self, text: str, vocabulary: Vocabulary) -> None:
+        self.text, self.vocabulary, self.words, self.place = text, vocabulary, tokens(text), 0
 
     @property
     def word(self) -> Token:
@@ -261,16 +207,13 @@ class _Grammar:
             raise self.fail("'and', 'or' or the end")
 
     def condition(self, depth: int) -> Any:
-        alternatives = [self.conjunction(depth)]
-        while self.take("keyword", "or"):
-            alternatives.append(self.conjunction(depth))
-        return alternatives[0] if len(alternatives) == 1 else Some(tuple(alternatives))
+        return self._joined("or", Some, lambda: self._joined("and", All, lambda: self.negation(depth)))
 
-    def conjunction(self, depth: int) -> Any:
-        parts = [self.negation(depth)]
-        while self.take("keyword", "and"):
-            parts.append(self.negation(depth))
-        return parts[0] if len(parts) == 1 else All(tuple(parts))
+    def _joined(self, word: str, of: type, part: Callable[[], Any]) -> Any:
+        parts = [part()]
+        while self.take("keyword", word):
+            parts.append(part())
+        return parts[0] if len(parts) == 1 else of(tuple(parts))
 
     def negation(self, depth: int) -> Any:
         if depth > DEEPEST:
@@ -310,20 +253,22 @@ class _Grammar:
             other = bool(self.take("keyword", "not"))
             if not self.take("keyword", "missing"):
                 raise self.fail("'missing'")
-            return Not(Missing(left)) if other else Missing(left)
-        if negated or isinstance(left, Literal | FirstCycle):
-            raise self.fail("a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)")
-        if self.word.kind == "end" or self.word.text in (")", "and", "or"):  # a switch by itself
-            return Compare("=", left, Literal(True, left.at))
+            missing = Missing(self.bound(left))
+            return Not(missing) if other else missing
+        alone = self.word.kind == "end" or self.word.text in (")", "and", "or")
+        if alone and not negated and isinstance(left, Token):  # a switch by itself
+            return self._compared("=", left, Literal(True, left.at))
         raise self.fail("a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)")
 
     def _compared(self, sign: str, left: Any, right: Any) -> Compare:
         """Return a comparison with the literal on the right."""
         if isinstance(left, Literal) and not isinstance(right, Literal) and sign in MIRRORED:
-            return Compare(MIRRORED[sign], right, left)
-        if isinstance(left, Literal):
-            raise QueryError("nothing is asked: one side must be a name", self.text, left.at)
-        return Compare(sign, left, right)
+            sign, left, right = MIRRORED[sign], right, left
+        bound = self.bound(left)
+        key = Key("cycle") if isinstance(bound, FirstCycle) else bound
+        if sign == "contains" and key.kind == "number":
+            raise QueryError(f"{key.name!r} is a number and contains no text", self.text, left.at)
+        return Compare(sign, bound, self.value(right, key))
 
     def _list(self) -> list[Any]:
         opened = self.take("sign", "[", "(")
@@ -337,21 +282,80 @@ class _Grammar:
         return items
 
     def operand(self) -> Any:
+        """Return a literal, a ``first_cycle(…)``, or the word of a name."""
         word = self.word
         if self.take("name"):
-            if word.text == FIRST_CYCLE and self.take("sign", "("):
-                inner = self.comparison()
-                if not isinstance(inner, Compare) or inner.sign not in ("<", "<=", ">", ">="):
-                    raise QueryError("first_cycle(…) holds one comparison with < or >", self.text, word.at)
-                self.expect(")", "')'")
-                return FirstCycle(inner, word.at)
-            return Name(word.text, word.at)
+            return self._first_cycle(word) if word.text == FIRST_CYCLE and self.take("sign", "(") else word
         if self.take("number"):
             return Literal(float(word.text), word.at, word.unit)
-        if self.take("text"):
-            return Literal(word.text, word.at)
-        if self.take("date"):
-            return Literal(word.text, word.at, is_date=True)
+        if self.take("text") or self.take("date"):
+            return Literal(word.text, word.at, is_date=word.kind == "date")
         if self.take("keyword", "true", "false"):
             return Literal(word.text == "true", word.at)
         raise self.fail("a name or a value")
+
+    def _first_cycle(self, word: Token) -> FirstCycle:
+        inner = self.comparison()
+        if not isinstance(inner, Compare) or inner.sign not in ("<", "<=", ">", ">="):
+            raise QueryError("first_cycle(…) holds one comparison with < or >", self.text, word.at)
+        self.expect(")", "')'")
+        if not isinstance(inner.left, Key) or not isinstance(inner.right, Literal):
+            raise QueryError("first_cycle(…) compares a name with a value", self.text, word.at)
+        if not inner.left.history:
+            known = sorted(key.name for key in self.vocabulary.keys.values() if key.history)
+            remedy = f"there are {listed(known, 'and')}" if known else "no run has any"
+            raise QueryError(f"{inner.left.name!r} is not kept along a life; {remedy}", self.text, word.at)
+        return FirstCycle(inner, word.at)
+
+    def bound(self, operand: Any) -> Any:
+        """Return the key that a name means, or a ``first_cycle(…)`` as it is."""
+        if isinstance(operand, Literal):
+            raise QueryError("nothing is asked: one side must be a name", self.text, operand.at)
+        return operand if isinstance(operand, FirstCycle) else self.vocabulary.find(*operand[1:3], self.text)
+
+    def value(self, given: Any, key: Key) -> Any:
+        """Return what a key is compared with: a literal in its unit, or another key of the same unit."""
+        if isinstance(given, Token) and key.kind != "number":
+            return Literal(given.text, given.at)  # a word without quotes
+        if not isinstance(given, Literal):
+            other = self.bound(given)
+            unit = "1" if isinstance(other, FirstCycle) else other.unit
+            if isinstance(other, Key) and other.kind == key.kind and _same(unit, key.unit):
+                return other
+            raise QueryError(f"{key.name!r} and this have different units", self.text, given.at)
+        if isinstance(given.value, str):
+            if key.kind == "number":
+                example = f", such as {_example(key)}" if key.unit not in PLAIN else ""
+                raise QueryError(f"{key.name!r} is a number{example}", self.text, given.at)
+            return given
+        if key.kind != "number":
+            raise QueryError(f"{key.name!r} is a text: write the value in quotes", self.text, given.at)
+        return given if isinstance(given.value, bool) else replace(given, value=self._number(given, key))
+
+    def _number(self, given: Literal, key: Key) -> float:
+        number = float(given.value)
+        if given.unit in ("cycle", "cycles") and key.unit in PLAIN:
+            return number
+        if not given.unit:
+            if key.unit not in PLAIN and number != 0.0:
+                raise QueryError(f"{key.name!r} needs a unit, such as {_example(key)}", self.text, given.at)
+            return number
+        try:
+            if key.quantity:
+                return units.quantity(f"{number!r} {given.unit}", key.quantity)
+            return float(units.convert(number, given.unit, key.unit or "1"))
+        except units.UnitError as error:
+            raise QueryError(str(error), self.text, given.at) from None
+
+
+def _same(name: str, other: str) -> bool:
+    if name == other or {name, other} <= set(PLAIN):
+        return True
+    try:
+        return math.isclose(float(units.convert(1.0, name, other)), 1.0)
+    except units.UnitError:
+        return False
+
+
+def _example(key: Key) -> str:
+    return f"'{units.KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"

@@ -1,21 +1,36 @@
 """Keys that a condition may ask for: names, kinds, units; and where two scenes differ."""
 
 import json
-import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from wearlab import units
-from wearlab.query import grammar
-from wearlab.query.grammar import All, Compare, FirstCycle, Literal, Missing, Name, Not, QueryError, Some
 
 if TYPE_CHECKING:
     from wearlab import options
 
 PLAIN = ("", "1", "cycles")
 SHOWN = 12
+
+
+class QueryError(ValueError):
+    """A condition cannot be read or does not fit what is known; the message points at the place.
+
+    Parameters
+    ----------
+    reason : one sentence with a remedy
+    text : the condition
+    position : where in it, from 0
+    """
+
+    def __init__(self, reason: str, text: str, position: int) -> None:
+        self.reason, self.text, self.position = reason, text, position
+        super().__init__(f"{reason}\n  {text}\n  {' ' * position}^")
+
+    def __reduce__(self) -> tuple[type["QueryError"], tuple[str, str, int]]:
+        return type(self), (self.reason, self.text, self.position)
 
 
 @dataclass(frozen=True)
@@ -68,14 +83,14 @@ class Vocabulary:
             for start in range(1, len(words)):
                 self.ends.setdefault(".".join(words[start:]), []).append(key.name)
 
-    def find(self, name: Name, text: str) -> Key:
+    def find(self, name: str, at: int, text: str) -> Key:
         """Return the key that a name means.
 
         Raises
         ------
         QueryError : no key is called so, or several are; the message lists them
         """
-        wanted = name.text.removeprefix("scene.")
+        wanted = name.removeprefix("scene.")
         if wanted not in self.keys:
             known: Any = (self.aliases, self.ends, self.keys)
             wanted = next((w for w in (wanted, wanted.lower()) if any(w in each for each in known)), wanted)
@@ -87,18 +102,18 @@ class Vocabulary:
             return self.keys[candidates[0]]
         if candidates:
             raise QueryError(
-                f"{name.text!r} may mean {_listed(sorted(candidates), 'or')}: write more of it", text, name.at
+                f"{name!r} may mean {listed(sorted(candidates), 'or')}: write more of it", text, at
             )
         elsewhere = self.elsewhere(wanted)
         if isinstance(elsewhere, Key):
             return elsewhere
         if elsewhere:
             inside = self._inside(wanted) or self._inside(wanted.rpartition(".")[0])
-            remedy = f"; there are {_listed(inside, 'and')}" if inside else ""
-            raise QueryError(f"{name.text!r} {elsewhere}{remedy}", text, name.at)
+            remedy = f"; there are {listed(inside, 'and')}" if inside else ""
+            raise QueryError(f"{name!r} {elsewhere}{remedy}", text, at)
         near = get_close_matches(wanted, {**self.keys, **self.ends, **self.aliases}, 3)
-        remedy = f"did you mean {_listed(near, 'or')}?" if near else "nothing here is called so"
-        raise QueryError(f"unknown name {name.text!r}; {remedy}", text, name.at)
+        remedy = f"did you mean {listed(near, 'or')}?" if near else "nothing here is called so"
+        raise QueryError(f"unknown name {name!r}; {remedy}", text, at)
 
     def _inside(self, table: str) -> list[str]:
         """Return the keys within a table, without the numbered values of lists."""
@@ -106,117 +121,10 @@ class Vocabulary:
         return sorted(key for key in inside if not any(word.isdigit() for word in key.split(".")))
 
 
-def _listed(words: list[str], joint: str) -> str:
+def listed(words: list[str], joint: str) -> str:
+    """Return words in quotes, the last after a joint, the first ones of many."""
     quoted = [repr(word) for word in words[:SHOWN]] + (["…"] if len(words) > SHOWN else [])
     return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} {joint} {quoted[-1]}"
-
-
-def read_condition(text: str, vocabulary: Vocabulary) -> Any:
-    """Return the tree of a condition with keys for names and SI values for quantities.
-
-    Raises
-    ------
-    QueryError : it cannot be read, a name is unknown, or a value does not fit
-    """
-    return _Binder(text, vocabulary).condition(grammar.parse(text))
-
-
-def read_column(text: str, vocabulary: Vocabulary) -> Any:
-    """Return the key, or the ``first_cycle(…)`` of a key, that a column shows."""
-    return _Binder(text, vocabulary).operand(grammar.parse_operand(text))
-
-
-@dataclass(frozen=True)
-class _Binder:
-    text: str
-    vocabulary: Vocabulary
-
-    def condition(self, tree: Any) -> Any:
-        match tree:
-            case All(conditions):
-                return All(tuple(self.condition(condition) for condition in conditions))
-            case Some(conditions):
-                return Some(tuple(self.condition(condition) for condition in conditions))
-            case Not(inner):
-                return Not(self.condition(inner))
-            case Missing(operand):
-                return Missing(self.operand(operand))
-            case Compare():
-                return self.comparison(tree)
-        raise AssertionError(tree)
-
-    def operand(self, operand: Any) -> Any:
-        if isinstance(operand, FirstCycle):
-            inner = self.comparison(operand.condition)
-            if not isinstance(inner.left, Key) or not isinstance(inner.right, Literal):
-                raise QueryError("first_cycle(…) compares a name with a value", self.text, operand.at)
-            if not inner.left.history:
-                known = sorted(key.name for key in self.vocabulary.keys.values() if key.history)
-                remedy = f"there are {_listed(known, 'and')}" if known else "no run has any"
-                raise QueryError(
-                    f"{inner.left.name!r} is not kept along a life; {remedy}", self.text, operand.at
-                )
-            return replace(operand, condition=inner)
-        return self.vocabulary.find(operand, self.text)
-
-    def comparison(self, tree: Compare) -> Compare:
-        left = self.operand(tree.left)
-        key = Key("cycle", history=False) if isinstance(left, FirstCycle) else left
-        if tree.sign == "contains" and key.kind == "number":
-            raise QueryError(f"{key.name!r} is a number and contains no text", self.text, tree.left.at)
-        return Compare(tree.sign, left, self.value(tree.right, key, tree.sign))
-
-    def value(self, given: Any, key: Key, sign: str) -> Any:
-        """Return what a key is compared with: a literal in its unit, or another key of the same unit."""
-        if isinstance(given, Name) and key.kind != "number":
-            return Literal(given.text, given.at)  # a word without quotes
-        if isinstance(given, Name | FirstCycle):
-            other = self.operand(given)
-            unit = "1" if isinstance(other, FirstCycle) else other.unit
-            if isinstance(other, Key) and other.kind == key.kind and _same(unit, key.unit):
-                return other
-            raise QueryError(f"{key.name!r} and this have different units", self.text, given.at)
-        if isinstance(given.value, str):
-            return self._text(given, key)
-        if key.kind != "number":
-            raise QueryError(f"{key.name!r} is a text: write the value in quotes", self.text, given.at)
-        return replace(
-            given, value=given.value if isinstance(given.value, bool) else self._number(given, key)
-        )
-
-    def _text(self, given: Literal, key: Key) -> Literal:
-        if key.kind == "number":
-            example = f", such as {_example(key)}" if key.unit not in PLAIN else ""
-            raise QueryError(f"{key.name!r} is a number{example}", self.text, given.at)
-        return given
-
-    def _number(self, given: Literal, key: Key) -> float:
-        number = float(given.value)
-        if given.unit in ("cycle", "cycles") and key.unit in PLAIN:
-            return number
-        if not given.unit:
-            if key.unit not in PLAIN and number != 0.0:
-                raise QueryError(f"{key.name!r} needs a unit, such as {_example(key)}", self.text, given.at)
-            return number
-        try:
-            if key.quantity:
-                return units.quantity(f"{number!r} {given.unit}", key.quantity)
-            return float(units.convert(number, given.unit, key.unit or "1"))
-        except units.UnitError as error:
-            raise QueryError(str(error), self.text, given.at) from None
-
-
-def _same(name: str, other: str) -> bool:
-    if name == other or {name, other} <= set(PLAIN):
-        return True
-    try:
-        return math.isclose(float(units.convert(1.0, name, other)), 1.0)
-    except units.UnitError:
-        return False
-
-
-def _example(key: Key) -> str:
-    return f"'{units.KINDS[key.quantity].example}'" if key.quantity else f"'1 {key.display_unit or key.unit}'"
 
 
 def scene_key(name: str, text: bool) -> Key:
