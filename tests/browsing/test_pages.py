@@ -17,7 +17,7 @@ from wearlab.store import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import ReachedCycle
 
-copy = pytest.importorskip("wearlab.browsing.copy", reason="wearlab[browse] is not installed")
+copy = pytest.importorskip("wearlab.browsing.taking", reason="wearlab[browse] is not installed")
 write_copy = copy.write_copy
 
 

@@ -63,9 +63,8 @@ def test_imports_begin_early_when_workers_will_be_wanted(
 def test_a_replacement_that_never_began_is_not_joined() -> None:
     from distributed.core import Status
 
-    from wearlab.runner.nanny import SwiftNanny
-
-    nanny = SwiftNanny.__new__(SwiftNanny)
+    kind = local.swift_nanny()
+    nanny = kind.__new__(kind)
     nanny.process = SimpleNamespace(status=Status.failed, process=SimpleNamespace(pid=None))
     asyncio.run(nanny.kill())
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearlab.browsing.recorded import differing_keys, value_of_key
-from wearlab.query.keys import flat
+from wearlab.browsing.recorded import value_of_key
+from wearlab.query.keys import differing_keys
 from wearlab.store import outcome
 from wearlab.store.files import StoreError
 from wearlab.store.grid import key_text
@@ -61,7 +61,7 @@ def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys
     worn = [pair for pair in zip(entries, labels, strict=True) if "max_wear_depth" in pair[0].summary]
     entries, labels = [entry for entry, _ in worn], [label for _, label in worn]
     lives, hours = ([entry.summary.get(name) for entry in entries] for name in ("life", "service_life"))
-    scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries]
+    scenes = [entry.values for entry in entries]
     sentences, ranked = longest(lives, labels, scenes, keys), _ranked(lives)
     if len(ranked) > 1 and ranked[-1][0] > ranked[-2][0]:
         (shorter, second), (longer, first) = ranked[-2:]

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.browsing import lives
-from wearlab.browsing.recorded import CAMPAIGN_OF_RUN, differing_keys, labels_of, value_of_key
+from wearlab.browsing.recorded import CAMPAIGN_OF_RUN, labels_of, value_of_key
 from wearlab.figures.doubt import FIRM, LOST, TRUSTED
-from wearlab.query.keys import flat
+from wearlab.query.keys import differing_keys
 from wearlab.report import run as told
 from wearlab.report.page import model_errors, remarks
 from wearlab.store import outcome, publish
@@ -126,7 +126,7 @@ def changes(store: "Store", entry: "Entry", written: told.Written) -> Iterator[C
     base = next(iter(store.entries(row[0] for row in rows).values()), None)
     if base is None or base.id == entry.id:
         return
-    first, own = (dict(flat(json.loads(each.scene or "{}"))) for each in (base, entry))
+    first, own = base.values, entry.values
     for key in differing_keys([first, own]):
         shown = (
             "none" if v is None else told.in_file_units(key, v, written)
@@ -149,7 +149,7 @@ def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
 def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     """Return what differs between runs, and what they came to: a row a key, a column a run."""
     entries = store.entries(ids)
-    scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries.values()]
+    scenes = [entry.values for entry in entries.values()]
     keys = differing_keys(scenes)[:MOST_KEYS]
     asked = [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys]
     layouts = store.catalogue.layouts(entry.layout for entry in entries.values() if entry.layout)

@@ -3,106 +3,40 @@
 import asyncio
 import logging
 import secrets
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
-from urllib.parse import urlencode
 
 from bokeh.embed import server_document
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from tornado.web import HTTPError, RequestHandler
 
-from wearlab.browsing import contents, figures, gate, progress, taking, updates
+from wearlab.browsing import contents, figures, frame, recorded, taking
 from wearlab.figures.kind import FigureError
 from wearlab.query import QueryError
 from wearlab.store import Store
 from wearlab.store.files import StoreError
-from wearlab.version import __version__
 
-HERE = Path(__file__).parent
-PAGES = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
 KINDS = {
     "png": "image/png",
     "svg": "image/svg+xml",
     "pdf": "application/pdf",
     "csv": "text/csv; charset=utf-8",
 }
-NAMES = "names.js"
 REFUSED = (StoreError, FigureError, QueryError)
-
-
-@cache
-def templates() -> Environment:
-    """Return the templates, which escape every text."""
-    return Environment(
-        loader=FileSystemLoader(HERE / "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-
-
-@cache
-def style() -> str:
-    """Return the style of all pages: that of reports, and what windows need besides."""
-    parts = (HERE.parent / "report" / "page.css", HERE / "templates" / "style.css")
-    return "\n".join(part.read_text(encoding="utf-8") for part in parts)
-
-
-class Place:
-    """Where pages lie: addresses of the window, each with its token.
-
-    Parameters
-    ----------
-    token : of the window
-    """
-
-    pages = PAGES
-    live = True
-
-    def __init__(self, token: str) -> None:
-        self.token = token
-        self.style = self.url("style.css")
-
-    def url(self, name: str, **arguments: Any) -> str:
-        """Return the address of a page."""
-        pairs = [(key, value) for key, value in arguments.items() if value not in (None, "")]
-        return f"/{name}?{urlencode([('token', self.token), *pairs], doseq=True)}"
-
-    def file(self, name: str, ending: str, address: str) -> str:
-        """Return the address of a file of a figure, by what its question's address says."""
-        return f"{self.url(f'{name}.{ending}')}&{address}"
-
-
-def rendered(template: str, place: Any, heading: str, told: Mapping[str, Any]) -> str:
-    """Return a page.
-
-    Parameters
-    ----------
-    template : its file
-    place : where the others lie: `Place`, or that of a static copy
-    heading : above it
-    told : what it tells
-    """
-    more = {"url": place.url, "place": place, "heading": heading, "version": __version__, "live": place.live}
-    return templates().get_template(template).render({**more, **told})
 
 
 class WindowPage(RequestHandler):
     """What all pages share: the store, the addresses, the headers, and how trouble is told."""
 
-    def initialize(self, store: Store, drawing: Any) -> None:
-        """Take up the store, and the thread that draws for print with a store of its own."""
-        self.store, self.drawing = store, drawing
+    def initialize(self, store: Store, drawing: Any, answer: Callable[..., Any] | None = None) -> None:
+        """Take up the store, the thread that draws for print with a store of its own, and what answers."""
+        self.store, self.drawing, self.answer = store, drawing, answer
         self.nonce = secrets.token_urlsafe(16)
-        self.place = Place(self.get_query_argument("token"))
+        self.place = frame.Place(self.get_query_argument("token"))
 
     def set_default_headers(self) -> None:
         """Keep pages to this machine."""
-        for name, value in gate.HEADERS.items():
+        for name, value in frame.HEADERS.items():
             self.set_header(name, value)
 
     def arguments(self) -> dict[str, list[str]]:
@@ -115,7 +49,7 @@ class WindowPage(RequestHandler):
 
     def show(self, template: str, heading: str, here: str = "", **told: Any) -> None:
         """Write a page."""
-        self.set_header("Content-Security-Policy", gate.policy(self.nonce))
+        self.set_header("Content-Security-Policy", frame.policy(self.nonce))
         self.set_header("Content-Type", "text/html; charset=utf-8")
         beside = {
             "here": here,
@@ -123,7 +57,7 @@ class WindowPage(RequestHandler):
             "token": self.place.token,
             "writable": self.store.address is None,
         }
-        self.write(rendered(template, self.place, heading, {**beside, **told}))
+        self.write(frame.rendered(template, self.place, heading, {**beside, **told}))
 
     def scripts(self, shown: Sequence[figures.ShownFigure]) -> Markup:
         """Return what draws the figures of a page."""
@@ -136,7 +70,7 @@ class WindowPage(RequestHandler):
 
     def names(self) -> Markup:
         """Return what gives names to controls of figures."""
-        return Markup('<script src="{}"></script>').format(self.place.url(NAMES))
+        return Markup('<script src="{}"></script>').format(self.place.url(frame.NAMES))
 
     def give(self, content: bytes, kind: str, name: str = "") -> None:
         """Write a file."""
@@ -168,114 +102,96 @@ class WindowPage(RequestHandler):
             logging.getLogger("wearlab").error("a page, %s", self.request.path, exc_info=told)
 
 
-class CampaignsPage(WindowPage):
-    """All campaigns."""
+class Page(WindowPage):
+    """What is answered at one address."""
 
-    def get(self) -> None:
-        """Show a page of them."""
-        told = contents.campaigns(self.store, self.first().get("page", ""))
-        self.show("campaigns.html", "Campaigns", "", thumbnails=True, problem="", **told)
-
-
-class CampaignPage(WindowPage):
-    """One campaign."""
-
-    def get(self) -> None:
-        """Show its cases and figures."""
-        first = self.first()
-        told = contents.campaign(self.store, first.get("key", ""), self.place, first)
-        self.show("campaign.html", told["told"].title, scripts=self.scripts(told["figures"]), **told)
+    async def get(self, *words: str) -> None:
+        """Answer; what answers is given this page and the words of the address."""
+        answered = self.answer(self, *words) if self.answer else None
+        if answered is not None:
+            await answered
 
 
-class Runs(WindowPage):
-    """Runs by condition."""
-
-    def get(self) -> None:
-        """Show a page of them."""
-        self.show("runs.html", "Runs", "runs", **contents.runs(self.store, self.first(), self.place))
+def campaigns(page: Page) -> None:
+    """Show a page of all campaigns."""
+    told = contents.campaigns(page.store, page.first().get("page", ""))
+    page.show("campaigns.html", "Campaigns", thumbnails=True, problem="", **told)
 
 
-class RunPage(WindowPage):
-    """One run."""
-
-    def get(self) -> None:
-        """Show it."""
-        told = contents.run(
-            self.store, self.get_query_argument("id"), self.place, self.get_query_argument("back", "")
-        )
-        app = Markup("")
-        if told["told"]["state"] == "done":
-            own = {"token": self.place.token, "id": told["told"]["id"]}
-            app = server_document("/figure", relative_urls=True, arguments=own)
-            app = Markup(app.replace("<script id", f'<script nonce="{self.nonce}" id')) + self.names()
-        self.show("run.html", told["told"]["title"], "runs", app=app, figures=[], scripts="", **told)
+def campaign(page: Page) -> None:
+    """Show cases and figures of a campaign."""
+    first = page.first()
+    told = contents.campaign(page.store, first.get("key", ""), page.place, first)
+    page.show("campaign.html", told["told"].title, scripts=page.scripts(told["figures"]), **told)
 
 
-class ComparePage(WindowPage):
-    """Marked runs, or a campaign, in one figure."""
-
-    def get(self) -> None:
-        """Show figure, differences and results."""
-        told = contents.compared(self.store, self.arguments(), self.place)
-        drawn = [told["figure"]] if told["figure"] else []
-        self.show("compare.html", told.pop("title"), "runs", scripts=self.scripts(drawn), **told)
+def runs(page: Page) -> None:
+    """Show a page of runs by condition."""
+    page.show("runs.html", "Runs", "runs", **contents.runs(page.store, page.first(), page.place))
 
 
-class Updates(WindowPage):
-    """All updates."""
-
-    def get(self) -> None:
-        """Show them."""
-        self.show("updates.html", "Updates by measurements", "updates", told=updates.updates(self.store))
-
-
-class Update(WindowPage):
-    """One update."""
-
-    def get(self) -> None:
-        """Show its answer and its figures."""
-        told = updates.update(self.store, self.get_query_argument("id"), self.place)
-        self.show("update.html", told.pop("title"), "updates", scripts=self.scripts(told["figures"]), **told)
+def run(page: Page) -> None:
+    """Show one run."""
+    asked, back = page.get_query_argument("id"), page.get_query_argument("back", "")
+    told = contents.run(page.store, asked, page.place, back)
+    app = Markup("")
+    if told["told"]["state"] == "done":
+        own = {"token": page.place.token, "id": told["told"]["id"]}
+        app = server_document("/figure", relative_urls=True, arguments=own)
+        app = Markup(app.replace("<script id", f'<script nonce="{page.nonce}" id')) + page.names()
+    page.show("run.html", told["told"]["title"], "runs", app=app, figures=[], scripts="", **told)
 
 
-class ProgressPage(WindowPage):
-    """What is being computed."""
-
-    def get(self) -> None:
-        """Show how far runs are."""
-        follow = bool(self.get_query_argument("follow", ""))
-        self.show("progress.html", "Under way", "progress", follow=follow, **progress.progress(self.store))
+def compare(page: Page) -> None:
+    """Show marked runs, or a campaign, in one figure: with differences and results."""
+    told = contents.compared(page.store, page.arguments(), page.place)
+    drawn = [told["figure"]] if told["figure"] else []
+    page.show("compare.html", told.pop("title"), "runs", scripts=page.scripts(drawn), **told)
 
 
-class Thumbnail(WindowPage):
-    """A small picture of a campaign."""
-
-    async def get(self) -> None:
-        """Give it, or an empty picture."""
-        key = self.get_query_argument("key")
-        try:
-            self.give(await self.drawn(lambda store: figures.thumbnail(store, key)), KINDS["png"])
-        except REFUSED:
-            self.give(taking.EMPTY, "image/svg+xml")
+def updates(page: Page) -> None:
+    """Show all updates."""
+    page.show("updates.html", "Updates by measurements", "updates", told=contents.updates(page.store))
 
 
-class Print(WindowPage):
-    """A figure for print, or its numbers."""
-
-    async def get(self, name: str, ending: str) -> None:
-        """Give the file."""
-        arguments = self.arguments()
-        content = await self.drawn(lambda store: taking.printed(store, name, ending, arguments))
-        self.give(content, KINDS[ending], f"{taking.file_name(name, arguments)}.{ending}")
+def update(page: Page) -> None:
+    """Show the answer of an update and its figures."""
+    told = contents.update(page.store, page.get_query_argument("id"), page.place)
+    page.show("update.html", told.pop("title"), "updates", scripts=page.scripts(told["figures"]), **told)
 
 
-class Take(WindowPage):
-    """The file of a run, or its citation."""
+def progress(page: Page) -> None:
+    """Show how far runs are that are being computed."""
+    follow = bool(page.get_query_argument("follow", ""))
+    page.show("progress.html", "Under way", "progress", follow=follow, **recorded.progress(page.store))
 
-    def get(self, what: str) -> None:
-        """Give it; only what the store has under the name of a run."""
-        content, kind, name = taking.taken(self.store, what, self.get_query_argument("id"))
-        self.give(content, kind, name)
+
+async def thumbnail(page: Page) -> None:
+    """Give a small picture of a campaign, or an empty one."""
+    key = page.get_query_argument("key")
+    try:
+        page.give(await page.drawn(lambda store: figures.thumbnail(store, key)), KINDS["png"])
+    except REFUSED:
+        page.give(taking.EMPTY, KINDS["svg"])
+
+
+async def printed(page: Page, name: str, ending: str) -> None:
+    """Give a figure for print, or its numbers."""
+    arguments = page.arguments()
+    content = await page.drawn(lambda store: taking.printed(store, name, ending, arguments))
+    page.give(content, KINDS[ending], f"{taking.file_name(name, arguments)}.{ending}")
+
+
+def taken(page: Page, what: str) -> None:
+    """Give the file of a run, or its citation; only what the store has under the name of a run."""
+    page.give(*taking.taken(page.store, what, page.get_query_argument("id")))
+
+
+def beside(page: Page, kind: str) -> None:
+    """Give the style of pages, or what gives names to controls of figures."""
+    page.set_header("Content-Type", f"text/{kind.replace('js', 'javascript')}; charset=utf-8")
+    script = frame.HERE / "templates" / frame.NAMES
+    page.write(frame.style() if kind == "css" else script.read_text(encoding="utf-8"))
 
 
 class RemarkPage(WindowPage):
@@ -288,41 +204,17 @@ class RemarkPage(WindowPage):
         self.redirect(self.place.url(*back[:1], **back[1]), status=303)
 
 
-class Style(WindowPage):
-    """How pages look."""
-
-    def get(self) -> None:
-        """Give the style."""
-        self.set_header("Content-Type", "text/css; charset=utf-8")
-        self.write(style())
-
-
-class Names(WindowPage):
-    """What gives names to controls of figures."""
-
-    def get(self) -> None:
-        """Give the script."""
-        self.set_header("Content-Type", "text/javascript; charset=utf-8")
-        self.write((HERE / "templates" / NAMES).read_text(encoding="utf-8"))
-
-
-class Nothing(WindowPage):
-    """Anything else."""
-
-    def get(self, path: str = "") -> None:
-        """Say that there is nothing."""
-        raise HTTPError(404, "There is no such page.")
-
-
 def patterns(store: Store, drawing: Any) -> list[tuple[Any, ...]]:
     """Return which address shows what."""
     shared = {"store": store, "drawing": drawing}
-    known: dict[str, type[WindowPage]] = {
-        r"/": CampaignsPage, r"/campaign": CampaignPage, r"/runs": Runs, r"/run": RunPage,
-        r"/compare": ComparePage,
-        r"/updates": Updates, r"/update": Update, r"/progress": ProgressPage, r"/thumbnail": Thumbnail,
-        r"/(figure|campaign|update)\.(png|svg|pdf|csv)": Print,
-        r"/(data|citation)": Take, r"/remark": RemarkPage,
-        r"/style\.css": Style, r"/names\.js": Names,
-    }  # fmt: skip
-    return [(pattern, page, shared) for pattern, page in known.items()]
+    named = (campaign, runs, run, compare, updates, update, progress, thumbnail)
+    known: dict[str, Callable[..., Any]] = {
+        **{rf"/{answer.__name__}": answer for answer in named},
+        r"/": campaigns,
+        r"/(figure|campaign|update)\.(png|svg|pdf|csv)": printed,
+        r"/(data|citation)": taken,
+        r"/style\.(css)": beside,
+        r"/names\.(js)": beside,
+    }
+    pages = [(pattern, Page, {**shared, "answer": answer}) for pattern, answer in known.items()]
+    return [*pages, (r"/remark", RemarkPage, shared)]

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,9 @@ from wearlab.campaign.axes import Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures.doubt import FIRM, TRUSTED
 from wearlab.figures.kinds import KINDS
-from wearlab.query.keys import flat, scene_key
+from wearlab.query.keys import differing_keys, scene_key
 from wearlab.schema import DIMENSIONS, VARIABLES
+from wearlab.store import outcome
 from wearlab.store.files import StoreError
 from wearlab.store.grid import key_text
 from wearlab.store.lineage import name_of
@@ -165,7 +167,7 @@ def _from_places(
     names = dict.fromkeys(name for _, _, position in cases for name in position)
     texts = {name: list(dict.fromkeys(str(p[name]) for _, _, p in cases if name in p)) for name in names}
     some = next((entry for entry in store.entries(run for run, _, _ in cases[:1]).values()), None)
-    scene = dict(flat(json.loads(some.scene or "{}"))) if some else {}
+    scene = some.values if some else {}
     axes = tuple(_axis(name, own, scene) for name, own in texts.items())
     recorded = tuple(
         RecordedCase(label, run, {name: texts[name].index(str(text)) for name, text in position.items()})
@@ -200,7 +202,7 @@ def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
         return RecordedCampaign(
             name_of(store, wanted[0]) or "One run", None, (RecordedCase(BASE, wanted[0], {}),)
         )
-    scenes = [dict(flat(json.loads(entry.scene or "{}"))) for entry in entries.values()]
+    scenes = [entry.values for entry in entries.values()]
     differing = differing_keys(scenes)
     title = f"{len(wanted)} runs"
     if len(differing) == 1 and (axis := _numbers(differing[0], scenes)) is not None:
@@ -212,12 +214,6 @@ def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
     return RecordedCampaign(
         title, None, tuple(RecordedCase(label, run, {}) for label, run in zip(labels, wanted, strict=True))
     )
-
-
-def differing_keys(scenes: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the keys that not all scenes have the same value of, in the order of the first scene."""
-    keys = dict.fromkeys(key for scene in scenes for key in scene)
-    return [key for key in keys if len({repr(scene.get(key)) for scene in scenes}) > 1]
 
 
 def _numbers(key: str, scenes: Sequence[Mapping[str, Any]]) -> tuple[Axis, list[int]] | None:
@@ -266,3 +262,52 @@ def value_of_key(key: str, value: Any) -> str:
         return str(value)
     unit, shown = _units(key)
     return shown_unit(f"{_short(value, unit, shown):.6g} {shown}".strip())
+
+
+def progress(store: "Store") -> dict[str, Any]:
+    """Return the runs under way, how far their lives are, and how far their campaigns are."""
+    under_way = _under_way(store)  # first: a run that begins meanwhile is then told, and not missed
+    rows = store.catalogue.read(
+        "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
+    )
+    present = datetime.now(UTC)
+    told = []
+    for run_id, owner, started in rows:
+        reached = store.checkpoints.reached(run_id) if store.files.is_name(str(run_id)) else None
+        told.append(
+            {
+                "id": str(run_id),
+                "name": name_of(store, run_id) or str(run_id)[:10],
+                "alive": store.is_alive(str(owner or "")),
+                "since": _since(started, present),
+                "cycles": "" if reached is None else f"{reached.cycle:.4g}",
+                "depth": "" if reached is None else f"{1e6 * reached.depth:.3g} µm",
+            }
+        )
+    return {"under_way": told, "campaigns": under_way, "now": present.isoformat()}
+
+
+def _since(started: Any, present: datetime) -> str:
+    try:
+        return outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
+    except (ValueError, TypeError):
+        return ""
+
+
+def _under_way(store: "Store") -> list[dict[str, Any]]:
+    """Return the campaigns with runs under way: finished, in all, time left by those finished."""
+    told = []
+    for each in campaigns(store)[0]:
+        left = each.counts.get("running", 0)
+        if not left:
+            continue
+        done = sum(each.counts.get(state, 0) for state in ("done", "failed", "refused"))
+        total = done + left + each.counts.get("interrupted", 0) + each.counts.get("missing", 0)
+        ((mean,),) = store.catalogue.read(
+            "SELECT avg(r.seconds) FROM runs AS r JOIN members AS m ON m.run = r.id "
+            "WHERE m.campaign = ? AND r.state = 'done'",
+            [each.key],
+        )
+        time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
+        told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
+    return told

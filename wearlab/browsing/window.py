@@ -73,7 +73,7 @@ class Window:
             from tornado.ioloop import IOLoop
             from tornado.netutil import bind_sockets
 
-            from wearlab.browsing import gate, pages
+            from wearlab.browsing import frame, pages
             from wearlab.browsing.figures import follow
         except ImportError as error:
             raise BrowseError(MISSING.format(error)) from error
@@ -86,7 +86,7 @@ class Window:
         self.port = sockets[0].getsockname()[1]
         drawing = Drawing(self.store.address or str(self.store.path))
         patterns = pages.patterns(self.store, drawing)
-        application = gate.Gate(
+        application = frame.Gate(
             self.token, {"applications": {"/figure": follow(self.store)}, "extra_patterns": patterns}
         )
         application.opened(self.port)

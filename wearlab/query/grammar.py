@@ -311,7 +311,9 @@ class _Grammar:
         """Return the key that a name means, or a ``first_cycle(…)`` as it is."""
         if isinstance(operand, Literal):
             raise QueryError("nothing is asked: one side must be a name", self.text, operand.at)
-        return operand if isinstance(operand, FirstCycle) else self.vocabulary.find(*operand[1:3], self.text)
+        if isinstance(operand, FirstCycle):
+            return operand
+        return self.vocabulary.find(operand.text, operand.at, self.text)
 
     def value(self, given: Any, key: Key) -> Any:
         """Return what a key is compared with: a literal in its unit, or another key of the same unit."""

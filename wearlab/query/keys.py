@@ -1,7 +1,7 @@
 """Keys that a condition may ask for: names, kinds, units; and where two scenes differ."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
@@ -242,6 +242,12 @@ def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
         return
     for key, value in inner:
         yield from flat(value, f"{above}.{key}" if above else str(key))
+
+
+def differing_keys(scenes: Sequence[Mapping[str, Any]], always: Container[str] = ()) -> list[str]:
+    """Return the keys that not all flat scenes have the same value of, in the order of the first scene."""
+    keys = dict.fromkeys(key for scene in scenes for key in scene)
+    return [key for key in keys if key in always or len({repr(scene.get(key)) for scene in scenes}) > 1]
 
 
 class SceneDifference(NamedTuple):

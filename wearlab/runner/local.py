@@ -7,6 +7,7 @@ runs, no message leaves a process for an hour: they get a clock that only goes f
 import logging
 import multiprocessing
 import os
+import signal
 import sys
 import threading
 import time
@@ -14,6 +15,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.report import RunnerError
@@ -65,6 +67,7 @@ def dask_setup(worker: Any) -> None:
 RESTAFF_SECONDS = 2.0
 LOST_SECONDS = 10  # after which a worker that was not replaced is given up, and another one started
 START_SECONDS = 120
+ATTEMPTS = 4  # to start a worker process that is killed before it has begun
 TOGETHER_SECONDS = 1.0  # that the first worker waits for the others: they share what is to be compiled
 EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
 SILENT_SECONDS = 600  # of a living process before it is given up; one that ended is seen at once
@@ -131,8 +134,6 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
     import dask
     from dask.distributed import Client, LocalCluster
 
-    from wearlab.runner.nanny import SwiftNanny
-
     size = workers or available_cores()
     others = set(multiprocessing.active_children())
     quiet: dict[str, Any] = {"distributed.scheduler.allowed-failures": 0, "distributed.worker.daemon": True}
@@ -151,7 +152,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                     host="127.0.0.1",
                     scheduler_kwargs={"dashboard": dashboard, "dashboard_address": "127.0.0.1:0"},
                     worker_dashboard_address=None,
-                    worker_class=SwiftNanny,
+                    worker_class=swift_nanny(),
                     silence_logs=logging.CRITICAL,
                     env={**os.environ, **ONE_THREAD},
                     preload=[__name__],
@@ -168,6 +169,45 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
             for worker in set(multiprocessing.active_children()) - others:
                 worker.kill()
             raise
+
+
+@cache
+def swift_nanny() -> type:
+    """Return a nanny of dask's that does not wait for her worker to say goodbye."""
+    from distributed import Nanny
+    from distributed.core import Status
+
+    going = (Status.closing, Status.closed, Status.closing_gracefully, Status.failed)
+
+    class SwiftNanny(Nanny):
+        """Watches over one worker process and, when all work is done, ends it at once.
+
+        A worker holds nothing that is not in the store by then; its own way out takes a second. One that
+        is killed while it starts is started again, where dask's nanny would give up, and the whole cluster
+        with her.
+        """
+
+        async def instantiate(self) -> Status:
+            """Start the worker process, again when it ended before it was up."""
+            for _ in range(ATTEMPTS - 1):
+                status = await super().instantiate()
+                if status == Status.running or self.status in going:
+                    return status
+            return await super().instantiate()
+
+        async def kill(self, timeout: float = 5, reason: str = "nanny-kill") -> None:
+            """End the worker process; a replacement that never began has none."""
+            worker = self.process
+            if worker is not None and worker.status == Status.starting:
+                await worker.running.wait()
+            if worker is not None and worker.process is not None and worker.process.pid is None:
+                return
+            if self.status == Status.closing and self.pid is not None:
+                with suppress(ProcessLookupError):
+                    os.kill(self.pid, getattr(signal, "SIGKILL", signal.SIGTERM))
+            await super().kill(timeout=timeout, reason=reason)
+
+    return SwiftNanny
 
 
 def _refuse_other_code(client: Any) -> None:

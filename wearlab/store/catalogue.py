@@ -9,8 +9,9 @@ import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
+from wearlab.query.keys import flat
 from wearlab.store import database as rows
 from wearlab.store import description
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
@@ -18,11 +19,10 @@ from wearlab.store.database import CHUNK, VERSION, Read, make_tables, understood
 from wearlab.store.files import StoreError
 from wearlab.store.outcome import Outcome, State
 
-__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member", "Placed"]
+__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
-FROM_BOTH = f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM runs LEFT JOIN documents USING (number)"
 OLDER_TABLES = ("runs", "layouts", "keys", "facts", "documents")
 LARGEST = 16_000_000  # bytes of the texts of one run in a catalogue of version 5
 
@@ -39,19 +39,6 @@ class Head(NamedTuple):
     size: int | None
     source_hash: str | None
     warned: bool
-
-
-class Placed(NamedTuple):
-    """What a grid needs of a run; ``sizes``, ``digests`` and ``summary`` are JSON."""
-
-    id: str
-    state: State | Literal["interrupted"]
-    sha256: str | None
-    layout: str | None
-    sizes: str | None
-    digests: str | None
-    reason: str | None
-    summary: str | None
 
 
 @dataclass(frozen=True)
@@ -74,6 +61,16 @@ class Entry:
     digests: dict[str, str]
     summary: dict[str, Any]
     scene: str | None
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The values of its scene by their dotted keys."""
+        return dict(flat(json.loads(self.scene or "{}")))
+
+    @property
+    def form(self) -> tuple[str | None, tuple[tuple[str, int], ...]]:
+        """What runs have in common that are alike: their variables and their lengths."""
+        return self.layout, tuple(self.sizes.items())
 
 
 class Catalogue(Campaigns):
@@ -99,35 +96,28 @@ class Catalogue(Campaigns):
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
-        if ids is None:
-            return {
-                row[0]: understood(_of(row[0]), _entry, row)
-                for row in self.read(f"{FROM_BOTH} ORDER BY started, id")
-            }
-        wanted = list(dict.fromkeys(ids))
-        by_id = {row[0]: row for row in self.read_many(f"{FROM_BOTH} WHERE id IN", wanted)}
-        return {
-            run_id: understood(_of(run_id), _entry, by_id[run_id]) for run_id in wanted if run_id in by_id
-        }
+        return self._runs(_entry, f"{OF_RUNS}, {OF_DOCUMENTS}", ids)
 
     def heads(self, ids: Iterable[str]) -> dict[str, Head]:
         """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
-        wanted = list(dict.fromkeys(ids))
-        question = (
-            "SELECT id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0) "
-            "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
-        )
-        known = {row[0]: understood(_of(row[0]), _head, row) for row in self.read_many(question, wanted)}
-        return {run_id: known[run_id] for run_id in wanted if run_id in known}
+        columns = "id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0)"
+        return self._runs(_head, columns, ids)
 
-    def placed(self, ids: Iterable[str]) -> list[Placed]:
-        """Return what a grid needs of the known runs among ``ids``."""
-        question = (
-            "SELECT id, state, sha256, layout, sizes, digests, reason, summary "
-            "FROM runs LEFT JOIN documents USING (number) WHERE id IN"
+    def placed(self, ids: Iterable[str]) -> list[Entry]:
+        """Return the known runs among ``ids`` without their scenes, as a grid needs them."""
+        columns = f"{OF_RUNS}, {OF_DOCUMENTS.replace('scene', 'NULL')}"
+        return list(self._runs(_entry, columns, ids).values())
+
+    def _runs(self, read: Callable[[Row], Read], columns: str, ids: Iterable[str] | None) -> dict[str, Read]:
+        question = f"SELECT {columns} FROM runs LEFT JOIN documents USING (number)"
+        wanted = None if ids is None else list(dict.fromkeys(ids))
+        rows = (
+            self.read(f"{question} ORDER BY started, id")
+            if wanted is None
+            else self.read_many(f"{question} WHERE id IN", wanted)
         )
-        answer = self.read_many(question, list(dict.fromkeys(ids)))
-        return [understood(_of(row[0]), _placed, row) for row in answer]
+        known = {row[0]: understood(_of(row[0]), read, row) for row in rows}
+        return known if wanted is None else {run_id: known[run_id] for run_id in wanted if run_id in known}
 
     def costs(self, most: int) -> list[tuple[str, float | None, int | None]]:
         """Return scene, seconds and bytes of the finished runs, the latest first."""
@@ -370,18 +360,12 @@ def _of_table(value: Any) -> str | None:
     return value or None
 
 
-def _of_lengths(value: Any) -> str | None:
-    rows.lengths(value)
-    return value or None
-
-
 TEXT, NUMBER = rows.optional_text, rows.optional_number
 HEAD = (_id, _as_it_is, TEXT, NUMBER, TEXT, bool)
 ENTRY = (
     *(_id, _as_it_is, TEXT, NUMBER, TEXT, TEXT, NUMBER, TEXT, TEXT, TEXT),
     *(TEXT, rows.texts, rows.lengths, rows.table, rows.table, _of_table),
 )
-PLACED = (_as_it_is, _as_it_is, _as_it_is, _as_it_is, _of_lengths, _of_table, _as_it_is, TEXT)
 COST = (lambda scene: _of_table(scene) or "{}", NUMBER, NUMBER)
 """What reads each value of a row, which anybody may have written."""
 
@@ -391,7 +375,7 @@ def _read(made: Callable[..., Read], readers: Sequence[Callable[[Any], Any]], ro
 
 
 _head, _entry = partial(_read, Head, HEAD), partial(_read, Entry, ENTRY)
-_placed, _cost = partial(_read, Placed, PLACED), partial(_read, lambda *told: told, COST)
+_cost = partial(_read, lambda *told: told, COST)
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:

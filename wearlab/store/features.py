@@ -7,7 +7,6 @@ fluctuation, crest factor, kurtosis and amplitudes at mesh orders, at the stored
 that become columns are read, each file once.
 """
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearlab.arrays import Array
-from wearlab.query.keys import declared_key, flat, scene_key
+from wearlab.query.keys import declared_key, differing_keys, scene_key
 from wearlab.store import kept_runs, reading
 from wearlab.store.files import StoreError
 from wearlab.store.table import Column, Table
@@ -205,13 +204,12 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
     if not done:
         raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
     inputs = _differing(done)
-    runs = store.catalogue.placed(done)
-    layouts = store.catalogue.layouts(run.layout for run in runs if run.layout)
-    plans = {(run.layout, run.sizes): _plan(layouts[run.layout or ""], run.sizes, variables) for run in runs}
-    blocks = []
-    for run in runs:
-        plan = plans[run.layout, run.sizes]
-        blocks.append(_block(run, plan, str(store.files.path(run.id)), inputs[run.id]))
+    layouts = store.catalogue.layouts(run.layout for run in done.values() if run.layout)
+    plans = {run.form: _plan(layouts[run.layout or ""], run.sizes, variables) for run in done.values()}
+    blocks = [
+        _block(run, plans[run.form], str(store.files.path(run_id)), inputs[run_id])
+        for run_id, run in done.items()
+    ]
     own = (RUN, NUMBER, *TIMES)
     columns = tuple(dict.fromkeys((*own, *(column for _, block in blocks for column in block))))
     known = {name for layout in layouts.values() for name in layout["variables"]}
@@ -224,16 +222,16 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
 
 
 def _plan(
-    layout: Mapping[str, Any], sizes: str | None, wanted: Sequence[str] | None
+    layout: Mapping[str, Any], lengths: Mapping[str, int], wanted: Sequence[str] | None
 ) -> tuple[int, tuple[Column, ...], list[Source]]:
     """Return the number of wear states, the times and the sources of runs that are alike."""
-    known, lengths = layout["variables"], json.loads(sizes or "{}")
+    known = layout["variables"]
     times = tuple(time for time in TIMES if time.name in known and known[time.name]["dims"] == [STATE])
     return lengths.get(STATE, 1), times, sources(known, layout["labels"], lengths, wanted)
 
 
 def _block(
-    run: "catalogue.Placed",
+    run: "catalogue.Entry",
     plan: tuple[int, tuple[Column, ...], list[Source]],
     path: str,
     given: Mapping[Column, Any],
@@ -255,12 +253,8 @@ def _block(
 
 def _plain(values: NDArray[Any]) -> list[float | None]:
     """Return numbers, None for what is not finite."""
-    numbers: list[float | None] = np.asarray(values, float).tolist()
-    if np.isfinite(values).all():
-        return numbers
-    return [
-        number if known else None for number, known in zip(numbers, np.isfinite(values).tolist(), strict=True)
-    ]
+    numbers: list[float | None] = np.where(np.isfinite(values), values, np.array(None)).tolist()
+    return numbers
 
 
 def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], known: set[str]) -> None:
@@ -276,11 +270,8 @@ def _refuse_unknown(variables: Sequence[str] | None, columns: Iterable[Column], 
 
 def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Column, Any]]:
     """Return torque, speed and every value of the scenes that is not the same in all of them."""
-    scenes = {run_id: dict(flat(json.loads(entry.scene or "{}"))) for run_id, entry in entries.items()}
-    keys = dict.fromkeys(key for scene in scenes.values() for key in scene)
-    kept = [
-        key for key in keys if key in ALWAYS or len({repr(scene.get(key)) for scene in scenes.values()}) > 1
-    ]
+    scenes = {run_id: entry.values for run_id, entry in entries.items()}
+    kept = differing_keys(list(scenes.values()), ALWAYS)
     columns = {key: _input(key, [scene.get(key) for scene in scenes.values()]) for key in kept}
     return {
         run_id: {columns[key]: scene.get(key) for key in kept if scene.get(key) is not None}

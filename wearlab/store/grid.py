@@ -71,7 +71,7 @@ class Grid:
 
 def open_grid(
     campaign: "Campaign",
-    runs: Sequence[catalogue.Placed],
+    runs: Sequence[catalogue.Entry],
     layouts: Mapping[str, dict[str, Any]],
     folder: Path,
     scenes: Mapping[str, str],
@@ -236,45 +236,40 @@ def _grid(
     dims: tuple[str, ...],
     points: NDArray[np.intp],
     ids: Sequence[str],
-    done: Sequence[catalogue.Placed],
+    done: Sequence[catalogue.Entry],
     layouts: Mapping[str, dict[str, Any]],
     folder: Path,
 ) -> Grid:
     numbers = {run.id: number for number, run in enumerate(done)}
     of_case = np.array([*(numbers.get(run_id, -1) for run_id in ids), -1], np.intp)
-    kinds = {(run.layout, run.sizes): None for run in done}
-    groups = tuple(_group(layouts[key or ""], sizes) for key, sizes in kinds)
+    kinds = {run.form: None for run in done}
+    known = [(layouts[key or ""], dict(sizes)) for key, sizes in kinds]
+    groups = tuple(RunGroup(sizes, layout["variables"], layout["labels"]) for layout, sizes in known)
     place = {kind: number for number, kind in enumerate(kinds)}
     top = str(folder)
-    files = tuple(RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.sha256, place[r.layout, r.sizes]) for r in done)
+    files = tuple(RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.sha256, place[r.form]) for r in done)
     for number, group in enumerate(groups):
         refuse_oversized(next(file.path for file in files if file.group == number), _claimed(group))
     sizes, labels, by_label = _shape(groups)
     token = hashlib.sha256(
         repr(([(r.id, r.sha256) for r in done], points.tobytes(), top)).encode()
     ).hexdigest()
-    digests = [json.loads(run.digests or "{}") for run in done]
+    digests = [run.digests for run in done]
     texts = _texts(done, groups)
     return Grid(
         dims, np.asarray(of_case[points]), files, groups, digests, texts, sizes, labels, by_label, token[:16]
     )
 
 
-def _texts(done: Sequence[catalogue.Placed], groups: Sequence[RunGroup]) -> dict[str, NDArray[np.object_]]:
+def _texts(done: Sequence[catalogue.Entry], groups: Sequence[RunGroup]) -> dict[str, NDArray[np.object_]]:
     """Return the texts that runs have one of, such as the verdict, as the catalogue has them."""
     of_group = [
         {n for n, v in group.variables.items() if v["dtype"] == "str" and not v["dims"]} for group in groups
     ]
     names = sorted(set[str]().union(*of_group))
-    summaries = [json.loads(run.summary or "{}") for run in done] if names else []
     return {
-        name: np.array([*(str(summary.get(name) or "") for summary in summaries), ""], object)
-        for name in names
+        name: np.array([*(str(run.summary.get(name) or "") for run in done), ""], object) for name in names
     }
-
-
-def _group(layout: Mapping[str, Any], sizes: str | None) -> RunGroup:
-    return RunGroup(json.loads(sizes or "{}"), layout["variables"], layout["labels"])
 
 
 def _claimed(group: RunGroup) -> int:

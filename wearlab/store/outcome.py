@@ -9,7 +9,8 @@ from wearlab.units import HOUR
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
 
-State = Literal["running", "done", "failed", "refused"]
+State = Literal["running", "done", "failed", "refused", "interrupted"]
+"""Of a run; a catalogue calls interrupted runs running, and a store knows whether their process is."""
 
 
 def last_line(reason: str | None) -> str:

@@ -1,6 +1,7 @@
 """A store: runs kept on disk, asked as one, and checked."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign.reading import Given
-    from wearlab.store import catalogue, remarks, table
+    from wearlab.store import remarks, table
 
 
 LATEST = 20  # runs that a notebook shows
@@ -55,7 +56,10 @@ class Store(kept_runs.KeptRuns):
         from wearlab.store.grid import axes_in_si, named_runs, open_grid
 
         campaign = campaign_of(campaign)
-        runs = self._with_interrupted(self.catalogue.placed(case.id for case in campaign.cases))
+        runs = [
+            replace(run, state="interrupted") if self.is_stale(run) else run
+            for run in self.catalogue.placed(case.id for case in campaign.cases)
+        ]
         layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
         try:
             scenes = {i: entry.scene or "" for i, entry in self.entries(named_runs(campaign)).items()}
@@ -66,12 +70,6 @@ class Store(kept_runs.KeptRuns):
                 f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
             ) from error
         return axes_in_si(grid) if si else grid
-
-    def _with_interrupted(self, runs: "list[catalogue.Placed]") -> "list[catalogue.Placed]":
-        """Return the runs, those marked as running by a process that is no more as interrupted."""
-        heads = self.heads(run.id for run in runs if run.state == "running")
-        left = {head.id for head in heads.values() if self.is_stale(head)}
-        return [run._replace(state="interrupted") if run.id in left else run for run in runs]
 
     def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "table.Table":
         """Return one row for each wear state of each run: harmonics, indicators, orders as columns.

@@ -38,7 +38,7 @@ def browse(
 
     own = open_store(store or folder)
     if static is not None:
-        from wearlab.browsing.copy import write_copy
+        from wearlab.browsing.taking import write_copy
 
         with output.refusing(OSError):
             made = write_copy(own, static, campaign)

@@ -1,15 +1,24 @@
-"""Who may ask: this machine under its own name, with the token of this window; anything else is refused."""
+"""The frame of all pages: how they look, where they lie, and who may ask for them; others are refused."""
 
 import secrets
 from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 from bokeh.resources import Resources
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.static_handler import StaticHandler
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from tornado.httputil import HTTPServerRequest
 from tornado.web import RequestHandler
 
+from wearlab.version import __version__
+
+HERE = Path(__file__).parent
+PAGES = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
+NAMES = "names.js"
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
 """Parts of Bokeh that pages load; not that which typesets formulas: texts of others could hold some."""
@@ -23,6 +32,64 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+
+
+@cache
+def templates() -> Environment:
+    """Return the templates, which escape every text."""
+    return Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+@cache
+def style() -> str:
+    """Return the style of all pages: that of reports, and what windows need besides."""
+    parts = (HERE.parent / "report" / "page.css", HERE / "templates" / "style.css")
+    return "\n".join(part.read_text(encoding="utf-8") for part in parts)
+
+
+class Place:
+    """Where pages lie: addresses of the window, each with its token.
+
+    Parameters
+    ----------
+    token : of the window
+    """
+
+    pages = PAGES
+    live = True
+
+    def __init__(self, token: str) -> None:
+        self.token = token
+        self.style = self.url("style.css")
+
+    def url(self, name: str, **arguments: Any) -> str:
+        """Return the address of a page."""
+        pairs = [(key, value) for key, value in arguments.items() if value not in (None, "")]
+        return f"/{name}?{urlencode([('token', self.token), *pairs], doseq=True)}"
+
+    def file(self, name: str, ending: str, address: str) -> str:
+        """Return the address of a file of a figure, by what its question's address says."""
+        return f"{self.url(f'{name}.{ending}')}&{address}"
+
+
+def rendered(template: str, place: Any, heading: str, told: Mapping[str, Any]) -> str:
+    """Return a page.
+
+    Parameters
+    ----------
+    template : its file
+    place : where the others lie: `Place`, or that of a static copy
+    heading : above it
+    told : what it tells
+    """
+    more = {"url": place.url, "place": place, "heading": heading, "version": __version__, "live": place.live}
+    return templates().get_template(template).render({**more, **told})
 
 
 def policy(nonce: str) -> str:
