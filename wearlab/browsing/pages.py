@@ -102,7 +102,7 @@ class WindowPage(RequestHandler):
             logging.getLogger("wearlab").error("a page, %s", self.request.path, exc_info=told)
 
 
-class Page(WindowPage):
+class AnsweredPage(WindowPage):
     """What is answered at one address."""
 
     async def get(self, *words: str) -> None:
@@ -112,25 +112,25 @@ class Page(WindowPage):
             await answered
 
 
-def campaigns(page: Page) -> None:
+def campaigns(page: AnsweredPage) -> None:
     """Show a page of all campaigns."""
     told = contents.campaigns(page.store, page.first().get("page", ""))
     page.show("campaigns.html", "Campaigns", thumbnails=True, problem="", **told)
 
 
-def campaign(page: Page) -> None:
+def campaign(page: AnsweredPage) -> None:
     """Show cases and figures of a campaign."""
     first = page.first()
     told = contents.campaign(page.store, first.get("key", ""), page.place, first)
     page.show("campaign.html", told["told"].title, scripts=page.scripts(told["figures"]), **told)
 
 
-def runs(page: Page) -> None:
+def runs(page: AnsweredPage) -> None:
     """Show a page of runs by condition."""
     page.show("runs.html", "Runs", "runs", **contents.runs(page.store, page.first(), page.place))
 
 
-def run(page: Page) -> None:
+def run(page: AnsweredPage) -> None:
     """Show one run."""
     asked, back = page.get_query_argument("id"), page.get_query_argument("back", "")
     told = contents.run(page.store, asked, page.place, back)
@@ -142,31 +142,31 @@ def run(page: Page) -> None:
     page.show("run.html", told["told"]["title"], "runs", app=app, figures=[], scripts="", **told)
 
 
-def compare(page: Page) -> None:
+def compare(page: AnsweredPage) -> None:
     """Show marked runs, or a campaign, in one figure: with differences and results."""
     told = contents.compared(page.store, page.arguments(), page.place)
     drawn = [told["figure"]] if told["figure"] else []
     page.show("compare.html", told.pop("title"), "runs", scripts=page.scripts(drawn), **told)
 
 
-def updates(page: Page) -> None:
+def updates(page: AnsweredPage) -> None:
     """Show all updates."""
     page.show("updates.html", "Updates by measurements", "updates", told=contents.updates(page.store))
 
 
-def update(page: Page) -> None:
+def update(page: AnsweredPage) -> None:
     """Show the answer of an update and its figures."""
     told = contents.update(page.store, page.get_query_argument("id"), page.place)
     page.show("update.html", told.pop("title"), "updates", scripts=page.scripts(told["figures"]), **told)
 
 
-def progress(page: Page) -> None:
+def progress(page: AnsweredPage) -> None:
     """Show how far runs are that are being computed."""
     follow = bool(page.get_query_argument("follow", ""))
     page.show("progress.html", "Under way", "progress", follow=follow, **recorded.progress(page.store))
 
 
-async def thumbnail(page: Page) -> None:
+async def thumbnail(page: AnsweredPage) -> None:
     """Give a small picture of a campaign, or an empty one."""
     key = page.get_query_argument("key")
     try:
@@ -175,19 +175,19 @@ async def thumbnail(page: Page) -> None:
         page.give(taking.EMPTY, KINDS["svg"])
 
 
-async def printed(page: Page, name: str, ending: str) -> None:
+async def printed(page: AnsweredPage, name: str, ending: str) -> None:
     """Give a figure for print, or its numbers."""
     arguments = page.arguments()
     content = await page.drawn(lambda store: taking.printed(store, name, ending, arguments))
     page.give(content, KINDS[ending], f"{taking.file_name(name, arguments)}.{ending}")
 
 
-def taken(page: Page, what: str) -> None:
+def taken(page: AnsweredPage, what: str) -> None:
     """Give the file of a run, or its citation; only what the store has under the name of a run."""
     page.give(*taking.taken(page.store, what, page.get_query_argument("id")))
 
 
-def beside(page: Page, kind: str) -> None:
+def beside(page: AnsweredPage, kind: str) -> None:
     """Give the style of pages, or what gives names to controls of figures."""
     page.set_header("Content-Type", f"text/{kind.replace('js', 'javascript')}; charset=utf-8")
     script = frame.HERE / "templates" / frame.NAMES
@@ -216,5 +216,5 @@ def patterns(store: Store, drawing: Any) -> list[tuple[Any, ...]]:
         r"/style\.(css)": beside,
         r"/names\.(js)": beside,
     }
-    pages = [(pattern, Page, {**shared, "answer": answer}) for pattern, answer in known.items()]
+    pages = [(pattern, AnsweredPage, {**shared, "answer": answer}) for pattern, answer in known.items()]
     return [*pages, (r"/remark", RemarkPage, shared)]
