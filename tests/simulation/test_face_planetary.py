@@ -27,7 +27,7 @@ SET = {
     "operation": {"torque": "134 N*m", "speed": "1500 rpm"},
     "mesh": {"stiffness": {"model": "potential-energy"}, "extended_contact": False},
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "contact_patch": "none"},
-    "numerics": {"profile_points": 61},
+    "numerics": {"profile_points": 81},
 }
 EVEN = {"mesh.face_coupling": "pasternak", "mesh.face_points": 5}
 HELICAL = {

@@ -278,7 +278,7 @@ def of_run(drawn):
 
 
 def of_layer(drawn, plane, modules=1.07, n=4000):
-    """Return the works of a layer in shear on the plane section, likewise."""
+    """Return the works of a layer in shear on a section of such compliances, likewise."""
     y = (np.arange(n) + 0.5) / n - 0.5
     step = drawn.width / n
     works = np.empty((3, len(plane)))
@@ -301,7 +301,7 @@ def main():
         drawn = DRAWN[number]
         works, plane, unknowns = judged(drawn)
         elements = of_run(drawn) / works - 1.0
-        layer = of_layer(drawn, plane) / works - 1.0
+        layer = of_layer(drawn, plane / math.cos(math.radians(drawn.helix))) / works - 1.0
         softer = works[0] * drawn.width / plane - 1.0
         print(f"{drawn}, {unknowns} unknowns: even load against plane strain " + _row(softer))
         for k, name in enumerate(LOADS):

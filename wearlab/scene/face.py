@@ -60,6 +60,17 @@ def told_mesh(scene: sections.Sections) -> MeshSection:
     return scene.mesh.model_copy(update=each or told(scene.mesh))
 
 
+def oblique_layers(scene: sections.Sections) -> bool:
+    """Say whether slices of helical teeth yield by sections, and not as solid teeth."""
+    if not scene.gears.helix_angle:
+        return False
+    meshes = [scene.mesh.of(section) for section in scene.gears.descriptor.sections]
+    return any(
+        not face_coupling(mesh).of_elements and not isinstance(mesh.stiffness, PrescribedStiffness)
+        for mesh in meshes
+    )
+
+
 def hands(scene: sections.Sections) -> dict[str, str]:
     """Return the hand of each helical gear: as said, or opposite outside, the same in a ring.
 

@@ -13,7 +13,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 from wearlab import options, slots
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
 from wearlab.scene import gears, identity, merge, problems, rules, sections
-from wearlab.scene.face import told_mesh
+from wearlab.scene.face import oblique_layers, told_mesh
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, StartWear, WearSection
 from wearlab.tables import ReadTable, TableError, read_table
@@ -214,8 +214,13 @@ class Scene(sections.Sections):
         return self._canonical
 
     def identifying(self) -> dict[str, Any]:
-        """Return the sections, with the coupling along a face where it goes without saying."""
-        return {**super().identifying(), "mesh": told_mesh(self)}
+        """Return the sections, with the coupling along a face where it goes without saying.
+
+        Of helical teeth that are not solid also that they bend as oblique ones: a run of the time when they
+        did not is none of now.
+        """
+        thinner = {"oblique": True} if oblique_layers(self) else {}
+        return {**super().identifying(), "mesh": told_mesh(self)} | thinner
 
     @cached_property
     def id(self) -> str:

@@ -4,6 +4,7 @@ Every slice is the section that a spur pair has on its whole face, with gaps of 
 with wear - compliances, who meets whom - is laid out once a gear set.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -59,18 +60,22 @@ class Section(NamedTuple):
     least: float
 
 
-def section(analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR) -> Section:
+def section(
+    analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR, *, solid: bool = False
+) -> Section:
     """Return how the slices of a face yield, from the contact of the section over the whole face.
 
     The load per length of line is the force in the transverse plane per face width; along the line of action
     the contact yields by 1/cos β_b more than along the normal, and its radius is that of the normal section,
-    larger by as much.
+    larger by as much. Teeth and bodies yield by 1/cos β more than the transverse section: their own
+    section lies across the tooth (c′ of ISO 6336-1 falls by cos β likewise).
 
     Parameters
     ----------
     analysis : contact of the section, under the load of the mesh
     face_width : b [m]
     turned : the helix
+    solid : whether slices yield as solid teeth, which are oblique as they are
     """
     stiffness = analysis.stiffness
     unworn = np.zeros((2, len(analysis.grid.contact_position)))
@@ -82,6 +87,8 @@ def section(analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR) 
     contact = (contact - softening * np.log(turned.cosine)) / turned.cosine
     if not contact.any():  # a stiffness that is prescribed: no part of it is the contact's
         body, contact = 0.5 * body, 0.5 * body
+    elif not solid:
+        body = body / math.cos(turned.angle)
     return Section(body, cross, contact, softening / turned.cosine, least / face_width)
 
 

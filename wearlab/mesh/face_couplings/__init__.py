@@ -55,7 +55,7 @@ class PasternakCoupling(FaceCouplingModel):
     model_error: ClassVar[str] = (
         "a shear layer: against solid spur teeth with free ends too stiff, at the middle of flanks of "
         "5 modules by up to 16 % under a tilted load and 9 % under one on the last eighth, near their root "
-        "by 23 and 12 %; of helical teeth by up to 66 %: choose elements there "
+        "by 23 and 12 %; of helical teeth by up to 35 and 63 %: choose elements there "
         "(tests/validation/face_elements.py)"
     )
 

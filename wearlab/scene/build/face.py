@@ -87,16 +87,17 @@ def build_face_contact(
     torque = scene.operation.torque
     coupling = face_coupling(mesh)
     over = 0.0 if given is None else given.over_face(kind.pair.working_pressure_angle, torque)
+    solid = coupling.lines(kind.pair, grid, turned)
     return FaceContact(
         grid=grid,
         analysis=analysis,
-        section=section(analysis, grid.face_width, turned),
+        section=section(analysis, grid.face_width, turned, solid=solid is not None),
         lead=leads(scene, kind.pair, grid),
         opening=over * grid.position / grid.face_width,
         shear_length=coupling.shear_length(scene.gears.module),
         pitch=kind.pair.base_pitch,
         helix=turned,
-        solid=coupling.lines(kind.pair, grid, turned),
+        solid=solid,
     )
 
 
