@@ -1,4 +1,4 @@
-"""Slots: places of a scene where one of several variants stands, each in a file of its own.
+"""Slots: places of a scene where one of several variants stands; a file in its package adds another.
 
 A variant is a frozen `Part` whose chooser (``model``, ``method`` …) is a `Literal` of one name. It says its
 options and, in ``build``, makes the physics they stand for; whatever is slow to import is imported there.

@@ -5,8 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from wearlab.mesh.errors import MemberError, mesh_error
-from wearlab.mesh.harmonics import harmonics
-from wearlab.mesh.modulation import Modulation, fit
+from wearlab.mesh.harmonics import Modulation, fit, harmonics
 from wearlab.mesh.profile import profile_grid
 from wearlab.mesh.stiffness import PiecewiseCurve, constant
 

@@ -8,8 +8,7 @@ from wearlab.campaign import load
 from wearlab.dynamics.models.pair import Spur3dofDynamics, TorsionalDynamics
 from wearlab.life.steps import AdaptiveStep, EulerStep
 from wearlab.mesh.contacts import DisplacementContact
-from wearlab.mesh.excitations.fourier import FourierExcitation
-from wearlab.mesh.excitations.pairs import PairsExcitation
+from wearlab.mesh.excitations import FourierExcitation, PairsExcitation
 from wearlab.mesh.stiffnesses import ConstantStiffness, FiniteElementStiffness
 from wearlab.scene import Scene, SceneError, parts_left_out, parts_present
 from wearlab.scene.merge import merge, nested, without

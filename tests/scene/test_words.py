@@ -3,7 +3,7 @@
 import pytest
 
 from wearlab.campaign import load
-from wearlab.life.loads.static import StaticLoad
+from wearlab.life.loads import StaticLoad
 from wearlab.plugins import forget
 from wearlab.scene import Scene
 from wearlab.scene.merge import merge

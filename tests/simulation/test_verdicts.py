@@ -10,7 +10,7 @@ import pytest
 from wearlab.campaign import load
 from wearlab.dynamics.orbits.periodic import Periodic, settling_periods
 from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.life.averaging import BLOCK, scatter
+from wearlab.life.coupling import BLOCK, scatter
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate

@@ -13,8 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
-from wearlab.mesh.harmonics import Harmonics, harmonics
-from wearlab.mesh.modulation import Modulation, fit
+from wearlab.mesh.harmonics import Harmonics, Modulation, fit, harmonics
 
 Combination = Literal["min", "max", "mean"]
 

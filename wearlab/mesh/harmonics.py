@@ -1,4 +1,4 @@
-"""Harmonics of a periodic quantity sampled with quadrature weights over one period."""
+"""What a periodic quantity is made of, from weighted samples: harmonics, or one that is modulated."""
 
 from typing import NamedTuple
 
@@ -58,3 +58,93 @@ def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonic
     coefficient = 2.0 * kernel @ (weight * (value - mean))
     rms = float(np.sqrt(float(weight @ (value - mean) ** 2)))
     return Harmonics(mean, np.abs(coefficient), np.angle(coefficient), rms)
+
+
+class Modulation(NamedTuple):
+    """One harmonic with amplitude and frequency modulation, L16 Eqs. 10–13.
+
+    ``f(φ) = mean + (1 + A cos(2πφ + φ_a)) a_1 cos(2πφ + φ_1 + B sin(2πφ + φ_b))``
+
+    Modulating at the mesh frequency itself makes the average of ``f`` differ from ``mean``.
+
+    Parameters
+    ----------
+    mean : k_mm (0 in the paper's error) [unit of f]
+    carrier : amplitude of the fundamental harmonic, k_a1 or e_1 [unit of f]
+    carrier_phase : φ_m1 or φ_e1 [rad]
+    am, am_phase : amplitude A [1] and initial phase φ_a [rad] of the amplitude modulation
+    fm, fm_phase : amplitude B [rad] and initial phase φ_b [rad] of the frequency modulation
+    """
+
+    mean: float
+    carrier: float
+    carrier_phase: float
+    am: float
+    am_phase: float
+    fm: float
+    fm_phase: float
+
+    def value(self, phase: Array) -> Array:
+        """Evaluate at phases (…) [1]."""
+        angle = 2 * np.pi * np.asarray(phase)
+        amplitude = 1.0 + self.am * np.cos(angle + self.am_phase)
+        argument = angle + self.carrier_phase + self.fm * np.sin(angle + self.fm_phase)
+        return self.mean + self.carrier * amplitude * np.cos(argument)
+
+    def rate(self, phase: Array) -> Array:
+        """Evaluate d/dφ at phases (…)."""
+        angle = 2 * np.pi * np.asarray(phase)
+        amplitude = 1.0 + self.am * np.cos(angle + self.am_phase)
+        argument = angle + self.carrier_phase + self.fm * np.sin(angle + self.fm_phase)
+        swing = -self.am * np.sin(angle + self.am_phase)
+        turning = 1.0 + self.fm * np.cos(angle + self.fm_phase)
+        slope = swing * np.cos(argument) - amplitude * turning * np.sin(argument)
+        return 2 * np.pi * self.carrier * slope
+
+
+def fit(phase: Array, weight: Array, value: Array) -> Modulation:
+    """Fit the seven parameters to samples by least squares.
+
+    The modulations are fitted in their Cartesian parts, ``A cos φ_a`` and so on, where the problem has no
+    singular point; it is started from the fundamental harmonic with no modulation and with four small
+    ones, and the best result is kept, so that equal samples always give equal parameters.
+
+    Parameters
+    ----------
+    phase, weight : (n,) sample phases and quadrature weights [1]
+    value : (n,) samples
+
+    References
+    ----------
+    L16 Eqs. 10–13.
+    """
+    from scipy.optimize import least_squares
+
+    first = harmonics(phase, weight, value, 1)
+    scale = first.rms
+    if scale <= 1e-12 * max(abs(first.mean), 1e-300):
+        return Modulation(first.mean, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    root = np.sqrt(weight)
+    angle = 2 * np.pi * phase
+    cosine, sine = np.cos(angle), np.sin(angle)
+
+    def residual(x: Array) -> Array:
+        mean, a, b, c, d, e, f = x
+        turn = e * sine + f * cosine
+        amplitude = 1.0 + c * cosine + d * sine
+        carrier = a * np.cos(angle + turn) - b * np.sin(angle + turn)
+        return root * (mean + amplitude * carrier - (value - first.mean) / scale)
+
+    a, b = (first.amplitude[0] / scale) * np.array([np.cos(first.phase[0]), np.sin(first.phase[0])])
+    starts = [(0.0, 0.0, 0.0, 0.0), (0.2, 0, 0.2, 0), (-0.2, 0, 0.2, 0), (0, 0.2, 0, 0.2), (0, -0.2, 0, 0.2)]
+    solved = [least_squares(residual, np.array([0.0, a, b, *s]), method="lm") for s in starts]
+    mean, a, b, c, d, e, f = min(solved, key=lambda s: s.cost).x
+    return Modulation(
+        mean=float(first.mean + scale * mean),
+        carrier=float(scale * np.hypot(a, b)),
+        carrier_phase=float(np.arctan2(b, a)),
+        am=float(np.hypot(c, d)),
+        am_phase=float(np.arctan2(-d, c)),
+        fm=float(np.hypot(e, f)),
+        fm_phase=float(np.arctan2(f, e)),
+    )

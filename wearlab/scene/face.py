@@ -6,8 +6,12 @@ from operator import mul
 from typing import Any
 
 from wearlab.mesh.contacts import DisplacementContact
-from wearlab.mesh.face_couplings import FaceCouplingModel, NoFaceCoupling, PasternakCoupling
-from wearlab.mesh.face_couplings.elements import ElementsCoupling
+from wearlab.mesh.face_couplings import (
+    ElementsCoupling,
+    FaceCouplingModel,
+    NoFaceCoupling,
+    PasternakCoupling,
+)
 from wearlab.mesh.stiffnesses import FiniteElementStiffness, PrescribedStiffness
 from wearlab.scene import sections
 from wearlab.scene.gears import LEAD_KEYS

@@ -19,7 +19,7 @@ from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, SETS
 from wearlab.mesh.contacts import ContactModel, DisplacementContact
 from wearlab.mesh.damping_laws import DampingLaw, ViscousDamping
-from wearlab.mesh.excitations import ExcitationModel, pairs
+from wearlab.mesh.excitations import ExcitationModel, PairsExcitation
 from wearlab.mesh.face_couplings import FaceCouplingModel
 from wearlab.mesh.slow_errors import AveragedErrors, SlowErrorModel
 from wearlab.mesh.stiffnesses import FiniteElementStiffness, StiffnessModel
@@ -127,9 +127,7 @@ class OneMesh(options.Part):
         derived="true, but for Algorithm 1 and a stiffness of the whole mesh, which know no tip corners",
         source="Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md",
     )
-    excitation: Excitation = options.option(
-        pairs.PairsExcitation(), "how the mesh force reaches the dynamics"
-    )
+    excitation: Excitation = options.option(PairsExcitation(), "how the mesh force reaches the dynamics")
     normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(
         None,
         "backlash j_bn along the line of action: back contact begins where drive contact ends at 0",

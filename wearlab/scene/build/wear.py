@@ -8,7 +8,7 @@ import numpy as np
 from wearlab import arrays, compiled, slots
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits, load
-from wearlab.life.loads import instant, static
+from wearlab.life.loads import InstantLoad, StaticLoad
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.wear.coefficients import CoefficientModel, standard_film
@@ -98,7 +98,7 @@ def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad |
 def build_load(scene: Scene) -> load.Load:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
-        return static.StaticLoad() if scene.dynamics is None else instant.InstantLoad()
+        return StaticLoad() if scene.dynamics is None else InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 
