@@ -214,3 +214,40 @@ def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
     assert set(observed["unit_name"].values) == set("ABCDEF")
     line = observed["by_the_rate"].values[observed["unit_name"].values == "E"]
     assert np.nanmax(np.abs(line)) < 1e-3  # a depth is foreseen by the depths of others, not by masses
+
+
+@pytest.mark.parametrize("date", ["2026-01-01,840", "2026-01-15,863"], ids=["same day", "later"])
+def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(tmp_path, store, kept, date):
+    """Was silence, and the limit of the unit passed: its depth was a mean with what was weighed."""
+    run = store.open(studies(kept[0])[0].campaign(""), si=True).squeeze("draw")
+    worn, depth = run["worn_mass"].sel(member="pinion"), run["max_wear_depth"].sel(flank="pinion")
+    agreed = float(np.interp(390e-6 * float(date[11:]) / 840.0, worn, depth)) * 1e6
+    columns = 'columns  = { unit = "box", hours = "hours", value = "depth" }'
+    dated = DEPTHS.replace(columns, columns.replace("hours =", 'date = "date", hours ='))
+    weighed, _, new = FLEET.partition("[[update.unit]]")
+    text = weighed + dated.removesuffix("[[update.data]]") + "[[update.unit]]" + new
+    said = []
+    for times in (1.0, 1.5):
+        (tmp_path / "depths.csv").write_text(f"box,date,hours,depth\nA,{date},{times * agreed:.2f}\n")
+        tree = update(fleet(tmp_path, text=text), store, progress=False)
+        said.append([line.strip() for line in text_of(tree) if line.startswith("  ! ")])
+        assert (tree["observed_data"]["unit_name"].values == "A").sum() == 3
+    assert said[0] == [] and len(said[1]) == 1
+    expected = f"! A at {date[11:]} h: max wear depth pinion (depths.csv) shows much more wear than "
+    assert said[1][0].startswith(expected + "worn mass pinion (fleet.csv) leads to expect")
+    assert "the two contradict each other" in said[1][0]
+    life = tree["predictions_without"]["life_quantile"].sel(unit="A").values[2]
+    assert life == pytest.approx(kept[1]["predictions"]["life_quantile"].sel(unit="A").values[2], rel=0.05)
+
+
+def test_what_is_foreseen_of_an_inspection_does_not_know_it(tmp_path, store, kept):
+    """The middle one of three, a fifth higher."""
+    changed = update(fleet(tmp_path, ROWS.replace("560,345", "560,420")), store, progress=False)
+    found = []
+    for tree in (kept[1], changed):
+        rows = tree["observed_data"].to_dataset()
+        (at,) = np.flatnonzero(
+            (rows["unit_name"].values == "B") & (rows["value"] > 3.3e-4) & (rows["value"] < 4.5e-4)
+        )
+        found.append(rows["foreseen"].values[at])
+    assert found[1][2] == pytest.approx(found[0][2], rel=0.03)

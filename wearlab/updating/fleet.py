@@ -51,7 +51,7 @@ class UnitState:
     unit : with what had been measured by then
     shared : what units share, lanes (n, 1)
     factor : (n,) on the wear coefficient, at the reference time
-    block : the block that tells how far the wear has strayed, None where there is none
+    block : what is asked, at first the block that last told how far the wear has strayed; None without any
     seen : what the filter knows of it, None without a measurement
     """
 
@@ -94,6 +94,13 @@ class UnitState:
         if curve is not self.curve:
             ratio = np.sqrt(self._rate(curve) / np.maximum(self._rate(self.curve), 1e-300))
         return ratio * self.seen.mean[:, 0], ratio**2 * self.seen.variance[:, 0]
+
+    def of(self, block: int) -> "UnitState":
+        """Return the state where another block is asked."""
+        if self.seen is None or block == self.block:
+            return replace(self, block=block)
+        mean, variance = (part[:, None] for part in self._strayed(self.unit.run.asked[block].curve))
+        return replace(self, block=block, seen=replace(self.seen, mean=mean, variance=variance))
 
     def wear(self, cycle: float, curve: RunCurve | None = None) -> tuple[Array, Array]:
         """Return mean and variance of a quantity at a cycle, (n,); of what ends the life by default."""
@@ -176,24 +183,21 @@ def states_of(
     theta, log_factor : (cycles, n, parameters), (cycles, n) draws of what units share and of ln f
     cycles : (cycles,) up to which measurements count
     """
-    asked, n = unit.run.asked, log_factor.shape[1]
-    whole = [number for number, block in enumerate(unit.blocks) if block.seen.place_kind is None]
-    # what the unit was measured by comes before what ends its life: units may be measured differently
-    whole.sort(key=lambda k: (not len(unit.blocks[k].seen), asked[k].curve is not unit.run.limit))
-    block, steps = next(iter(whole), None), []
-    if block is not None and len(unit.blocks[block].rows):
-        lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
-        steps = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True)[block].steps
+    asked, n, whole = unit.run.asked, log_factor.shape[1], unit.whole
+    lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
+    told = any(len(unit.blocks[k].rows) for k in whole)
+    seen = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True) if told else []
     states = []
     for k, cycle in enumerate(cycles):
-        held, shared, seen = unit.up_to(cycle), found.law.shared(theta[k]), None
-        if steps and block is not None and len(held.blocks[block].rows):
-            step = steps[int(unit.inspected(block, cycle)) - 1]
-            own = asked[block].cycle[held.blocks[block].rows].max()
+        held, shared, known = unit.up_to(cycle), found.law.shared(theta[k]), None
+        last = {b: float(asked[b].cycle[held.blocks[b].rows].max(initial=-np.inf)) for b in whole}
+        block = max(whole, key=last.__getitem__, default=None)
+        if block is not None and np.isfinite(last[block]):
+            step = seen[block].steps[int(unit.inspected(block, cycle)) - 1]
             mean, variance = (part[k * n : (k + 1) * n] for part in (step.mean, step.variance))
-            since: Any = shared.equal(unit.run.equal(own))
-            seen = Filtered(np.zeros(1), mean, variance, since)
-        states.append(UnitState(held, shared, np.exp(log_factor[k]), block, seen))
+            since: Any = shared.equal(unit.run.equal(np.array(last[block])))
+            known = Filtered(np.zeros(1), mean, variance, since)
+        states.append(UnitState(held, shared, np.exp(log_factor[k]), block, known))
     return states
 
 
@@ -213,10 +217,19 @@ def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitS
 
 
 def after(
-    found: Population, number: int, cycles: Sequence[float], rng: np.random.Generator, draws: int = DRAWS
+    found: Population,
+    number: int,
+    cycles: Sequence[float],
+    rng: np.random.Generator,
+    draws: int = DRAWS,
+    asked: int | None = None,
 ) -> list[UnitState]:
-    """Return the states of a unit after its inspections up to cycles, all of the other units being known."""
-    unit, until = found.units[number].up_to(cycles[-1]), np.asarray(cycles, float)
+    """Return the states of a unit after its inspections up to cycles, all of the other units being known.
+
+    With a block that is asked they are those before its inspections at these cycles.
+    """
+    unit = replace(found.units[number], asked=asked).up_to(cycles[-1])
+    until = np.asarray(cycles, float)
     theta = found.theta[equally(found.weight(number), draws, rng)]
     if not len(unit.cycles):
         log_factor = factors(unit, found.law, theta, rng)
@@ -402,17 +415,24 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
     """
     rows: list[dict[str, Any]] = []
     for number, (unit, blank) in enumerate(zip(found.units, blanks, strict=True)):
-        last = -np.inf, np.nan
-        values = [] if blank.block is None else _inspections(unit, blank.block)
-        known = after(found, number, [at for at, *_ in values[:-1]], rng, FEW) if values[1:] else ()
-        for state, (cycle, value, count) in zip((blank, *known), values, strict=False):
-            row = {"unit_name": unit.name, "block": state.block, "cycle": cycle, "value": value}
-            row |= {"foreseen": state.value(cycle, P), "check_p": np.nan, "crps": np.nan}
-            if np.isfinite(value):
-                row["check_p"] = _two_sided(state, cycle, value, count)
-                row["crps"] = state.crps(cycle, value, rng)
-            rows.append(row | {"higher": value > row["foreseen"][2], "before": last[0], "worn": last[1]})
-            last = cycle, value
+        for n in (n for n in unit.whole if len(unit.blocks[n].rows)):
+            values, last = _inspections(unit, n), (-np.inf, np.nan)
+            # at the very first inspection of a unit the others alone tell what to expect
+            new = int(not len(replace(unit, asked=n).up_to(values[0][0]).cycles))
+            later = [at for at, *_ in values[new:]]
+            states = [blank] * new + (after(found, number, later, rng, FEW, n) if later else [])
+            for known, (cycle, value, count) in zip(states, values, strict=True):
+                state = known.of(n)
+                row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}
+                row |= {"what": _named(unit, n), "against": ""}
+                row |= {"foreseen": state.value(cycle, P), "check_p": np.nan, "crps": np.nan}
+                if known.block not in (None, n) and known.seen is not None:
+                    row["against"] = _named(unit, known.block)
+                if np.isfinite(value):
+                    row["check_p"] = _two_sided(state, cycle, value, count)
+                    row["crps"] = state.crps(cycle, value, rng)
+                rows.append(row | {"higher": value > row["foreseen"][2], "before": last[0], "worn": last[1]})
+                last = cycle, value
     if not rows:
         return xr.Dataset()
     told = stacked(rows)
@@ -431,6 +451,12 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
     si = found.units[0].blocks[_main(block)].data.si
     labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}
     return dataset("fleet", labelled, quantile=P)
+
+
+def _named(unit: FleetMember, number: int) -> str:
+    """Return how messages call what a block measures; nothing where the unit was not measured otherwise."""
+    data, several = unit.blocks[number].data, sum(len(block.seen) > 0 for block in unit.blocks) > 1
+    return f"{data.label.replace('_', ' ')} ({data.file.name})" if several else ""
 
 
 def _main(block: Array) -> int:

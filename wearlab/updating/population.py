@@ -57,11 +57,18 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class FleetMember:
-    """A unit: its name, its run, and what was measured of it."""
+    """A unit: its name, its run, and what was measured of it.
+
+    Parameters
+    ----------
+    name, run, blocks : of the unit
+    asked : block of which an inspection is foreseen: at a cycle it, and blocks after it, do not count yet
+    """
 
     name: str
     run: RunHistory
     blocks: tuple[Block, ...]
+    asked: int | None = None
 
     @property
     def now(self) -> float:
@@ -77,13 +84,23 @@ class FleetMember:
         """The inspections, rising [cycles]."""
         return np.unique(np.concatenate([np.zeros(0), *self._each]))
 
+    @property
+    def whole(self) -> list[int]:
+        """The blocks without places on the flank; what was measured, and what ends the life, first."""
+        found = [n for n, block in enumerate(self.blocks) if block.seen.place_kind is None]
+        curves = [asked.curve is not self.run.limit for asked in self.run.asked]
+        return sorted(found, key=lambda n: (not len(self.blocks[n].seen), curves[n]))
+
     def inspected(self, number: int, cycles: Array) -> Index:
         """Return how many inspections of a block there had been by cycles."""
-        return np.searchsorted(self._each[number], cycles, "right")
+        counts = self.asked is None or number < self.asked
+        return np.searchsorted(self._each[number], cycles, "right" if counts else "left")
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
-        return replace(self, blocks=held(self.blocks, self.run, np.less_equal, cycle))
+        n = len(self.blocks) if self.asked is None else self.asked
+        by, before = (held(self.blocks, self.run, holds, cycle) for holds in (np.less_equal, np.less))
+        return replace(self, blocks=(*by[:n], *before[n:]))
 
 
 class Shared(NamedTuple):

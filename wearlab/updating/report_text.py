@@ -254,15 +254,15 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     hour = dict(zip(predictions["unit"].values, predictions["seconds_per_cycle"].values / HOUR, strict=True))
     p, pace = predictions["p_like_the_others"].values, predictions["pace"].values
     unlike = np.flatnonzero(p < ALARM / max(np.isfinite(p).sum(), 1))
-    keys = ("unit_name", "cycle", "higher", "first", "check_p")
+    keys = ("unit_name", "cycle", "higher", "first", "check_p", "what", "against")
     flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
     shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
     found: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": [*filter(None, str(stats["notes"]).split(" | "))],
         "flagged": [
-            {"unit": name, "hours": hour[name] * cycle, "higher": higher, "first": first, "p": each}
-            for name, cycle, higher, first, each in flagged
+            {"unit": name, "hours": hour[name] * cycle, **dict(zip(keys[2:], rest, strict=True))}
+            for name, cycle, *rest in flagged
         ],
         "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
         "table": _table([_heads(predictions), *_rows(predictions)]),
