@@ -4,9 +4,12 @@ import json
 
 import pytest
 
+import wearlab as wl
 from wearlab.cli.app import status_of
 from wearlab.figures.drawing import draw
 from wearlab.report.page import report
+from wearlab.updating import update
+from wearlab.updating.report_text import text_of
 
 
 @pytest.fixture
@@ -146,3 +149,16 @@ def test_a_warning_of_several_cases_names_its_case(tree):
     groups["sample_stats"] = groups["sample_stats"].assign(notes=("case", ["", "look at the units"]))
     both = xr.DataTree.from_dict(groups)
     assert [line for line in text_of(both) if "! " in line] == ["  ! case new: look at the units"]
+
+
+def test_many_inspections_that_are_off_are_summed_up(campaign, store, tmp_path):
+    """Was two hundred warnings in a row, the one of their course behind them."""
+    loss = [2.0 * k if k < 30 else 8.0 * k - 180.0 for k in range(1, 61)]
+    rows = "".join(f"{1e6 * k},{value}\n" for k, value in enumerate(loss, 1))
+    (tmp_path / "weighings.csv").write_text("cycles,loss\n" + rows)
+    (tmp_path / "many.toml").write_text(campaign.path.read_text())
+    text = [line.strip() for line in text_of(update(wl.load(tmp_path / "many.toml"), store, progress=False))]
+    assert sum(line.startswith("! the inspection at") for line in text) == 3
+    assert any("more of the 60 inspections of worn mass pinion" in line for line in text)
+    assert sum("as expected" in line or "than expected (" in line for line in text) == 24
+    assert any(line.startswith("! the course of worn mass") for line in text)

@@ -70,3 +70,12 @@ def test_a_measurement_loses_no_information_with_few_runs():
     asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, seen, draws=2000)
     found = virtual_inspection(outcome(asked, runs, np.arange(12)), np.random.default_rng(0))
     assert found["expected_width"].max() < 1.03
+
+
+def test_no_look_is_advised_before_it_is_known_which_file_is_wrong():
+    """Was promised a twentieth of the width, by the instrument that may be the wrong one."""
+    cycle = np.array([5e5])
+    ones = [observed(cycle, RATE * f * cycle, ErrorModel(1e-4), number=n) for n, f in ((1, 1.0), (2, 1.2))]
+    asked = study({"lognormal": {"median": 1.0, "cov": 14.0}}, ones, draws=300)
+    one = outcome(asked, (history(ones),), np.zeros(1, np.intp))
+    assert virtual_inspection(one, np.random.default_rng(0)) is None

@@ -31,7 +31,7 @@ from wearlab.updating.draws import Draws, gains
 from wearlab.updating.layout import Lives, dataset
 from wearlab.updating.likelihood import PER
 from wearlab.updating.lives import passage_time, present_state
-from wearlab.updating.outcome import UpdateOutcome
+from wearlab.updating.outcome import TENSION, UpdateOutcome
 from wearlab.updating.posterior import weighted_quantiles
 from wearlab.updating.run_curves import RunHistory
 
@@ -84,7 +84,12 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
 
 
 def virtual_block(outcome: UpdateOutcome) -> int | None:
-    """Return the first block that has no places on the flank: what one would measure again."""
+    """Return the first block that has no places on the flank: what one would measure again.
+
+    None where sources contradict each other: the next value would not tell which of them is right.
+    """
+    if outcome.answer.contradiction > TENSION:
+        return None
     blocks = outcome.posterior.blocks
     return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
 

@@ -18,6 +18,7 @@ from wearlab.updating.templates import digits, rendered
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"
 BELIEVED = tuple((Path(__file__).parent / "believed.txt").read_text(encoding="utf-8").splitlines())
+MOST_LISTED = 24  # inspections of a block whose checks are listed
 FIRST = 2  # units that are named as those to open first
 FAST, MUCH = 1.25, 0.6  # times the others' pace, and share of the limit, that are a reason to open a unit
 BEFORE = "before "
@@ -136,6 +137,7 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
         "checks": list(_checks(stats)),
         "alarm": ALARM,
+        "most": MOST_LISTED,
         "sources": _sources(stats, rest, hours),
         "ahead": _numbers(ahead),
         "costs": _numbers(costs),
