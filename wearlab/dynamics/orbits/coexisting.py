@@ -16,7 +16,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.period_map import LOCATED
 from wearlab.dynamics.orbits.periodic import Periodic, periods_of
 from wearlab.dynamics.orbits.response import Response, Verdict, step_forces
-from wearlab.dynamics.orbits.shooting import RHS_PER_CHANGE, RHS_PER_STEP, Orbit, Shooting
+from wearlab.dynamics.orbits.shooting import RHS_PER_STEP, Orbit, Shooting
 from wearlab.dynamics.rigid import rigid_modes
 
 BLOCK = 50
@@ -123,7 +123,7 @@ class _Hunt(Shooting):
     @property
     def spent(self) -> float:
         """Mesh periods so far, with what locating changes of contact is worth."""
-        return self.maps + self.located * RHS_PER_CHANGE / (RHS_PER_STEP * self.steps)
+        return self.maps + self.located * self.per_change / (RHS_PER_STEP * self.steps)
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate as `Shooting.integrate` does, if the bound allows."""

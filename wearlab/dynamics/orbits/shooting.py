@@ -26,8 +26,9 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 RHS_PER_STEP = 4
-RHS_PER_CHANGE = 60
-"""Right-hand sides that locating a change of contact is worth: 7 µs, of 0.12 µs each."""
+RHS_PER_CHANGE, RHS_PER_CHANGE_LARGE = 60, 6
+"""Right-hand sides that locating a change of contact is worth: 7 µs, of 0.12 µs each in registers; 17 to
+28 µs, of 3 to 4 µs each, in larger systems."""
 ROWS_PER_PASS = 12
 """Rows of a large state whose tangents take about as long as the trajectory."""
 MOST_TANGENTS, MOST_TANGENTS_LARGE = 1_000_000, 24
@@ -192,7 +193,12 @@ class Shooting:
     def right_hand_sides(self) -> int:
         """Right-hand sides so far, with what changes of contact and tangents of large systems are worth."""
         passes = self.maps + (0.0 if self.small else self.beside)
-        return int(passes * self.steps) * RHS_PER_STEP + self.located * RHS_PER_CHANGE
+        return int(passes * self.steps) * RHS_PER_STEP + self.located * self.per_change
+
+    @property
+    def per_change(self) -> int:
+        """Right-hand sides that locating a change of contact is worth."""
+        return RHS_PER_CHANGE if self.small else RHS_PER_CHANGE_LARGE
 
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which some periods are kept, (n_kept, n_steps + 1, 2n)."""
