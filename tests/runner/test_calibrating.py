@@ -14,9 +14,8 @@ from wearlab.scene.calibration import calibrating
 from wearlab.simulation import calibration
 from wearlab.store import Store
 from wearlab.store.export import export_attributes
-from wearlab.store.lineage import calibrated_by
 from wearlab.store.outcome import Outcome
-from wearlab.store.publish import bibtex, citation, facts_of
+from wearlab.store.provenance import bibtex, calibrated_by, citation, facts_of
 from wearlab.store.upkeep import merge, prunable
 
 PAIR = {

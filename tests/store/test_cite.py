@@ -2,7 +2,8 @@
 
 from fake_campaign import sweep
 
-from wearlab.store.publish import _citation, bibtex, citation, facts_of
+from wearlab.store.export import _citation
+from wearlab.store.provenance import bibtex, citation, facts_of
 
 
 def test_a_citation_names_the_run_the_code_and_both_hashes(fill, tmp_path):

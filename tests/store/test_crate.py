@@ -9,7 +9,7 @@ import netCDF4
 import pytest
 from fake_campaign import filled, sweep
 
-from wearlab.store.publish import CONTEXT, DESCRIPTOR, SPECIFICATION, export_crate
+from wearlab.store.export import CONTEXT, DESCRIPTOR, SPECIFICATION, export_crate
 
 WHO = {"author": "A. Author; B. Author", "licence": "https://spdx.org/licenses/CC-BY-4.0", "institution": "I"}
 ROOT = ("name", "description", "datePublished", "license", "hasPart")

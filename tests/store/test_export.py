@@ -111,16 +111,16 @@ def test_memory_holds_one_run(fill, tmp_path):
 
 def test_one_thread_reads_while_the_file_is_open(fill, tmp_path, monkeypatch):
     """Two files of HDF5 open in one process, one read by dask's threads, have crashed it."""
-    from wearlab.store import lazy
+    from wearlab.store import reading
 
     threads = []
 
-    def reading(path, name, sha256):
+    def noted(path, name, sha256):
         threads.append(threading.get_ident())
         return read_variable(path, name, sha256)
 
-    read_variable = lazy.read_variable
-    monkeypatch.setattr(lazy, "read_variable", reading)
+    read_variable = reading.read_variable
+    monkeypatch.setattr(reading, "read_variable", noted)
     with dask.config.set(scheduler="threads"):
         export(two_axes(), fill(two_axes()), tmp_path / "out.nc")
     assert threads and set(threads) == {threading.get_ident()}

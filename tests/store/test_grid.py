@@ -9,7 +9,7 @@ import xarray as xr
 from fake_campaign import Axis, Campaign, Case, Scene, alter, sweep
 
 from wearlab.campaign import Excluded
-from wearlab.store import StoreError, lazy
+from wearlab.store import StoreError, reading
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class WithExcluded(Campaign):
 def reads(monkeypatch):
     """Return a list that fills with every variable read from a file."""
     seen = []
-    original = lazy.LazyVariable._values
+    original = reading.LazyVariable._values
 
     def noted(self, file):
         seen.append(self.name)
         return original(self, file)
 
-    monkeypatch.setattr(lazy.LazyVariable, "_values", noted)
+    monkeypatch.setattr(reading.LazyVariable, "_values", noted)
     return seen
 
 
@@ -285,10 +285,10 @@ def test_texts_of_runs_are_texts_and_need_no_file(fill, monkeypatch):
 def test_one_text_of_a_lazy_variable_is_no_array(fill):
     store = fill(sweep(1))
     (run,) = store.catalogue.placed([sweep(1).cases[0].id])
-    group = lazy.RunGroup({}, {"verdict": {"dims": []}}, {})
-    file = lazy.RunFile(str(store.files.path(run.id)), run.sha256, 0)
+    group = reading.RunGroup({}, {"verdict": {"dims": []}}, {})
+    file = reading.RunFile(str(store.files.path(run.id)), run.sha256, 0)
     numbers = np.zeros(1, np.intp)
-    text = lazy.LazyVariable("verdict", numbers, [file], [group], {0: ()}, (), np.dtype(object), "")
+    text = reading.LazyVariable("verdict", numbers, [file], [group], {0: ()}, (), np.dtype(object), "")
     assert isinstance(text[:1][0], str)
 
 

@@ -6,13 +6,11 @@ import pytest
 
 from wearlab.cli.commands.show import show_run
 from wearlab.store import Store
-from wearlab.store.audit import verify
 from wearlab.store.description import describe
-from wearlab.store.lineage import children, lineage
 from wearlab.store.netcdf import to_image
 from wearlab.store.outcome import Outcome
-from wearlab.store.publish import bibtex, citation, facts_of
-from wearlab.store.upkeep import prunable
+from wearlab.store.provenance import bibtex, children, citation, facts_of, lineage
+from wearlab.store.upkeep import prunable, verify
 
 FIRST, SECOND, THIRD = ("a" * 20, "b" * 20, "c" * 20)
 GONE = "d" * 20

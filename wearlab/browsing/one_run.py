@@ -10,10 +10,10 @@ from wearlab.figures.doubt import FIRM, LOST, TRUSTED
 from wearlab.query.keys import differing_keys
 from wearlab.report import run as told
 from wearlab.report.page import model_errors, remarks
-from wearlab.store import outcome, publish
+from wearlab.store import outcome, provenance
 from wearlab.store import remarks as said
 from wearlab.store.files import StoreError
-from wearlab.store.lineage import name_of
+from wearlab.store.provenance import name_of
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -140,10 +140,10 @@ def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
     if entry.state != "done":
         return "", ""
     try:
-        facts = publish.facts_of(store, entry.id)
+        facts = provenance.facts_of(store, entry.id)
     except StoreError as error:
         return str(error), ""
-    return publish.citation(facts), publish.bibtex(facts)
+    return provenance.citation(facts), provenance.bibtex(facts)
 
 
 def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.store import outcome
 from wearlab.store.files import StoreError
 from wearlab.store.grid import key_text
-from wearlab.store.lineage import name_of
+from wearlab.store.provenance import name_of
 from wearlab.units import convert, shown_unit, split
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from wearlab.browsing.listing import whole
 from wearlab.figures import render
 from wearlab.figures.kind import KINDS, FigureError
 from wearlab.nearest import choices
-from wearlab.store import files, remark_files, remarks
+from wearlab.store import files, remarks
 from wearlab.store import updates as kept
 from wearlab.store.files import StoreError
 from wearlab.store.reading import checked_bytes
@@ -106,12 +106,12 @@ def remarked(store: "Store", subject: str, what: str, text: str) -> tuple[str, d
     }
     if subject in titles:
         title, key = titles[subject]
-        remark_files.add(store, subject, what, text, title)  # type: ignore[arg-type]
+        remarks.add(store.catalogue, subject, what, text, title)  # type: ignore[arg-type]
         return "campaign", {"key": key}
     entry = store.heads([subject]).get(subject)
     if entry is None:
         raise StoreError(f"run {subject[:40]!r}: no such run")
-    remark_files.add(store, entry.id, what, text)  # type: ignore[arg-type]
+    remarks.add(store.catalogue, entry.id, what, text)  # type: ignore[arg-type]
     return "run", {"id": entry.id}
 
 

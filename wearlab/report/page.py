@@ -19,7 +19,7 @@ from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store import outcome
 from wearlab.store.files import StoreError
-from wearlab.store.lineage import lineage
+from wearlab.store.provenance import lineage
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case

@@ -168,8 +168,8 @@ def is_long(value: Any) -> bool:
 def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
     """Return where a run stands and what made it, by words; what there is nothing of is empty."""
     from wearlab.scene.presence import REMEDY
-    from wearlab.store import publish
-    from wearlab.store.lineage import calibrated_by, children, lineage
+    from wearlab.store import provenance
+    from wearlab.store.provenance import calibrated_by, children, lineage
 
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}
@@ -187,7 +187,7 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "continued by": children(store, entry.id),
         "calibrated by": outcome.calibration_of(entry) or None,
         "calibrates": calibrated_by(store, entry.id),
-        **{key: metadata[key] for key in publish.WHO if key in metadata},
+        **{key: metadata[key] for key in provenance.WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
         "bytes": entry.size,
         "sha256": entry.sha256,

@@ -262,3 +262,22 @@ def _sync(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def damage(path: Path, size: int | None, sha256: str | None) -> Problem | None:
+    """Return what is wrong with a file that the catalogue knows, by its size and hash."""
+    try:
+        refuse_links(path)
+        found = path.stat().st_size
+        if found != size:
+            kind = "truncated" if found < (size or 0) else "altered"
+            return Problem(path, kind, f"{found} bytes instead of {size}")
+        if hash_of(path) != sha256:
+            return Problem(path, "altered", "its bytes are not those that were written")
+    except FileNotFoundError:
+        return Problem(path, "missing", "the catalogue knows it, but there is no file")
+    except StoreError as error:
+        return Problem(path, "foreign", str(error).removeprefix(f"{path}: "))
+    except OSError as error:
+        return Problem(path, "unreadable", str(error.strerror or error))
+    return None

@@ -22,7 +22,7 @@ from wearlab.query.evaluate import met
 from wearlab.query.keys import differences, flat, quantity_at
 from wearlab.store import catalogue, outcome
 from wearlab.store.files import number_type, refuse_oversized
-from wearlab.store.lazy import LazyVariable, Places, RunFile, RunGroup
+from wearlab.store.reading import LazyVariable, Places, RunFile, RunGroup
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ import io
 import math
 import os
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,167 +20,12 @@ import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
-from h5py import h5a, h5d, h5g, h5o, h5s, h5t, h5z
 from numpy.typing import NDArray
 from xarray.backends import NetCDF4DataStore
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
-from wearlab.store import remote
-from wearlab.store.files import HARMLESS, StoreError, refuse_links, refuse_oversized
-
-MOST = 5_000  # variables and groups of one file
-MOST_ATTRIBUTES = 500  # of one variable or group
-MOST_DIMS = 32  # of a variable, as HDF5 has it
-DIMENSIONS = b"DIMENSION_LIST"  # lists a variable's dimensions
-DEEPEST = 8  # groups within groups
-FILTERS = (h5z.FILTER_SHUFFLE, h5z.FILTER_DEFLATE, h5z.FILTER_FLETCHER32)  # each once, in any order
-FLOATS = {4: (31, 23, 8, 0, 23), 8: (63, 52, 11, 0, 52)}  # sign, exponent, its bits, mantissa, its bits
-
-
-def refuse_untrusted(path: Path, image: bytes) -> None:
-    """Refuse a file whose structure no run has: it would lead elsewhere, in circles, or fill the memory.
-
-    Parameters
-    ----------
-    path : its name, for the message
-    image : its bytes
-
-    Raises
-    ------
-    StoreError : it has links, values in other files, groups within themselves, types of its own, or texts and
-        chunks that are far larger when read
-    """
-    try:
-        with h5py.File(io.BytesIO(image), "r") as file:
-            _Walk(path, len(image), file.id).enter(h5g.open(file.id, b"/"), "", 0)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        if isinstance(error, StoreError):
-            raise
-        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
-
-
-class _Walk:
-    """One look at everything that a file holds.
-
-    Parameters
-    ----------
-    path, size : the file and its bytes: no text in it is longer
-    file : the file
-    """
-
-    def __init__(self, path: Path, size: int, file: Any) -> None:
-        self.path, self.size = path, size
-        self.seen: dict[Any, str] = {}
-        self.left = max(HARMLESS, 20 * size)  # bytes that texts may still take
-        self.reference = 8 + file.get_create_plist().get_sizes()[0]  # bytes: a length, an address, a number
-
-    def refuse(self, where: str, reason: str) -> None:
-        raise StoreError(f"{self.path}: {where[:80] or '/'} {reason}; not read")
-
-    def enter(self, group: Any, where: str, depth: int) -> None:
-        """Look at a group and all that it holds."""
-        self.attributes(group, where)
-        for key in group:
-            self.visit(group, key, f"{where}/{key.decode(errors='replace')}", depth)
-
-    def visit(self, group: Any, key: bytes, where: str, depth: int) -> None:
-        if group.links.get_info(key).type != h5py.h5l.TYPE_HARD:
-            self.refuse(where, "is a link to elsewhere")
-        entry = h5o.open(group, key)
-        information = h5o.get_info(entry)
-        address = (information.fileno, information.addr)
-        if address in self.seen or len(self.seen) >= MOST or depth >= DEEPEST:
-            known = address in self.seen
-            self.refuse(where, f"is {self.seen[address]} once more" if known else "is one of too many")
-        self.seen[address] = where
-        if isinstance(entry, h5g.GroupID):
-            self.enter(entry, where, depth + 1)
-        elif isinstance(entry, h5d.DatasetID):
-            self.variable(entry, where)
-        else:
-            self.refuse(where, "is a type and no variable")
-
-    def variable(self, dataset: Any, where: str) -> None:
-        made, kind = dataset.get_create_plist(), dataset.get_type()
-        layout = made.get_layout()
-        if layout == h5d.VIRTUAL or made.get_external_count():
-            self.refuse(where, "has its values in other files")
-        if not _is_plain(kind):
-            self.refuse(where, "holds neither numbers, as a run has them, nor texts")
-        if layout == h5d.CHUNKED:
-            self.chunks(made, kind.get_size(), where)
-        self.attributes(dataset, where)
-        if _is_text(kind):
-            self.texts(dataset, where)
-
-    def chunks(self, made: Any, width: int, where: str) -> None:
-        """Refuse filters that no run has, and chunks that are far larger than the file."""
-        refuse_oversized(self.path, math.prod(made.get_chunk()) * width, self.size)
-        used = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
-        if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
-            self.refuse(where, "is stored by other filters than a run")
-
-    def attributes(self, entry: Any, where: str) -> None:
-        """Read the texts of attributes: of all others HDF5 tells the size."""
-        count = h5a.get_num_attrs(entry)
-        if count > MOST_ATTRIBUTES:
-            self.refuse(where, f"has {count} attributes")
-        names: list[bytes] = []
-
-        def note(name: bytes, about: Any) -> None:
-            usual = name == DIMENSIONS and about.data_size <= MOST_DIMS * self.reference
-            if not usual and about.data_size % self.reference == 0:
-                names.append(name)
-
-        h5a.iterate(entry, note, info=True)
-        for name in names:
-            attribute = h5a.open(entry, name)
-            kind, many = attribute.get_type(), math.prod(attribute.shape)
-            if _is_long(kind) and many > 1 and many * self.size > HARMLESS:
-                self.refuse(where, "has lists that may be far larger than the file")
-            if _is_text(kind):
-                texts = np.empty(attribute.shape, attribute.dtype)
-                attribute.read(texts)
-                self.spend(texts, where)
-
-    def texts(self, entry: Any, where: str) -> None:
-        """Read texts of any length a few at a time, until they take more than they may."""
-        space, shape = entry.get_space(), entry.shape
-        count, some = math.prod(shape), max(1, HARMLESS // self.size)
-        for at in range(0, count, some):
-            places = np.arange(at, min(at + some, count))
-            if shape:
-                space.select_elements(np.stack(np.unravel_index(places, shape), axis=1))
-            texts = np.empty(len(places), entry.dtype)
-            entry.read(h5s.create_simple(texts.shape), space, texts)
-            self.spend(texts, where)
-
-    def spend(self, texts: NDArray[Any], where: str) -> None:
-        self.left -= sum(map(len, texts.flat))
-        if self.left < 0:
-            self.refuse(where, "has texts that are far larger than the file")
-
-
-def _is_plain(kind: Any) -> bool:
-    """Say whether a type is of texts, or of numbers that netCDF knows: of others it dies."""
-    match kind.get_class():
-        case h5t.STRING:
-            return True
-        case h5t.FLOAT:
-            return bool(FLOATS.get(kind.get_size()) == kind.get_fields())
-        case h5t.INTEGER:
-            return bool(kind.get_size() in (1, 2, 4, 8) and kind.get_precision() == 8 * kind.get_size())
-    return False
-
-
-def _is_text(kind: Any) -> bool:
-    """Say whether values of a type are texts of any length."""
-    return bool(kind.get_class() == h5t.STRING and kind.is_variable_str())
-
-
-def _is_long(kind: Any) -> bool:
-    """Say whether values of a type are of any length, and so stand elsewhere in the file."""
-    return kind.get_class() == h5t.VLEN or _is_text(kind)
+from wearlab.store import netcdf, remote
+from wearlab.store.files import StoreError, refuse_links, refuse_oversized
 
 
 class Stamp(NamedTuple):
@@ -266,7 +112,7 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
     """
     image = checked_bytes(path, sha256)
     with _one_door:
-        refuse_untrusted(path, image)
+        netcdf.refuse_untrusted(path, image)
     with _one_door, NETCDFC_LOCK, HDF5_LOCK:
         try:
             file = netCDF4.Dataset(path.name, memory=image)
@@ -364,3 +210,99 @@ def _leads_elsewhere(variable: h5py.h5d.DatasetID) -> bool:
 
 def _unreadable(path: Path, error: Exception) -> StoreError:
     return StoreError(f"{path}: cannot be read ({str(error)[:300]}); try 'wearlab verify'")
+
+
+Places = tuple[list[int] | None, ...]
+
+
+@dataclass(frozen=True)
+class RunGroup:
+    """Runs that are alike: the same variables, the same lengths.
+
+    Parameters
+    ----------
+    sizes : length of each dimension
+    variables : dims, dtype and attributes of each variable
+    labels : labels of dimensions
+    """
+
+    sizes: Mapping[str, int]
+    variables: Mapping[str, dict[str, Any]]
+    labels: Mapping[str, list[Any]]
+
+
+@dataclass(frozen=True)
+class RunFile:
+    """The file of one run.
+
+    Parameters
+    ----------
+    path, sha256 : the file and the recorded hash of its bytes
+    group : what the run is like
+    """
+
+    path: str
+    sha256: str | None
+    group: int
+
+
+@dataclass(frozen=True, repr=False)
+class LazyVariable:
+    """An array over grid and run dims; indexing it by slices reads the points that the slices hold.
+
+    Parameters
+    ----------
+    name : of the variable
+    numbers : number of the run at each grid point, −1 where there is none (grid shape)
+    files, groups : the runs
+    places : per group, where its values go along each run dim (None: from 0 on)
+    padded : lengths of the run dims
+    dtype, fill : of the result
+    """
+
+    name: str
+    numbers: NDArray[np.intp]
+    files: Sequence[RunFile]
+    groups: Sequence[RunGroup]
+    places: Mapping[int, Places]
+    padded: tuple[int, ...]
+    dtype: np.dtype[Any]
+    fill: Any
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of grid and run dims."""
+        return self.numbers.shape + self.padded
+
+    @property
+    def ndim(self) -> int:
+        """Number of grid and run dims."""
+        return len(self.shape)
+
+    def __getitem__(self, index: Any) -> NDArray[Any]:
+        """Return the values in a block of points, given by a slice or a number for each dim."""
+        index = index if isinstance(index, tuple) else (index,)
+        index += (slice(None),) * (self.ndim - len(index))
+        grid = self.numbers.ndim
+        wide = tuple(i if isinstance(i, slice) else slice(int(i), int(i) + 1) for i in index[:grid])
+        numbers = np.asarray(self.numbers[wide])
+        result = np.full(numbers.shape + self.padded, self.fill, self.dtype)
+        for point in np.ndindex(numbers.shape):
+            number = int(numbers[point])
+            if number >= 0 and self.files[number].group in self.places:
+                values = self._values(self.files[number])
+                # a 0-d array of texts would stand in an object array as an array
+                result[(*point, *self._where(self.files[number].group, values.shape))] = values[()]
+        kept = tuple(slice(None) if isinstance(i, slice) else 0 for i in index[:grid])
+        return np.asarray(result[kept + index[grid:]])
+
+    def _where(self, group: int, lengths: tuple[int, ...]) -> tuple[Any, ...]:
+        """Return the index of a group's values among the padded ones."""
+        places = self.places[group]
+        if all(place is None for place in places):
+            return tuple(slice(n) for n in lengths)
+        where = zip(lengths, places, strict=True)
+        return np.ix_(*(np.arange(n) if place is None else np.asarray(place) for n, place in where))
+
+    def _values(self, file: RunFile) -> NDArray[Any]:
+        return read_variable(file.path, self.name, file.sha256)

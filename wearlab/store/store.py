@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.store import audit, kept_runs
+from wearlab.store import kept_runs
 from wearlab.store.files import Problem, StoreError
 
 if TYPE_CHECKING:
@@ -102,36 +103,65 @@ class Store(kept_runs.KeptRuns):
         ------
         StoreError : no such run or campaign, no such text, or the store is only read from here
         """
-        from wearlab.store import remark_files
+        from wearlab.store import remarks
 
-        subject, title = remark_files.meant(self, run_id, campaign)
+        subject, title = self._meant(run_id, campaign)
         for text in tags:
-            remark_files.add(self, subject, "tag", text, title)
+            remarks.add(self.catalogue, subject, "tag", text, title)
         for text in remove:
-            remark_files.add(self, subject, "untag", text, title)
+            remarks.add(self.catalogue, subject, "untag", text, title)
 
     def note(self, run_id: str, text: str, *, campaign: bool = False) -> None:
         """Write a note on a run or a campaign, as `tag`; what is written stays."""
-        from wearlab.store import remark_files
+        from wearlab.store import remarks
 
-        subject, title = remark_files.meant(self, run_id, campaign)
-        remark_files.add(self, subject, "note", text, title)
+        subject, title = self._meant(run_id, campaign)
+        remarks.add(self.catalogue, subject, "note", text, title)
 
     def remarks(self, run_id: str, *, campaign: bool = False) -> "list[remarks.Remark]":
         """Return tags and notes on a run or a campaign, the latest last, as `tag` takes it."""
-        from wearlab.store import remark_files, remarks
+        from wearlab.store import remarks
 
-        return remarks.remarks_on(self.catalogue, [remark_files.meant(self, run_id, campaign)[0]])
+        return remarks.remarks_on(self.catalogue, [self._meant(run_id, campaign)[0]])
+
+    def _meant(self, name: str, campaign: bool) -> tuple[str, str]:
+        """Return the subject that a name means, and the title where it is a campaign.
+
+        Parameters
+        ----------
+        store : where it is
+        name : id of a run, its beginning, or a condition that one run meets; title of a campaign, or its file
+        campaign : whether it is a campaign
+
+        Raises
+        ------
+        StoreError : no such run or campaign
+        """
+        from wearlab.nearest import choices
+        from wearlab.store.remarks import subject_of
+
+        if not campaign:
+            return self.find(name).id, ""
+        known = dict.fromkeys(self.catalogue.read("SELECT title, path FROM campaigns ORDER BY recorded DESC"))
+        titles = {str(title): str(path or "") for title, path in reversed(known)}
+        for title, path in titles.items():
+            if name == title or (path and name in (path, Path(path).name)):
+                return subject_of(title), title
+        raise StoreError(f"campaign {name!r} is not in this store; {choices(name, titles)}")
 
     def verify(self) -> list[Problem]:
         """Return everything wrong with the run files, nothing when all is well."""
         if self.address is not None:
             raise StoreError(f"{self.address}: files are compared with their hashes where they lie")
-        return list(audit.verify(self))
+        from wearlab.store import upkeep
+
+        return list(upkeep.verify(self))
 
     def reindex(self) -> list[Problem]:
         """Make the catalogue anew from the run files; return the files that could not be read."""
-        return audit.reindex(self)
+        from wearlab.store import upkeep
+
+        return upkeep.reindex(self)
 
 
 def open_store(path: str | PathLike[str]) -> Store:
@@ -158,7 +188,8 @@ def store_html(store: kept_runs.KeptRuns) -> str:
     ----------
     store : states are those that ``wearlab ls`` lists
     """
-    from wearlab.store import lineage, outcome, table
+    from wearlab.store import outcome, table
+    from wearlab.store.provenance import name_of
 
     name = escape(repr(store))
     if not store.catalogue.exists():
@@ -171,7 +202,7 @@ def store_html(store: kept_runs.KeptRuns) -> str:
     latest = store.entries(list(heads)[: -LATEST - 1 : -1]).values()
     results = (next((told.text for told in outcome.headlines(entry.summary)), "") for entry in latest)
     rows = [
-        (entry.id[:10], lineage.name_of(store, entry.id), store.state_of(entry), result, entry.reason or "")
+        (entry.id[:10], name_of(store, entry.id), store.state_of(entry), result, entry.reason or "")
         for entry, result in zip(latest, results, strict=True)
     ]
     more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""

@@ -11,9 +11,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store.campaigns import now
-from wearlab.store.files import Image, Problem, RunFiles, StoreError, hash_of, refuse_links, stray, written
+from wearlab.store.files import (
+    Image,
+    Problem,
+    RunFiles,
+    StoreError,
+    damage,
+    hash_of,
+    refuse_links,
+    stray,
+    written,
+)
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.netcdf import SEAL
+from wearlab.store.netcdf import SEAL, content_hash, encoded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,8 +68,6 @@ def update_files(store: KeptRuns) -> RunFiles:
 
 def seal_of(tree: "xr.DataTree") -> str:
     """Return the SHA-256 over the content of all groups."""
-    from wearlab.store.netcdf import content_hash
-
     digest = hashlib.sha256()
     nodes = {node.path: node for node in tree.subtree}
     for name in sorted(nodes):
@@ -85,33 +93,18 @@ def keep_update(
     StoreError : the disk or the catalogue refuses; nothing half-written remains
     """
     files, update_id = update_files(store), str(tree.attrs["id"])
-    image = _image(tree, store.path)
+    with written(store.path):
+        image = encoded(tree)
     sha256 = hashlib.sha256(image).hexdigest()
     with store.presence() as presence:
         files.write([Image(update_id, image, sha256)], presence.token)
-    row = (
-        update_id,
-        title,
-        tree.attrs["subject"],
-        len(image),
-        sha256,
-        now(),
-        json.dumps(list(runs)),
-        json.dumps(dict(summary)),
-    )
-    _record(store, row)
+    told = (title, tree.attrs["subject"], len(image), sha256, now())
+    _record(store, KeptUpdate(update_id, *told, tuple(runs), dict(summary)))
     return files.path(update_id)
 
 
-def _image(tree: "xr.DataTree", folder: Path) -> bytes:
-    """Return the file of a tree, as those of runs are written."""
-    from wearlab.store.netcdf import encoded
-
-    with written(folder):
-        return encoded(tree)
-
-
-def _record(store: KeptRuns, row: tuple[Any, ...]) -> None:
+def _record(store: KeptRuns, update: KeptUpdate) -> None:
+    row = (*update[:-2], json.dumps(update.runs), json.dumps(update.summary))
     with store.catalogue._transaction() as connection:
         connection.execute(TABLE)
         if SUBJECT not in {name for (name,) in connection.execute(NAMES)}:
@@ -187,6 +180,19 @@ def read_tree(path: Path) -> "xr.DataTree":
         raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
 
 
+def _sealed(path: Path, update_id: str) -> "xr.DataTree":
+    """Return the tree of a file that bears a name.
+
+    Raises
+    ------
+    StoreError : it cannot be read, or is not what was sealed in it under this name
+    """
+    tree = read_tree(path)
+    if tree.attrs.get(SEAL) != seal_of(tree) or tree.attrs.get("id") != update_id:
+        raise StoreError(f"{path}: its content is not what was sealed in it")
+    return tree
+
+
 def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
 
@@ -197,28 +203,20 @@ def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     files, path = update_files(store), update_files(other).path(update.id)
     if not files.is_name(update.id) or not path.is_file():
         raise StoreError(f"{other.path}: update {update.id[:40]} has no file")
-    refuse_links(path)
-    content = path.read_bytes()
-    tree = read_tree(path)
-    sealed = tree.attrs.get(SEAL) == seal_of(tree) and tree.attrs.get("id") == update.id
-    if hashlib.sha256(content).hexdigest() != update.sha256 or not sealed:
-        raise StoreError(f"{path}: its content is not what was sealed in it")
+    if problem := damage(path, update.size, update.sha256):
+        raise StoreError(f"{path}: {problem.message}")
+    _sealed(path, update.id)
     with store.presence() as presence:
-        files.write([Image(update.id, content, update.sha256)], presence.token)
-    _record(store, (*update[:-2], json.dumps(list(update.runs)), json.dumps(update.summary)))
+        files.write([Image(update.id, path.read_bytes(), update.sha256)], presence.token)
+    _record(store, update)
 
 
 def verify_updates(store: KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     files, known = update_files(store), kept_updates(store)
     for update in known.values():
-        path = files.path(update.id)
-        if not path.is_file():
-            yield Problem(path, "missing", "the catalogue knows this update, but there is no file")
-        elif path.stat().st_size != update.size:
-            yield Problem(path, "truncated", f"{path.stat().st_size} bytes instead of {update.size}")
-        elif hash_of(path) != update.sha256:
-            yield Problem(path, "altered", "its bytes are not those that were written")
+        if problem := damage(files.path(update.id), update.size, update.sha256):
+            yield problem
     for path in files:
         if problem := stray(path, held=files.holds(path)):
             yield problem
@@ -234,18 +232,17 @@ def reindex_updates(store: KeptRuns) -> list[Problem]:
         if not files.holds(path):
             continue
         try:
-            tree = read_tree(path)
-        except StoreError as error:
-            problems.append(Problem(path, "unreadable", str(error)))
+            attributes = _sealed(path, path.stem).attrs
+            summary = json.loads(str(attributes.get("summary", "{}")))
+        except (StoreError, ValueError) as error:
+            problems.append(Problem(path, "altered", str(error)))
             continue
-        attributes = tree.attrs
-        if attributes.get(SEAL) != seal_of(tree) or attributes.get("id") != path.stem:
-            problems.append(Problem(path, "altered", "its content is not what was sealed in it"))
-            continue
-        runs = str(attributes.get("runs", "")).split()
-        summary = str(attributes.get("summary", "{}"))
-        told = [str(attributes.get(name, "")) for name in ("title", "subject")]
-        size, sha256 = path.stat().st_size, hash_of(path)
-        recorded = str(attributes.get("date_created", now()))
-        _record(store, (path.stem, *told, size, sha256, recorded, json.dumps(runs), summary))
+        title, subject = (str(attributes.get(name, "")) for name in ("title", "subject"))
+        size, sha256, recorded = (
+            path.stat().st_size,
+            hash_of(path),
+            str(attributes.get("date_created", now())),
+        )
+        runs, kept = tuple(str(attributes.get("runs", "")).split()), (path.stat().st_size, hash_of(path))
+        _record(store, KeptUpdate(path.stem, title, subject, *kept, recorded, runs, summary))
     return problems

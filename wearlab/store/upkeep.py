@@ -1,20 +1,175 @@
-"""Stores joined: runs, campaigns, updates and remarks taken in; and runs removed that nothing needs."""
+"""A store kept in order: compared with its hashes, its catalogue made anew, joined with others, pruned."""
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
-from wearlab.store import audit, database, description, files, lineage, outcome, remark_files, updates
-from wearlab.store.files import StoreError
+from wearlab.query.evaluate import HISTORY
+from wearlab.query.keys import key_of
+from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
+from wearlab.store.files import Problem, StoreError, damage, stray
+from wearlab.store.kept_runs import KeptRuns
+from wearlab.store.outcome import CALIBRATION_LIFE, Outcome, calibration_of
 
-if TYPE_CHECKING:
-    from wearlab.store import catalogue
-    from wearlab.store.store import Store
+OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
+SAME = 1e-9  # of two lives of one scene on two machines
+
+
+def verify(store: KeptRuns) -> Iterator[Problem]:
+    """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
+
+    A file has its recorded size and hash, and what the catalogue says of a run follows from its file. Files
+    that the catalogue does not know are checked against the seal they carry. What a run that was begun left
+    behind is accounted for: the next ``run`` replaces it.
+
+    Raises
+    ------
+    StoreError : there is no store, or its catalogue cannot be read
+    """
+    entries = store.catalogue.entries()
+    for run_id in [run_id for run_id in entries if not store.files.is_name(run_id)]:
+        del entries[run_id]
+        said = f"names {run_id[:40]!r}, which is no identity of a run"
+        yield Problem(store.catalogue.path, "foreign", said)
+    done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
+    layouts = dict(store.catalogue.read("SELECT key, layout FROM layouts"))
+    for path, entry in done.items():
+        if problem := damage(path, entry.size, entry.sha256) or check_entry(store, path, entry, layouts):
+            yield problem
+    yield from _other_units(store)
+    yield from _uncalibrated(done, entries)
+    begun = [e for e in entries.values() if e.state == "running"]
+    parts = {store.files.part(e.id, e.owner or "") for e in begun if store.files.is_writer(e.owner or "")}
+    unrecorded = {store.files.path(e.id) for e in begun}
+    for path in store.files:
+        if path in done or path in parts:
+            continue
+        problem = _unknown(path, store.files)
+        if problem.kind != "unknown" or path not in unrecorded:
+            yield problem
+
+    yield from updates.verify_updates(store)
+    yield from remarks.verify(store.catalogue)
+
+
+def _uncalibrated(
+    done: Mapping[Path, catalogue.Entry], entries: Mapping[str, catalogue.Entry]
+) -> Iterator[Problem]:
+    """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
+    for path, entry in done.items():
+        by = entries.get(calibration_of(entry))
+        used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
+        if by is None or used is None or lived is None:
+            continue
+        if not math.isclose(used, lived, rel_tol=SAME):
+            said = f"was calibrated by run {by.id}, whose life has become another: run it again"
+            yield Problem(path, "altered", said)
+
+
+def check_entry(
+    store: KeptRuns, path: Path, entry: catalogue.Entry, layouts: Mapping[str, str]
+) -> Problem | None:
+    """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
+
+    Parameters
+    ----------
+    store : with the catalogue
+    path, entry : the file, which is what was written, and the run as the catalogue has it
+    layouts : the catalogue's tables of variables by their key
+    """
+    try:
+        outcome = description.outcome_of(path)
+    except StoreError as error:
+        kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
+        return Problem(path, kind, _reason(error, path))
+    own = {name: getattr(outcome, name) for name in OF_FILE}
+    wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
+    if layouts.get(entry.layout or "") != outcome.layout:
+        wrong.append("variables")
+    told = store.catalogue.facts(entry.id)
+    for source, name, value in description.facts_of(outcome.scene, outcome.summary, outcome.histories):
+        known_source, kind, known = told.pop(name, (source, description.kind_of(value), None))
+        if known_source != source or not _same(known, description.stored(value, kind)):
+            wrong.append(name if known is None else f"{name} = {_shown(known)}, not {_shown(value)}")
+    wrong += told
+    if not wrong:
+        return None
+    some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
+    said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
+    return Problem(path, "altered", said)
+
+
+def _other_units(store: KeptRuns) -> Iterator[Problem]:
+    """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
+    for name, source, kind, *told in store.catalogue.read(
+        "SELECT name, source, kind, unit, quantity FROM keys"
+    ):
+        key = database.understood("a key in the catalogue", key_of, name.removesuffix(HISTORY), source, kind)
+        if key.unit and told != [key.unit, key.quantity]:
+            said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
+            yield Problem(store.catalogue.path, "altered", said)
+
+
+def _same(known: Any, value: Any) -> bool:
+    return type(known) is type(value) and bool(known == value)
+
+
+def _shown(value: Any) -> str:
+    return "a history" if isinstance(value, bytes) else str(value)[:40]
+
+
+def _unknown(path: Path, of: files.RunFiles) -> Problem:
+    if problem := stray(path, held=of.holds(path)):
+        return problem
+    try:
+        description.outcome_of(path)
+    except StoreError as error:
+        kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
+        return Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
+    return Problem(path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in")
+
+
+def _reason(error: StoreError, path: Path) -> str:
+    return str(error).removeprefix(f"{path}: ")
+
+
+def reindex(store: KeptRuns) -> list[Problem]:
+    """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
+
+    A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
+    it, or that is another run's, is left out. Runs that a living process computes stay its own. Failed and
+    refused cases are in no file: they are forgotten and computed again by the next ``run``.
+    """
+    if store.catalogue.exists() and not store.catalogue.is_sound():
+        store.catalogue.set_aside()
+    store.create()
+    problems: list[Problem] = []
+    before, adopted = store.catalogue.begin_anew(), set[str]()
+    for path in store.files:
+        if store.files.holds(path):
+            outcome = _adopted(path, problems)
+            if outcome is not None:
+                store.catalogue.adopt(outcome, before, store.is_alive)
+                adopted.add(outcome.id)
+    store.catalogue.end_anew(before, adopted, store.is_alive)
+
+    return problems + updates.reindex_updates(store) + remarks.reindex(store.catalogue)
+
+
+def _adopted(path: Path, problems: list[Problem]) -> Outcome | None:
+    try:
+        return description.outcome_of(path)
+    except StoreError as error:
+        problems.append(Problem(path, "unreadable", str(error)))
+        return None
+
 
 LARGEST = 10_000_000  # bytes of what a plug-in declares
 
@@ -43,7 +198,7 @@ class Merged:
     remarks: int = 0
 
 
-def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda run_id: None) -> Merged:
+def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda run_id: None) -> Merged:
     """Copy another store's runs, failures and campaigns into this one.
 
     A file is read whole, compared with its catalogue's hash and its own seal, then written here.
@@ -73,12 +228,12 @@ def merge(store: "Store", other: "Store", tell: Callable[[str], None] = lambda r
     if other.address is None:
         made.updates = _updates(store, other, made)
         _plugins(store, other)
-    made.remarks, left = remark_files.adopt(store, other)
+    made.remarks, left = remarks.adopt(store.catalogue, other.catalogue)
     made.damaged |= left
     return made
 
 
-def _take(store: "Store", other: "Store", entry: "catalogue.Entry", owner: str, made: Merged) -> None:
+def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, made: Merged) -> None:
     if not store.files.is_name(entry.id):
         made.damaged[entry.id[:40]] = "is no identity of a run"
         return
@@ -91,10 +246,10 @@ def _take(store: "Store", other: "Store", entry: "catalogue.Entry", owner: str, 
         return
     try:
         path = other.file_of(entry.id)
-        if problem := audit.check_file(path, entry):
+        if problem := damage(path, entry.size, entry.sha256):
             raise StoreError(problem.message)
         whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
-        if ours is not None and whole and audit.check_file(store.file_of(entry.id), ours) is None:
+        if ours is not None and whole and damage(store.file_of(entry.id), ours.size, ours.sha256) is None:
             _compare(store, other, entry.id, made)
             return
         outcome = description.outcome_of(path)
@@ -107,7 +262,7 @@ def _take(store: "Store", other: "Store", entry: "catalogue.Entry", owner: str, 
         (made.repaired if whole else made.copied).append(entry.id)
 
 
-def _updates(store: "Store", other: "Store", made: Merged) -> int:
+def _updates(store: KeptRuns, other: KeptRuns, made: Merged) -> int:
     """Copy the updates that we do not have, each compared with its hash; return how many came."""
     ours, count = updates.kept_updates(store), 0
     for update in updates.kept_updates(other).values():
@@ -121,7 +276,7 @@ def _updates(store: "Store", other: "Store", made: Merged) -> int:
     return count
 
 
-def _plugins(store: "Store", other: "Store") -> None:
+def _plugins(store: KeptRuns, other: KeptRuns) -> None:
     """Copy what plug-ins declare; one whose source is not what its name says stays there."""
     for file in sorted((other.path / FOLDER).glob("*.json")):
         mine = store.path / FOLDER / file.name
@@ -136,16 +291,14 @@ def _plugins(store: "Store", other: "Store") -> None:
             files.write_whole(mine, content)
 
 
-def _compare(store: "Store", other: "Store", run_id: str, made: Merged) -> None:
-    from wearlab.store import netcdf
-
+def _compare(store: KeptRuns, other: KeptRuns, run_id: str, made: Merged) -> None:
     same = netcdf.results_hash(store.run(run_id)) == netcdf.results_hash(other.run(run_id))
     (made.same if same else made.conflicting).append(run_id)
 
 
-def _without_data(entry: "catalogue.Entry") -> outcome.Outcome:
+def _without_data(entry: catalogue.Entry) -> Outcome:
     """Return the outcome of a case that failed or was refused elsewhere."""
-    return outcome.Outcome(
+    return Outcome(
         *(entry.id, entry.state, entry.started or "", entry.seconds or 0.0, entry.scene or "{}"),
         reason=entry.reason,
         warnings=entry.warnings,
@@ -154,7 +307,7 @@ def _without_data(entry: "catalogue.Entry") -> outcome.Outcome:
     )
 
 
-def _campaigns(store: "Store", other: "Store") -> int:
+def _campaigns(store: KeptRuns, other: KeptRuns) -> int:
     """Copy the rows of campaigns that we do not know; return how many came."""
     known = {row[0] for row in store.catalogue.read("SELECT key FROM campaigns")}
     question = "SELECT key, title, reference, path, recorded, metadata FROM campaigns"
@@ -183,7 +336,7 @@ class Prunable:
     reason: str
 
 
-def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
+def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     """Return the runs that no campaign refers to.
 
     A campaign file refers to what it asked for when it was last run; what earlier versions of the same file
@@ -208,7 +361,7 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
         )
     wanted = referred(store) | kept
     for run_id in [asked for asked in wanted if asked in entries]:
-        wanted |= lineage.rests_on(store, entries[run_id])
+        wanted |= provenance.rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
     return [
         Prunable(
@@ -220,7 +373,7 @@ def prunable(store: "Store", kept: Iterable[str] = ()) -> list[Prunable]:
     ]
 
 
-def referred(store: "Store") -> set[str]:
+def referred(store: KeptRuns) -> set[str]:
     """Return the ids that the latest version of every campaign file asked for."""
     latest: dict[str, str] = {}
     for key, title, path in store.catalogue.read("SELECT key, title, path FROM campaigns ORDER BY recorded"):
@@ -229,7 +382,7 @@ def referred(store: "Store") -> set[str]:
     return {row[0] for row in rows}
 
 
-def prune(store: "Store", runs: Iterable[Prunable]) -> int:
+def prune(store: KeptRuns, runs: Iterable[Prunable]) -> int:
     """Remove runs: out of the catalogue first, then their files; return the bytes freed.
 
     Whatever interrupts it leaves files that ``verify`` names, never entries without data.

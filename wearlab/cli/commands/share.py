@@ -68,7 +68,7 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
     from tempfile import TemporaryDirectory
 
     from wearlab.figures import FigureError, draw
-    from wearlab.store import publish
+    from wearlab.store.export import export_crate
 
     with TemporaryDirectory(prefix="wearlab-") as folder:
         try:
@@ -76,7 +76,7 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
         except FigureError as error:
             output.complain(str(error))
             drawn = error.drawn
-        publish.export_crate(campaign, store, out, drawn, tell)
+        export_crate(campaign, store, out, drawn, tell)
 
 
 @registry.command()
@@ -204,9 +204,9 @@ def cite(
     run: registry.Run, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
 ) -> output.Status:
     """Print how to cite a run, and where it comes from."""
-    from wearlab.store import publish
+    from wearlab.store import provenance
 
-    facts = publish.facts_of(Store(folder), run)
+    facts = provenance.facts_of(Store(folder), run)
     if json:
         output.show_json(facts)
     else:
@@ -214,9 +214,9 @@ def cite(
             output.complain(
                 "no author: write [metadata] author = [...] into the campaign file and run it again"
             )
-        output.say(publish.citation(facts))
+        output.say(provenance.citation(facts))
         output.say()
-        output.say(publish.bibtex(facts))
+        output.say(provenance.bibtex(facts))
     return output.Status.WELL
 
 

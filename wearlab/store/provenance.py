@@ -1,26 +1,118 @@
-"""How a run is cited, and a campaign as a research object crate: data, file, figures and citation in one zip.
-
-Source: RO-Crate Metadata Specification 1.1 (doi:10.5281/zenodo.4031327): a metadata descriptor that is about
-the root dataset ``./``, which has a name, a description, a date, a licence and parts; entities in one graph.
-"""
+"""Where a run comes from: which it goes on from, which calibrated it, which rest on it; and its citation."""
 
 import json
-import mimetypes
 import re
-import zipfile
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
-from wearlab import __version__
-from wearlab.store import files, lineage, netcdf, outcome
+from wearlab.store import netcdf
+from wearlab.store.outcome import CALIBRATION, calibration_of
 
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
-    from wearlab.store import campaigns, updates
-    from wearlab.store.store import Store
+    from wearlab.store import campaigns, catalogue, kept_runs, updates
+
+LONGEST = 100  # runs of a chain
+
+
+@dataclass(frozen=True)
+class Ancestor:
+    """One run that another goes on from.
+
+    Parameters
+    ----------
+    run : its id
+    name : campaign, label and place that it has in this store, "" where no campaign here has it
+    at : where the other one begins, in words
+    replaced : members that got new flanks there
+    state : of that run in this store, "not in this store" when it is not there
+    """
+
+    run: str
+    name: str
+    at: str
+    replaced: tuple[str, ...]
+    state: str
+
+    def __str__(self) -> str:
+        name = f" ({self.name})" if self.name else ""
+        new = f", new flanks: {', '.join(self.replaced)}" if self.replaced else ""
+        there = "" if self.state == "done" else f", {self.state}"
+        return f"run {self.run}{name} from {self.at}{new}{there}"
+
+
+def lineage(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> tuple[Ancestor, ...]:
+    """Return the runs that a run goes on from: its parent, that one's parent, and so on.
+
+    Parameters
+    ----------
+    store : where they are looked for
+    entry : the run
+    """
+    return tuple(_steps(store, entry))
+
+
+def _steps(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> Iterator[Ancestor]:
+    current: catalogue.Entry | None = entry
+    for _ in range(LONGEST):
+        start = start_of(current.scene) if current is not None else {}
+        if current is None or not start:
+            return
+        parent = str(start["run"])
+        at = _at(start, current.summary)
+        current = store.entries([parent]).get(parent)
+        state = current.state if current is not None else "not in this store"
+        yield Ancestor(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
+
+
+def children(store: "kept_runs.KeptRuns", run_id: str) -> list[str]:
+    """Return the ids of the runs that go on from a run, by their start."""
+    if "start.run" not in store.names():
+        return []
+    return [row["id"] for row in store.query(f"start.run = '{run_id}'", columns=(), sort="started")]
+
+
+def calibrated_by(store: "kept_runs.KeptRuns", run_id: str) -> list[str]:
+    """Return the ids of the runs whose wear coefficient a run calibrated."""
+    if CALIBRATION not in store.names():
+        return []
+    return [row["id"] for row in store.query(f"{CALIBRATION} = '{run_id}'", columns=(), sort="started")]
+
+
+def rests_on(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> set[str]:
+    """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
+    before = {step.run for step in lineage(store, entry)}
+    known = store.entries(before)
+    return before | {
+        calibration for each in (entry, *known.values()) if (calibration := calibration_of(each))
+    }
+
+
+def name_of(store: "kept_runs.KeptRuns", run_id: str) -> str:
+    """Return what the campaign recorded last calls a run: its title, the label and the place."""
+    member = next(iter(store.catalogue.members([run_id])), None)
+    if member is None:
+        return ""
+    places = [f"{axis}={value}" for axis, value in member.position.items()]
+    return ", ".join([member.campaign, member.label, *places])
+
+
+def start_of(scene: str | None) -> dict[str, Any]:
+    """Return the ``start`` of a scene, {} where it begins with new flanks."""
+    try:
+        start = json.loads(scene or "{}").get("start")
+    except (ValueError, AttributeError, RecursionError):
+        return {}
+    return start if isinstance(start, dict) and isinstance(start.get("run"), str) else {}
+
+
+def _at(start: dict[str, Any], summary: dict[str, Any]) -> str:
+    if (cycle := summary.get("parent_cycle", start.get("cycle"))) is not None:
+        return f"cycle {float(cycle):.6g}"
+    if (share := start.get("life_fraction")) is not None:
+        return f"{float(share):.3g} of its life"
+    return "its last state"
+
 
 SPECIAL = re.compile(r"([&%$#_{}])")
 WHO = ("author", "orcid", "institution", "licence")
@@ -29,7 +121,7 @@ SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
-def facts_of(store: "Store", prefix: str) -> dict[str, str]:
+def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
     """Return what a citation needs, as texts.
 
     Parameters
@@ -61,8 +153,8 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
         netcdf.SEAL: str(attributes.get(netcdf.SEAL, "")),
         "wearlab_version": entry.wearlab_version or "",
         "source_hash": entry.source_hash or "",
-        "lineage": "; ".join(map(str, lineage.lineage(store, entry))),
-        "calibration": outcome.calibration_of(entry),
+        "lineage": "; ".join(map(str, lineage(store, entry))),
+        "calibration": calibration_of(entry),
         **{name: str(attributes[name]) for name in CODE if attributes.get(name)},
     }
     if member is not None:
@@ -70,7 +162,7 @@ def facts_of(store: "Store", prefix: str) -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
-def _of_update(store: "Store", update: "updates.KeptUpdate") -> dict[str, str]:
+def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dict[str, str]:
     """Return what a citation of an update needs: who and what, and the runs that it was made from."""
     from wearlab.store import updates
 
@@ -174,138 +266,3 @@ def bibtex(facts: dict[str, str]) -> str:
 
 def _escaped(text: str) -> str:
     return SPECIAL.sub(r"\\\1", " ".join(text.replace("\\", "").split()))
-
-
-CONTEXT = "https://w3id.org/ro/crate/1.1/context"
-SPECIFICATION = "https://w3id.org/ro/crate/1.1"
-DESCRIPTOR = "ro-crate-metadata.json"
-FIRST = (1980, 1, 1, 0, 0, 0)  # the time of every entry: the same store gives the same bytes
-NETCDF = "application/x-netcdf"
-NO_LICENCE = "no licence is given: all rights are reserved by the authors"
-SOFTWARE = f"#wearlab-{__version__}"
-Entity = dict[str, Any]
-
-
-def export_crate(
-    campaign: "Campaign",
-    store: "Store",
-    out: Path,
-    figures: Sequence[Path] = (),
-    tell: Callable[[str], None] = lambda run_id: None,
-) -> Path:
-    """Write a campaign with its data, its file, figures and citation as a crate.
-
-    Parameters
-    ----------
-    campaign, store : its cases and where their runs are
-    out : the zip, which appears whole or not at all
-    figures : drawn ones, which go into the folder ``figures``
-    tell : called with the id of each run that was written
-
-    Raises
-    ------
-    StoreError : there is no store, a run is damaged, or the disk refuses
-    """
-    from wearlab.store import export
-
-    said = export.export_attributes(campaign, store)
-    with TemporaryDirectory(prefix="wearlab-") as folder:
-        data = export.export(campaign, store, Path(folder) / "runs.nc", tell)
-        parts: dict[str, tuple[bytes | Path, str]] = {
-            "runs.nc": (data, "all runs of the campaign, by its sweeps and cases"),
-            "CITATION.txt": (_citation(said).encode(), "how to cite it"),
-        }
-        if said.get("campaign"):
-            parts["campaign.toml"] = (said["campaign"].encode(), "the campaign file, and all that it extends")
-        for figure in figures:
-            parts[f"figures/{figure.name}"] = (figure, f"figure {figure.stem.replace('_', ' ')}")
-        _write(out, parts, _metadata(said, {name: told for name, (_, told) in parts.items()}))
-    return out
-
-
-def _write(out: Path, parts: Mapping[str, tuple[bytes | Path, str]], metadata: str) -> None:
-    part = files.part_of(out)
-    try:
-        with files.written(out):
-            out.parent.mkdir(parents=True, exist_ok=True)
-            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
-                for name, (content, _) in {DESCRIPTOR: (metadata.encode(), ""), **parts}.items():
-                    entry = zipfile.ZipInfo(name, FIRST)
-                    entry.compress_type = zipfile.ZIP_DEFLATED
-                    crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
-            part.replace(out)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _citation(said: Mapping[str, str]) -> str:
-    """Return a sentence that cites the data, and where they come from."""
-    who = said.get("creator_name") or said.get("institution", "")
-    after = f" After {said['references']}." if "references" in said else ""
-    head = head_of(who, said.get("date_created", ""), said["title"])
-    return f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
-
-
-def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
-    """Return the crate's JSON-LD."""
-    people = [_person(name, said) for name in said.get("creator_name", "").split(";") if name.strip()]
-    licence = said.get("license", "")
-    root: Entity = {
-        "@id": "./",
-        "@type": "Dataset",
-        "name": said["title"],
-        "description": said["summary"],
-        "datePublished": said.get("date_created", "")[:10] or "1980-01-01",
-        "license": {"@id": licence} if "://" in licence else licence or NO_LICENCE,
-        "keywords": said["keywords"],
-        "hasPart": [{"@id": name} for name in parts],
-        "mentions": {"@id": "#computation"},
-    }
-    if people:
-        root["author"] = [{"@id": person["@id"]} for person in people]
-    if "references" in said:
-        root["citation"] = said["references"]
-    computation = {
-        "@id": "#computation",
-        "@type": "CreateAction",
-        "name": said.get("source", f"wearlab {__version__}"),
-        "instrument": {"@id": SOFTWARE},
-        "result": {"@id": "runs.nc"},
-    }
-    if "campaign.toml" in parts:
-        computation["object"] = {"@id": "campaign.toml"}
-    software = {
-        "@id": SOFTWARE,
-        "@type": "SoftwareApplication",
-        "name": "wearlab",
-        "version": __version__,
-        "description": "experiments and datasets of coupled gear wear and dynamics",
-    }
-    about = {
-        "@id": DESCRIPTOR,
-        "@type": "CreativeWork",
-        "about": {"@id": "./"},
-        "conformsTo": {"@id": SPECIFICATION},
-    }
-    rights = [{"@id": licence, "@type": "CreativeWork", "name": licence}] if "://" in licence else []
-    files = [_file(name, told) for name, told in parts.items()]
-    graph = [about, root, *files, *people, *rights, computation, software]
-    return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False)
-
-
-def _person(name: str, said: Mapping[str, str]) -> Entity:
-    """Return an author; the address given belongs to the one of a single author."""
-    name = name.strip()
-    address = said.get("creator_url", "") if ";" not in said["creator_name"] else ""
-    person: Entity = {
-        "@id": address if "://" in address else f"#{quote(name)}",
-        "@type": "Person",
-        "name": name,
-    }
-    return person | ({"affiliation": said["institution"]} if "institution" in said else {})
-
-
-def _file(name: str, told: str) -> Entity:
-    kind = NETCDF if name.endswith(".nc") else "application/toml" if name.endswith(".toml") else None
-    kind = kind or mimetypes.guess_type(name)[0] or "application/octet-stream"
-    return {"@id": name, "@type": "File", "name": told, "encodingFormat": kind}
