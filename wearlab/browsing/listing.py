@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
@@ -111,27 +111,22 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     sort, number = arguments.get("sort", ""), whole(arguments.get("page", ""))
     word, value = (arguments.get(name, "").strip() for name in ("word", "value"))
     chosen = (word, arguments.get("sign", "="), value)
+    asked = Listed(where, columns, sort, number, words=words)
     if bool(word) != bool(value):
         problem = "choose both what and its value, such as torque and 340 N*m"
-        return Listed(where, columns, sort, number, words=words, problem=problem, refused=chosen)
+        return replace(asked, problem=problem, refused=chosen)
     try:
         if added := _added(arguments, search):
             read_condition(added, known)
-            where = f"{where} and {added}" if where else added
+            asked = replace(asked, where=f"{where} and {added}" if where else added)
     except QueryError as error:
-        problem = _with_unit(error, chosen, known)
-        return Listed(where, columns, sort, number, words=words, problem=problem, refused=chosen)
-    asked = Listed(where, columns, sort, number, words=words)
+        return replace(asked, problem=_with_unit(error, chosen, known), refused=chosen)
     try:
-        page = search.page(where, columns, sort or None, ROWS, (number - 1) * ROWS)
+        page = search.page(asked.where, columns, sort or None, ROWS, (number - 1) * ROWS)
     except QueryError as error:
-        return _replaced(asked, problem=str(error), columns=tuple(c for c in columns if c in known.keys))
+        return replace(asked, problem=str(error), columns=tuple(c for c in columns if c in known.keys))
     heads, rows = rows_of(store, page)
-    return _replaced(asked, heads=heads, rows=rows, count=page.total)
-
-
-def _replaced(asked: Listed, **told: Any) -> Listed:
-    return Listed(**{**vars(asked), **told})
+    return replace(asked, heads=heads, rows=rows, count=page.total)
 
 
 def rows_of(store: "Store", page: Page) -> tuple[Any, Any]:

@@ -1,6 +1,5 @@
 """What is taken along: figures for print, files of runs, citations, whole campaigns; and remarks left."""
 
-import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -159,20 +158,16 @@ def write_copy(store: "Store", folder: Path, title: str | None = None) -> Path:
     rows = contents.cases(store, told.key, 0, MOST)[1]
     ids = [run_id for run_id, _ in rows if run_id in store.entries([run_id])]
     place = Folder(ids)
-    part = files.part_of(folder.absolute())
-    with files.written(folder):
-        part.mkdir(parents=True)
-        try:
-            scripts = _scripts(part)
-            _write(part / "style.css", frame.style())
-            _write(part / "index.html", _campaign(store, told, place, scripts))
-            for run_id in dict.fromkeys(ids):
-                _write(part / f"run-{run_id}.html", _run(store, run_id, place, scripts))
-            if folder.exists():
-                folder.rmdir()
-            os.replace(part, folder)
-        finally:
-            shutil.rmtree(part, ignore_errors=True)
+    with files.replaced(folder.absolute()) as part:
+        part.mkdir()
+        scripts = _scripts(part)
+        pages = {"style.css": frame.style(), "index.html": _campaign(store, told, place, scripts)}
+        for name, text in pages.items():
+            (part / name).write_text(text, encoding="utf-8")
+        for run_id in dict.fromkeys(ids):
+            (part / f"run-{run_id}.html").write_text(_run(store, run_id, place, scripts), encoding="utf-8")
+        if folder.exists():
+            folder.rmdir()
     return folder / "index.html"
 
 
@@ -187,10 +182,6 @@ def _chosen(store: "Store", title: str | None) -> recorded.Told:
             f"this store has {len(found)} campaigns: choose one by --campaign; {choices('', titles)}"
         )
     return found[0]
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
 
 
 def _scripts(folder: Path) -> Markup:

@@ -9,6 +9,7 @@ import numpy as np
 
 from wearlab.figures.plot import BESIDE, Curve, Panel, Plot
 from wearlab.figures.wording import SUPERSCRIPTS
+from wearlab.store.table import guarded
 
 POWER = re.compile(r"\$10\^\{(-?\d+)\}\$")
 MOST_CURVES = 8
@@ -108,11 +109,6 @@ def table(plot: Plot) -> str:
             x = float(curve.x[number])
             told = (_day(x) if panel.dates else x, float(curve.y[number]), x_error, y_error)
             texts = (panel.title, name, run, plain(panel.x_label), plain(panel.y_label))
-            title, curve_name, run, across, up = map(_guarded, texts)
+            title, curve_name, run, across, up = map(guarded, texts)
             writer.writerow((title, curve_name, run, *told, across, up))
     return text.getvalue()
-
-
-def _guarded(text: str) -> str:
-    """Return a text that no spreadsheet takes for a formula."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text

@@ -10,7 +10,7 @@ import time
 import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -347,10 +347,9 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
         raise report.RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
 
 
-@contextmanager
 def connect(
     workers: int | None, scheduler: "str | Client | None", dashboard: bool = False
-) -> "Iterator[Client]":
+) -> "AbstractContextManager[Client]":
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
 
     Parameters
@@ -363,9 +362,7 @@ def connect(
     ------
     RunnerError : nobody answers
     """
-    opened = local.local_client(workers, dashboard) if scheduler is None else _remote(scheduler)
-    with opened as client:
-        yield client
+    return local.local_client(workers, dashboard) if scheduler is None else _remote(scheduler)
 
 
 @contextmanager

@@ -188,15 +188,18 @@ def execute(task: Task, simulate: str = SIMULATE) -> outcome.Outcome:
     simulate : ``module:function``, scene to dataset
     """
     started, clock = datetime.now(UTC).isoformat(timespec="milliseconds"), time.perf_counter()
-    scene = _canonical(task.scene)
+    scene: str = task.scene.canonical()
+    module, _, name = simulate.partition(":")
     state: outcome.State = "done"
     result: dict[str, Any] = {}
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             with in_progress(task.id, task.resumed):
-                dataset = _function(simulate)(task.scene)
-            result = _finished(_labelled(dataset, task.id, scene, started))
+                dataset = getattr(import_module(module), name)(task.scene)
+            # attributes that let a catalogue be made from the files alone, where they are not there
+            own = {"id": task.id, "scene": scene, "date_created": started}
+            result = _finished(dataset.assign_attrs(own | dataset.attrs))
         except Exception as error:
             state = "refused" if isinstance(error, refusals()) else "failed"
             result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
@@ -234,22 +237,6 @@ def refusals() -> tuple[type[Exception], ...]:
     from wearlab.simulation import Refused
 
     return GearError, Refused
-
-
-def _function(simulate: str) -> Callable[[Any], "xr.Dataset"]:
-    module, _, name = simulate.partition(":")
-    function: Callable[[Any], xr.Dataset] = getattr(import_module(module), name)
-    return function
-
-
-def _canonical(scene: Any) -> str:
-    text: str = scene.canonical()
-    return text
-
-
-def _labelled(dataset: "xr.Dataset", run_id: str, scene: str, started: str) -> "xr.Dataset":
-    """Add the attributes that let a catalogue be made from the files alone, where they are not there."""
-    return dataset.assign_attrs({"id": run_id, "scene": scene, "date_created": started} | dataset.attrs)
 
 
 def _finished(dataset: "xr.Dataset") -> dict[str, Any]:

@@ -7,11 +7,9 @@ Memory holds one run at a time. Grid points without a run are NaN (texts: empty)
 
 import json
 import mimetypes
-import os
 import shutil
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -69,20 +67,12 @@ def export(
     entries = store.entries(case.id for case in campaign.cases)
     grid = _with_scenes(store.open(campaign), entries)
     attributes = export_attributes(campaign, store)
-    part = files.part_of(out)
-    try:
-        with files.written(out):
-            out.parent.mkdir(parents=True, exist_ok=True)
-            if out.suffix == ".zarr":
-                _zarr(grid.assign_attrs(attributes), part)
-                shutil.rmtree(out, ignore_errors=True)
-            else:
-                _netcdf(grid.assign_attrs(attributes), entries, part, tell)
-            os.replace(part, out)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-        with suppress(OSError):
-            part.unlink()
+    with files.replaced(out) as part:
+        if out.suffix == ".zarr":
+            _zarr(grid.assign_attrs(attributes), part)
+            shutil.rmtree(out, ignore_errors=True)
+        else:
+            _netcdf(grid.assign_attrs(attributes), entries, part, tell)
     return out
 
 
@@ -247,23 +237,14 @@ def export_crate(
             parts["campaign.toml"] = (said["campaign"].encode(), "the campaign file, and all that it extends")
         for figure in figures:
             parts[f"figures/{figure.name}"] = (figure, f"figure {figure.stem.replace('_', ' ')}")
-        _write_crate(out, parts, _metadata(said, {name: told for name, (_, told) in parts.items()}))
+        metadata = _metadata(said, {name: told for name, (_, told) in parts.items()})
+        written = {DESCRIPTOR: metadata.encode(), **{name: content for name, (content, _) in parts.items()}}
+        with files.replaced(out) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
+            for name, content in written.items():
+                entry = zipfile.ZipInfo(name, FIRST)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
     return out
-
-
-def _write_crate(out: Path, parts: Mapping[str, tuple[bytes | Path, str]], metadata: str) -> None:
-    part = files.part_of(out)
-    try:
-        with files.written(out):
-            out.parent.mkdir(parents=True, exist_ok=True)
-            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
-                for name, (content, _) in {DESCRIPTOR: (metadata.encode(), ""), **parts}.items():
-                    entry = zipfile.ZipInfo(name, FIRST)
-                    entry.compress_type = zipfile.ZIP_DEFLATED
-                    crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
-            part.replace(out)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _citation(said: Mapping[str, str]) -> str:
@@ -278,62 +259,48 @@ def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
     """Return the crate's JSON-LD."""
     people = [_person(name, said) for name in said.get("creator_name", "").split(";") if name.strip()]
     licence = said.get("license", "")
-    root: Entity = {
-        "@id": "./",
-        "@type": "Dataset",
-        "name": said["title"],
-        "description": said["summary"],
-        "datePublished": said.get("date_created", "")[:10] or "1980-01-01",
-        "license": {"@id": licence} if "://" in licence else licence or NO_LICENCE,
-        "keywords": said["keywords"],
-        "hasPart": [{"@id": name} for name in parts],
-        "mentions": {"@id": "#computation"},
-    }
-    if people:
-        root["author"] = [{"@id": person["@id"]} for person in people]
-    if "references" in said:
-        root["citation"] = said["references"]
-    computation = {
-        "@id": "#computation",
-        "@type": "CreateAction",
-        "name": said.get("source", f"wearlab {__version__}"),
-        "instrument": {"@id": SOFTWARE},
-        "result": {"@id": "runs.nc"},
-    }
-    if "campaign.toml" in parts:
-        computation["object"] = {"@id": "campaign.toml"}
-    software = {
-        "@id": SOFTWARE,
-        "@type": "SoftwareApplication",
-        "name": "wearlab",
-        "version": __version__,
-        "description": "experiments and datasets of coupled gear wear and dynamics",
-    }
-    about = {
-        "@id": DESCRIPTOR,
-        "@type": "CreativeWork",
-        "about": {"@id": "./"},
-        "conformsTo": {"@id": SPECIFICATION},
-    }
-    rights = [{"@id": licence, "@type": "CreativeWork", "name": licence}] if "://" in licence else []
-    files = [_crate_file(name, told) for name, told in parts.items()]
-    graph = [about, root, *files, *people, *rights, computation, software]
+    root = _entity(
+        "./",
+        "Dataset",
+        said["title"],
+        description=said["summary"],
+        datePublished=said.get("date_created", "")[:10] or "1980-01-01",
+        license={"@id": licence} if "://" in licence else licence or NO_LICENCE,
+        keywords=said["keywords"],
+        hasPart=[{"@id": name} for name in parts],
+        mentions={"@id": "#computation"},
+        **({"author": [{"@id": person["@id"]} for person in people]} if people else {}),
+        **({"citation": said["references"]} if "references" in said else {}),
+    )
+    made = {"instrument": {"@id": SOFTWARE}, "result": {"@id": "runs.nc"}}
+    made |= {"object": {"@id": "campaign.toml"}} if "campaign.toml" in parts else {}
+    source = said.get("source", f"wearlab {__version__}")
+    about = {"about": {"@id": "./"}, "conformsTo": {"@id": SPECIFICATION}}
+    told = {"version": __version__, "description": provenance.SUBJECT}
+    graph = [
+        {"@id": DESCRIPTOR, "@type": "CreativeWork", **about},
+        root,
+        *(_entity(name, "File", told, encodingFormat=_format(name)) for name, told in parts.items()),
+        *people,
+        *([_entity(licence, "CreativeWork", licence)] if "://" in licence else []),
+        _entity("#computation", "CreateAction", source, **made),
+        _entity(SOFTWARE, "SoftwareApplication", "wearlab", **told),
+    ]
     return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False)
+
+
+def _entity(name: str, kind: str, told: str, **more: Any) -> Entity:
+    return {"@id": name, "@type": kind, "name": told, **more}
 
 
 def _person(name: str, said: Mapping[str, str]) -> Entity:
     """Return an author; the address given belongs to the one of a single author."""
     name = name.strip()
     address = said.get("creator_url", "") if ";" not in said["creator_name"] else ""
-    person: Entity = {
-        "@id": address if "://" in address else f"#{quote(name)}",
-        "@type": "Person",
-        "name": name,
-    }
-    return person | ({"affiliation": said["institution"]} if "institution" in said else {})
+    own = {"affiliation": said["institution"]} if "institution" in said else {}
+    return _entity(address if "://" in address else f"#{quote(name)}", "Person", name, **own)
 
 
-def _crate_file(name: str, told: str) -> Entity:
+def _format(name: str) -> str:
     kind = NETCDF if name.endswith(".nc") else "application/toml" if name.endswith(".toml") else None
-    kind = kind or mimetypes.guess_type(name)[0] or "application/octet-stream"
-    return {"@id": name, "@type": "File", "name": told, "encodingFormat": kind}
+    return kind or mimetypes.guess_type(name)[0] or "application/octet-stream"

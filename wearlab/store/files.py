@@ -7,6 +7,7 @@ import hashlib
 import os
 import re
 import secrets
+import shutil
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -109,21 +110,35 @@ def written(path: Path) -> Iterator[None]:
         raise StoreError(f"{path}: cannot be written ({error.strerror or error})") from error
 
 
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside a file or folder; what is made there takes its place, or nothing does.
+
+    Raises
+    ------
+    StoreError : the disk refuses
+    """
+    part = part_of(path)
+    try:
+        with written(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            yield part
+            os.replace(part, path)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        with suppress(OSError):
+            part.unlink()
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file under a temporary name, then rename it.
 
     Raises
     ------
-    StoreError : the disk refuses; nothing half-written remains
+    StoreError : the disk refuses
     """
-    part = part_of(path)
-    with written(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            part.write_bytes(content)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
+    with replaced(path) as part:
+        part.write_bytes(content)
 
 
 def part_of(path: Path) -> Path:

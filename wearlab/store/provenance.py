@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -118,6 +118,18 @@ SPECIAL = re.compile(r"([&%$#_{}])")
 WHO = ("author", "orcid", "institution", "licence")
 BASE = "base"
 SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
+SENTENCES = {
+    "lineage": " It goes on from {}.",
+    "calibration": " Its wear coefficient was calibrated by run {}.",
+    "reference": " After {}.",
+    "licence": " Licence: {}.",
+}
+NOTED = {
+    "reference": "after",
+    "lineage": "goes on from",
+    "calibration": "calibrated by",
+    "licence": "licence",
+}
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
@@ -141,12 +153,16 @@ def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
     entry = store.find(prefix)
     attributes = store.run(entry.id).attrs
     members = store.catalogue.members([entry.id])
-    member = max(reversed(members), key=_standing, default=None)
+    # the campaign that names its authors speaks for its runs, or one that is a file
+    member = max(
+        reversed(members), key=lambda each: ("author" in each.metadata, each.path is not None), default=None
+    )
+    title = member.campaign if member else ""
     facts = {
         "id": entry.id,
-        "campaign": member.campaign if member else "",
+        "campaign": title,
         "case": "" if member is None else _case(member),
-        "also_in": "" if member is None else "; ".join(_other_titles(members, member)),
+        "also_in": "; ".join(dict.fromkeys(m.campaign for m in members if m.campaign != title)),
         "reference": member.reference if member else "",
         "date": (entry.started or str(attributes.get("date_created", "")))[:10],
         "sha256": entry.sha256 or "",
@@ -168,7 +184,6 @@ def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dic
 
     tree = updates.read_update(store, update.id)
     attributes = {} if tree is None else tree.attrs
-    metadata = {key: str(attributes[key]) for key in WHO if attributes.get(key)}
     facts = {
         "kind": "Update",
         "id": update.id,
@@ -181,24 +196,15 @@ def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dic
         "wearlab_version": str(attributes.get("wearlab_version", "")),
         "source_hash": str(attributes.get("source_hash", "")),
         "made_from": " ".join(update.runs),
-        **{key: metadata[key] for key in WHO if key in metadata},
+        **{key: str(attributes[key]) for key in WHO if attributes.get(key)},
     }
     return {key: value for key, value in facts.items() if value}
-
-
-def _standing(member: "campaigns.Member") -> tuple[bool, bool]:
-    """Return what lets a campaign speak for its runs: that it names its authors, that it is a file."""
-    return "author" in member.metadata, member.path is not None
 
 
 def _case(member: "campaigns.Member") -> str:
     """Return the case's label, unless it is the file itself, and its place on every axis."""
     label = [] if member.label == BASE else [member.label]
     return ", ".join([*label, *(f"{name} {value}" for name, value in member.position.items())])
-
-
-def _other_titles(members: "Sequence[campaigns.Member]", chosen: "campaigns.Member") -> list[str]:
-    return list(dict.fromkeys(member.campaign for member in members if member.campaign != chosen.campaign))
 
 
 def _title(facts: dict[str, str]) -> str:
@@ -222,20 +228,13 @@ def citation(facts: dict[str, str]) -> str:
     names = ", ".join(_authors(facts))
     who = f"{names}{orcid}" if names else facts.get("institution", "")
     head = head_of(who, facts.get("date", ""), _title(facts))
-    end = f" After {facts['reference']}." if "reference" in facts else ""
-    onward = f" It goes on from {facts['lineage']}." if "lineage" in facts else ""
-    onward += (
-        f" Its wear coefficient was calibrated by run {facts['calibration']}."
-        if "calibration" in facts
-        else ""
-    )
-    licence = f" Licence: {facts['licence']}." if "licence" in facts else ""
+    told = "".join(text.format(facts[key]) for key, text in SENTENCES.items() if key in facts)
     code = f"wearlab {facts.get('wearlab_version', '?')}, sources {facts.get('source_hash', '?')}"
     commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
     changed = " with changes" if facts.get("dirty") == "true" else ""
     what = f"{facts.get('kind', 'Run')} {facts['id']}"
     return (
-        f"{head}. {what}, computed by {code}.{onward}{end}{licence}\n"
+        f"{head}. {what}, computed by {code}.{told}\n"
         f"provenance: {code}{commit}{changed}; SHA-256 of the file {facts.get('sha256', '?')}, "
         f"of its content {facts.get(netcdf.SEAL, '?')}"
     )
@@ -250,10 +249,7 @@ def bibtex(facts: dict[str, str]) -> str:
         "institution": facts.get("institution", ""),
         "version": f"wearlab {facts.get('wearlab_version', '')}, sources {facts.get('source_hash', '')}",
         "note": f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}"
-        + (f", after {facts['reference']}" if "reference" in facts else "")
-        + (f", goes on from {facts['lineage']}" if "lineage" in facts else "")
-        + (f", calibrated by run {facts['calibration']}" if "calibration" in facts else "")
-        + (f", licence {facts['licence']}" if "licence" in facts else ""),
+        + "".join(f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts),
     }
     lines = [f"  {key} = {{{_escaped(value)}}}," for key, value in fields.items() if value]
     software = (

@@ -6,12 +6,13 @@ which runs were found, by what they are sorted, and what is to be shown of them.
 """
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, evaluate, grammar, holds, read_column, read_condition
+from wearlab.sources import present_hashes
 from wearlab.store import catalogue, database, remarks
 from wearlab.store.table import Column, Table
 from wearlab.units import KINDS, split
@@ -162,42 +163,43 @@ class CatalogueSearch:
         """Yield the values of keys for each run, read for some thousand runs at once."""
         names = dict.fromkeys(key.name for key in keys)
         for some in database.batched(runs, AT_ONCE):
-            columns = [(name, values) for name in names if (values := self._column(name, some)) is not None]
-            for number, run_id in some:
-                yield {name: value(number, run_id) for name, value in columns}
+            known = {name: self._column(name, some) for name in names}
+            columns = {name: values for name, values in known.items() if values is not None}
+            for place in range(len(some)):
+                yield {name: values[place] for name, values in columns.items()}
 
-    def _column(self, name: str, runs: Sequence[tuple[int, str]]) -> Callable[[int, str], Any] | None:
-        """Return what gives the value of a name for each of some runs, None where no run has any."""
-        if name in COLUMNS:
-            return _by_number(self._rows(f"SELECT number, {COLUMNS[name]} FROM runs WHERE number", runs))
-        if name in DOCUMENTS:
-            return _by_number(self._rows(f"SELECT number, {name} FROM documents WHERE number", runs))
-        if name == OTHER_CODE:
-            return _by_number(self._other_code(runs))
+    def _column(self, name: str, runs: Sequence[tuple[int, str]]) -> list[Any] | None:
+        """Return the value of a name for each of some runs, None where no run has any."""
+        numbers, ids = zip(*runs, strict=True)
         if name in OF_CAMPAIGNS or name in self.axes:
-            return _by_id(self._of_campaigns(name, [run_id for _, run_id in runs]))
+            told = self._of_campaigns(name, ids)
+            return [told.get(run_id, ()) for run_id in ids]
         if name in OF_REMARKS:
-            return _by_id(remarks.texts_of(self.catalogue, [run_id for _, run_id in runs], name))
-        if name in self.numbers:
-            facts = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])} AND run"
-            return _by_number(self._rows(facts, runs))
-        return None
+            told = remarks.texts_of(self.catalogue, ids, name)
+            return [told.get(run_id, ()) for run_id in ids]
+        if name in COLUMNS:
+            question = f"SELECT number, {COLUMNS[name]} FROM runs WHERE number"
+        elif name in DOCUMENTS:
+            question = f"SELECT number, {name} FROM documents WHERE number"
+        elif name == OTHER_CODE:
+            question = "SELECT number, source_hash FROM runs WHERE number"
+        elif name in self.numbers:
+            question = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])} AND run"
+        else:
+            return None
+        rows = self._rows(question, numbers)
+        values = [rows.get(number) for number in numbers]
+        if name != OTHER_CODE:
+            return values
+        known = present_hashes()
+        return [source not in known if source else None for source in values]
 
-    def _rows(self, question: str, runs: Sequence[tuple[int, str]]) -> dict[int, Any]:
+    def _rows(self, question: str, numbers: Sequence[int]) -> dict[int, Any]:
         """Return the answers to a question that ends in the number of the run, for some runs."""
-        numbers = [number for number, _ in runs]
         low, high = min(numbers), max(numbers)
         if high - low < 2 * len(numbers):
             return dict(self.catalogue.read(f"{question} BETWEEN ? AND ?", (low, high)))
         return dict(self.catalogue.read(f"{question} IN ({', '.join(map(str, numbers))})"))
-
-    def _other_code(self, runs: Sequence[tuple[int, str]]) -> dict[int, bool | None]:
-        """Return whether runs were made by other code than the present, where that is known."""
-        from wearlab.sources import present_hashes
-
-        known = present_hashes()
-        rows = self._rows("SELECT number, source_hash FROM runs WHERE number", runs)
-        return {number: source not in known if source else None for number, source in rows.items()}
 
     def _of_campaigns(self, name: str, ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
         """Return what campaigns say of each run: their titles, its labels, or its places on an axis."""
@@ -208,14 +210,6 @@ class CatalogueSearch:
             if value is not None:
                 told.setdefault(member.run, {})[str(value)] = None
         return {run: tuple(values) for run, values in told.items()}
-
-
-def _by_number(values: Mapping[int, Any]) -> Callable[[int, str], Any]:
-    return lambda number, run_id: values.get(number)
-
-
-def _by_id(values: Mapping[str, tuple[str, ...]]) -> Callable[[int, str], Any]:
-    return lambda number, run_id: values.get(run_id, ())
 
 
 def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any) -> Key:

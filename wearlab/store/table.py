@@ -134,7 +134,7 @@ class Table:
         writer = csv.writer(text, lineterminator="\n")
         heads, rows = self.displayed(si=si)
         writer.writerow(heads)
-        writer.writerows(tuple("" if value is None else _guarded(value) for value in row) for row in rows)
+        writer.writerows(tuple("" if value is None else guarded(value) for value in row) for row in rows)
         return text.getvalue()
 
     def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
@@ -180,7 +180,7 @@ def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def _guarded(value: Any) -> Any:
+def guarded(value: Any) -> Any:
     """Return a value that no spreadsheet takes for a formula."""
     risky = isinstance(value, str) and value[:1] in ("=", "+", "-", "@", "\t", "\r")
     return f"'{value}" if risky else value

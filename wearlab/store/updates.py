@@ -238,11 +238,7 @@ def reindex_updates(store: KeptRuns) -> list[Problem]:
             problems.append(Problem(path, "altered", str(error)))
             continue
         title, subject = (str(attributes.get(name, "")) for name in ("title", "subject"))
-        size, sha256, recorded = (
-            path.stat().st_size,
-            hash_of(path),
-            str(attributes.get("date_created", now())),
-        )
+        recorded = str(attributes.get("date_created", now()))
         runs, kept = tuple(str(attributes.get("runs", "")).split()), (path.stat().st_size, hash_of(path))
         _record(store, KeptUpdate(path.stem, title, subject, *kept, recorded, runs, summary))
     return problems
