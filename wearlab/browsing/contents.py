@@ -28,6 +28,7 @@ BESIDE = (
     f"WHERE r.state = 'done' AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MOST_BESIDE + 1}"
 )
 """The finished runs of the campaign recorded last that has a run, as far as they are told side by side."""
+USUAL = {"state": "last", "back": ""}
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
@@ -102,22 +103,14 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
     rows = []
     for (run, label, _), place in zip(members, places, strict=True):
         entry = entries.get(run)
-        told = next(iter(outcome.headlines(entry.summary)), None) if entry else None
-        rows.append(
-            (
-                str(run),
-                (
-                    str(label),
-                    *(shown_unit(str(place.get(axis, ""))) for axis in axes),
-                    "missing" if entry is None else store.state_of(entry),
-                    ""
-                    if entry is None
-                    else str(entry.summary.get("verdict") or outcome.last_line(entry.reason)),
-                    "" if told is None else told.text,
-                    "" if told is None or told.error is None else f"± {100 * told.error:.2g} %",
-                ),
-            )
-        )
+        texts = [shown_unit(str(place.get(axis, ""))) for axis in axes]
+        came = ("missing", "", "", "")
+        if entry is not None:
+            told = next(iter(outcome.headlines(entry.summary)), outcome.Headline("", "", "", None))
+            error = "" if told.error is None else f"± {100 * told.error:.2g} %"
+            verdict = str(entry.summary.get("verdict") or outcome.last_line(entry.reason))
+            came = (store.state_of(entry), verdict, told.text, error)
+        rows.append((str(run), (str(label), *texts, *came)))
     return tuple((head, head.replace("_", " ")) for head in heads), tuple(rows)
 
 
@@ -259,17 +252,10 @@ def _quoted(path: str) -> str:
 
 def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any) -> dict[str, Any]:
     """Return marked runs, or a campaign, in one figure, with what there is to choose from."""
-    told: dict[str, Any] = {
-        **{"kinds": (), "numbers": (), "abscissae": (), "roles": (), "figure": None, "beside": None},
-        **{
-            "problem": "",
-            "commands": "",
-            "title": "Compare",
-            "state": (list(arguments.get("state", ())) or ["last"])[0],
-        },
-    }
+    told: dict[str, Any] = dict.fromkeys(("kinds", "numbers", "abscissae", "roles"), ())
+    told |= {"figure": None, "beside": None, "problem": "", "commands": "", "title": "Compare"}
+    told["state"], back = ((list(arguments.get(name, ())) or [usual])[0] for name, usual in USUAL.items())
     asked = question.wanted({**arguments, "state": [told["state"]]})
-    back = (list(arguments.get("back", ())) or [""])[0]
     told |= {"asked": asked, "back": back, "back_url": _back_url(place, back)}
     if not asked.runs and not asked.campaign:
         return {**told, "problem": "Mark some runs in a table first, then choose to compare them."}

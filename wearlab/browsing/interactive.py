@@ -23,9 +23,10 @@ from bokeh.plotting import figure
 from bokeh.transform import linear_cmap
 
 from wearlab.arrays import Array
+from wearlab.browsing.frame import templates
 from wearlab.browsing.words import is_beside, named, plain
 from wearlab.figures.doubt import least_seen
-from wearlab.figures.plot import INK, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import INK, WEAR, Curve, Panel, Plot
 
 DASHES = {"-": "solid", "--": "dashed", "-.": "dashdot", ":": "dotted", "": "solid"}
 MARKERS = {
@@ -40,7 +41,6 @@ LINED = ("line", "line-points", "hairline", "horizontal", "reference", "level", 
 THIN = ("hairline", "reference", "level", "dashed", "dash-dot")
 MOST_BARS = 60  # points: errors of more are a band
 HEIGHT = {"wide": 300, "square": 380}
-ROWS = "list-style:none;display:flex;flex-wrap:wrap;gap:2px 16px;margin:4px;padding:0;font-size:13px"
 LETTERS = 44  # of an axis label in one line
 NARROWEST = 300  # pixels of a panel
 TOOLS = "pan,box_zoom,wheel_zoom,reset"
@@ -308,30 +308,5 @@ def _marks(drawn: Any, panel: Panel) -> None:
 
 def legend_html(plot: Plot) -> str:
     """Return the legend as HTML, with a stroke for each entry; "" where there is none."""
-    entries = "".join(f"<li>{_stroke(e)}{escape(plain(e.text))}</li>" for e in plot.headed)
-    bar = "" if plot.bar is None else f"<li>{_gradient(plot.bar)}</li>"
-    return f'<ul style="{ROWS}" aria-label="Legend">{bar}{entries}</ul>' if bar or entries else ""
-
-
-def _stroke(entry: LegendEntry) -> str:
-    pen: Pen = entry.pen
-    dash = {"--": "6 4", "-.": "7 3 2 3", ":": "2 3"}.get(
-        "--" if entry.look == "horizontal" else pen.dash, ""
-    )
-    line = f'<path d="M0 7H28" stroke="{escape(pen.colour)}" stroke-width="2.5" stroke-dasharray="{dash}"/>'
-    fill = "none" if entry.look == "published" else escape(pen.colour)
-    dot = f'<circle cx="14" cy="7" r="4" fill="{fill}" stroke="{escape(pen.colour)}"/>'
-    shown = (line if entry.look not in ("points", "dots", "published") else "") + (
-        dot if entry.look in POINTED else ""
-    )
-    if entry.look == "area":
-        shown = f'<rect width="28" height="14" fill="{escape(pen.colour)}" fill-opacity="0.25"/>'
-    return f'<svg width="28" height="14" aria-hidden="true">{shown}</svg> '
-
-
-def _gradient(bar: Bar) -> str:
-    colours: Sequence[str] = bar.anchors or (INK,)
-    ways = ", ".join(map(escape, colours))
-    style = f"display:inline-block;width:8em;height:0.8em;background:linear-gradient(to right, {ways})"
-    scale = ", by its logarithm" if bar.logarithmic else ""
-    return f'{escape(plain(bar.label))}: {bar.low:.4g} <span style="{style}"></span> {bar.high:.4g}{scale}'
+    told = {"entries": plot.headed, "bar": plot.bar, "plain": plain, "pointed": POINTED, "ink": INK}
+    return templates().get_template("legend.html").render(told).replace("\n", "")

@@ -12,7 +12,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from wearlab.plugins import FOLDER, Plugin, declaration
-from wearlab.query.keys import flat
+from wearlab.query.keys import differences, flat
 from wearlab.runner import local, worker
 from wearlab.runner.report import RunnerError
 from wearlab.runner.worker import Task
@@ -313,17 +313,12 @@ def _case(label: str, position: Mapping[str, Any]) -> str:
 
 def differing(entry: "catalogue.Entry", scene: str) -> tuple[str, ...]:
     """Return the keys by which a scene differs from a recorded run's; only the model where none does."""
-    old, new = (dict(flat(json.loads(text or "{}"))) for text in (entry.scene, scene))
-    keys = sorted(key for key in {*old, *new} if old.get(key) != new.get(key))
-    return tuple(keys) or ("the version of the model",)
+    return tuple(d.key for d in differences(entry.scene or "", scene)) or ("the version of the model",)
 
 
 def _state(store: "Store", head: "catalogue.Head | None") -> str:
-    if head is None or store.is_stale(head):
-        return "new"
-    if head.state == "done":
-        return "lost" if store.is_lost(head) else "cached"
-    return head.state
+    state = "new" if head is None else store.state_of(head)
+    return {"interrupted": "new", "done": "cached"}.get(state, state)
 
 
 def least_bytes(scene: Any) -> int:

@@ -97,11 +97,12 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
                 histories[str(name)] = _history(values)
         elif name in ALONG_PHASE:
             values = variable.values
-            summary |= {
-                f"{name}_min": plain(_largest(values, np.fmin)),
-                f"{name}_mean": plain(np.mean(values)),
+            told = {
+                "min": _largest(values, np.fmin),
+                "mean": np.mean(values),
+                "max": _largest(values, np.fmax),
             }
-            summary[f"{name}_max"] = plain(_largest(values, np.fmax))
+            summary |= {f"{name}_{end}": plain(value) for end, value in told.items()}
     return summary, histories
 
 
@@ -169,12 +170,11 @@ class Facts:
             if known is None:
                 kind = kind_of(value)
                 key = keys.key_of(name.removesuffix(evaluate.HISTORY), source, kind)
-                self.connection.execute(
+                known = self.connection.execute(
                     "INSERT INTO keys (name, source, kind, unit, quantity, display_unit) "
-                    "VALUES (?, ?, ?, ?, ?, ?)",
+                    "VALUES (?, ?, ?, ?, ?, ?) RETURNING number, kind",
                     (name, source, kind, key.unit, key.quantity, key.display_unit),
-                )
-                known = self.connection.execute(question, (name,)).fetchone()
+                ).fetchone()
             self._numbers[name] = known
         return self._numbers[name]
 
