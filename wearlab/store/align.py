@@ -95,6 +95,7 @@ def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: 
         kwargs={"at": values},
         input_core_dims=[[UPDATE], [*own, UPDATE]],
         output_core_dims=[[*own, on]],
+        vectorize=True,
         dask="parallelized",
         output_dtypes=[float],
         dask_gufunc_kwargs={"output_sizes": {on: len(values)}},
@@ -106,17 +107,12 @@ def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: 
 
 
 def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
-    """Interpolate y (…, own…, update) over x (…, update) at common values, run by run."""
-    lead = np.broadcast_shapes(x.shape[:-1], y.shape[: x.ndim - 1])
-    x = np.broadcast_to(x, lead + x.shape[-1:])
-    y = np.broadcast_to(y, lead + y.shape[x.ndim - 1 :])
-    result = np.full(y.shape[:-1] + at.shape, np.nan)
-    for point in np.ndindex(lead):
-        known = np.flatnonzero(np.isfinite(x[point]))
-        known = known[_rising(x[point][known])]
-        if known.size:
-            result[point] = _line(x[point][known], y[point][..., known], at)
-    return result
+    """Interpolate y (own…, update) of one run over x (update) at common values."""
+    known = np.flatnonzero(np.isfinite(x))
+    known = known[_rising(x[known])]
+    if not known.size:
+        return np.full(y.shape[:-1] + at.shape, np.nan)
+    return _line(x[known], y[..., known], at)
 
 
 def _rising(x: Array) -> Flags:

@@ -95,39 +95,33 @@ class Campaigns(database.Database):
             connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
             connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
 
-    def _comparisons(self) -> dict[tuple[str, int], outcome.Comparison]:
-        """Return the comparisons by campaign and case."""
-        rows = self.read("SELECT campaign, number, verdict, expected, measured, met FROM expectations")
-        return {(row[0], row[1]): outcome.Comparison(row[2], row[3], row[4], bool(row[5])) for row in rows}
-
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
-        compared = self._comparisons()
         question = (
-            "SELECT title, path, run, label, position, campaign, number, recorded, reference, metadata "
-            "FROM members JOIN campaigns ON campaign = key"
+            "SELECT title, path, run, label, position, reference, metadata, verdict, expected, measured, "
+            "met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key "
+            "LEFT JOIN expectations USING (campaign, number)"
         )
         if runs is None:
             rows = self.read(question)
         else:
             rows = list(self.read_many(f"{question} WHERE run IN", runs))
-        rows.sort(key=itemgetter(5, 6))
-        rows.sort(key=lambda row: str(row[7]), reverse=True)
-        return [
-            database.understood("a campaign in the catalogue", _member, row, compared.get((row[5], row[6])))
-            for row in rows
-        ]
+        rows.sort(key=itemgetter(12, 13))
+        rows.sort(key=lambda row: str(row[11]), reverse=True)
+        return [database.understood("a campaign in the catalogue", _member, *row[:11]) for row in rows]
 
 
-def _member(row: tuple[Any, ...], comparison: outcome.Comparison | None) -> Member:
-    title, path, run, label, position, _, _, _, reference, metadata = row
+def _member(
+    title: Any, path: Any, run: Any, label: Any, position: Any, reference: Any, metadata: Any, *told: Any
+) -> Member:
+    verdict, expected, measured, met = told
     return Member(
         campaign=database.optional_text(title) or "",
         path=database.optional_text(path),
         run=database.optional_text(run) or "",
         label=database.optional_text(label) or "",
         position=database.place(position),
-        comparison=comparison,
+        comparison=None if met is None else outcome.Comparison(verdict, expected, measured, bool(met)),
         reference=database.optional_text(reference) or "",
         metadata=_texts(metadata),
     )
@@ -136,10 +130,9 @@ def _member(row: tuple[Any, ...], comparison: outcome.Comparison | None) -> Memb
 def _texts(document: str | None) -> dict[str, str]:
     """Return a table of texts; nothing where an untrusted catalogue holds anything else."""
     try:
-        texts = json.loads(document or "{}")
+        return {key: str(text) for key, text in database.table(document).items()}
     except (ValueError, TypeError, RecursionError):
         return {}
-    return {str(key): str(text) for key, text in texts.items()} if isinstance(texts, dict) else {}
 
 
 def key_of(text: str) -> str:

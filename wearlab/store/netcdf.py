@@ -283,12 +283,11 @@ class _Walk:
 
     def variable(self, dataset: Any, where: str) -> None:
         made, kind = dataset.get_create_plist(), dataset.get_type()
-        layout = made.get_layout()
-        if layout == h5d.VIRTUAL or made.get_external_count():
+        if leads_elsewhere(made):
             self.refuse(where, "has its values in other files")
         if not _is_plain(kind):
             self.refuse(where, "holds neither numbers, as a run has them, nor texts")
-        if layout == h5d.CHUNKED:
+        if made.get_layout() == h5d.CHUNKED:
             self.chunks(made, kind.get_size(), where)
         self.attributes(dataset, where)
         if _is_text(kind):
@@ -340,6 +339,11 @@ class _Walk:
         self.left -= sum(map(len, texts.flat))
         if self.left < 0:
             self.refuse(where, "has texts that are far larger than the file")
+
+
+def leads_elsewhere(made: Any) -> bool:
+    """Say whether a variable that is made so has its values in other files."""
+    return bool(made.get_layout() == h5d.VIRTUAL or made.get_external_count() > 0)
 
 
 def _is_plain(kind: Any) -> bool:

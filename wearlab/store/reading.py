@@ -188,7 +188,7 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     except KeyError:
         hard = False
     dataset = h5py.h5o.open(file.id, key) if hard else None
-    if not isinstance(dataset, h5py.h5d.DatasetID) or _leads_elsewhere(dataset):
+    if not isinstance(dataset, h5py.h5d.DatasetID) or netcdf.leads_elsewhere(dataset.get_create_plist()):
         raise StoreError(f"{path}: {name} is no variable of this file")
     dtype = dataset.dtype
     refuse_oversized(path, math.prod(dataset.shape) * dtype.itemsize)
@@ -200,12 +200,6 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     if values.size:
         dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
     return values
-
-
-def _leads_elsewhere(variable: h5py.h5d.DatasetID) -> bool:
-    """Say whether the values lie in other files."""
-    made = variable.get_create_plist()
-    return made.get_external_count() > 0 or made.get_layout() == h5py.h5d.VIRTUAL
 
 
 def _unreadable(path: Path, error: Exception) -> StoreError:
