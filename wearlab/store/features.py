@@ -105,17 +105,15 @@ class Source:
 
     def columns(self, stored: NDArray[Any], states: int) -> dict[Column, Array]:
         """Return each column's numbers, one a wear state; what knows no wear states is the same at each."""
-        order = [dim for dim in self.dims if dim not in (STATE, *ALONG)]
-        order += [dim for dim in ALONG if dim in self.dims]
-        shown = [STATE, *order] if STATE in self.dims else order
-        values = np.asarray(stored, float).transpose([self.dims.index(dim) for dim in shown])
-        along = [dim for dim in order if dim in ALONG]
-        signal = values.shape[len(shown) - len(along) :]
-        count = values.shape[0] if STATE in self.dims else 1
-        if not along:
-            return self._named({"": values.reshape(count, -1)}, states)
-        flat = values.reshape(count, -1, *((1,) if len(along) == 1 else ()), *signal)
-        told = indicators(flat)
+        own = [dim for dim in self.dims if dim not in (STATE, *ALONG)]
+        order = [self.dims.index(dim) for dim in (STATE, *own, *ALONG) if dim in self.dims]
+        lengths = dict(zip(self.dims, stored.shape, strict=True))
+        signal = [lengths[dim] for dim in ALONG if dim in lengths]
+        shape = (lengths.get(STATE, 1), -1, *(1,) * (len(ALONG) - len(signal)), *signal)
+        values = np.asarray(stored, float).transpose(order).reshape(shape)
+        if not signal:
+            return self._named({"": values[..., 0, 0]}, states)
+        told = indicators(values)
         twice = ("rms", "order_") if self.name in HARMONICS else ()
         kept = {what: indicator for what, indicator in told.items() if not (twice and what.startswith(twice))}
         return self._named(kept, states)
@@ -245,9 +243,8 @@ def _block(
     block |= {time: _plain(stored[time.name]) for time in times}
     block |= {column: [value] * states for column, value in given.items()}
     for feature in of:
-        block |= {
-            column: _plain(values) for column, values in feature.columns(stored[feature.name], states).items()
-        }
+        columns = feature.columns(stored[feature.name], states)
+        block |= {column: _plain(values) for column, values in columns.items()}
     return states, block
 
 
