@@ -107,9 +107,8 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
         came = ("missing", "", "", "")
         if entry is not None:
             told = next(iter(outcome.headlines(entry.summary)), outcome.Headline("", "", "", None))
-            error = "" if told.error is None else f"± {100 * told.error:.2g} %"
             verdict = str(entry.summary.get("verdict") or outcome.last_line(entry.reason))
-            came = (store.state_of(entry), verdict, told.text, error)
+            came = (store.state_of(entry), verdict, told.text, told.margin)
         rows.append((str(run), (str(label), *texts, *came)))
     return tuple((head, head.replace("_", " ")) for head in heads), tuple(rows)
 

@@ -65,10 +65,7 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
         "remarks": [line for line, _ in remarks(alone)],
         "model_errors": [line for line, _ in model_errors(alone)],
         "reason": (entry.reason or "").strip(),
-        "headlines": [
-            (h.text, "" if h.error is None else f"± {100 * h.error:.2g} %")
-            for h in outcome.headlines(entry.summary)
-        ],
+        "headlines": [(h.text, h.margin) for h in outcome.headlines(entry.summary)],
         "results": told.results(stored, entry),
         "changes": list(changes(store, entry, written)),
         "scene": [

@@ -6,8 +6,8 @@ from contextlib import ExitStack, suppress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner import cluster, report
-from wearlab.runner.cluster import Cluster, connect, refuse_unreachable
+from wearlab.runner import report
+from wearlab.runner.cluster import Cluster, Crew, connect, refuse_unreachable
 from wearlab.runner.plan import (
     calibrations,
     chosen,
@@ -106,7 +106,10 @@ def run(
             bar.note(text)
 
         def cluster() -> Cluster:
-            return _cluster(stack, workers, scheduler, dashboard, simulate, tell)
+            client = stack.enter_context(connect(workers, scheduler, dashboard))
+            if dashboard:
+                tell(f"dashboard: {client.dashboard_link}")
+            return Cluster(client, simulate, None if scheduler is None else Crew(client, tell))
 
         try:
             with ExitStack() as stack:
@@ -257,20 +260,6 @@ class _Work:
             if task.id not in self.finished and (entry is None or running or self._free(entry)):
                 left.append((task, running and entry is not None and not self.store.is_stale(entry)))
         return left
-
-
-def _cluster(
-    stack: ExitStack,
-    workers: int | None,
-    scheduler: "str | Client | None",
-    dashboard: bool,
-    simulate: str,
-    tell: Callable[[str], None],
-) -> Cluster:
-    client = stack.enter_context(connect(workers, scheduler, dashboard))
-    if dashboard:
-        tell(f"dashboard: {client.dashboard_link}")
-    return Cluster(client, simulate, None if scheduler is None else cluster.Crew(client, tell))
 
 
 def _record(campaign: "Campaign", store: "Store") -> str:

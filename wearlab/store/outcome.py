@@ -120,10 +120,14 @@ class Headline(NamedTuple):
     error: float | None
 
     @property
+    def margin(self) -> str:
+        """The estimated numerical error, "" without one."""
+        return "" if self.error is None else f"± {100 * self.error:.2g} %"
+
+    @property
     def with_error(self) -> str:
         """The text with its estimated numerical error, where there is one."""
-        told = "" if self.error is None else f" (± {100 * self.error:.2g} % of the {self.of})"
-        return f"{self.text}{told}"
+        return f"{self.text} ({self.margin} of the {self.of})" if self.margin else self.text
 
 
 class _Kind(NamedTuple):

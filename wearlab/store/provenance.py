@@ -127,7 +127,7 @@ SENTENCES = {
 NOTED = {
     "reference": "after",
     "lineage": "goes on from",
-    "calibration": "calibrated by",
+    "calibration": "calibrated by run",
     "licence": "licence",
 }
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
