@@ -7,7 +7,7 @@ from scipy import stats
 from scipy.integrate import quad
 
 from wearlab.updating.outcome import answered
-from wearlab.updating.scores import EVEN, crps, interval_score, replayed, scored
+from wearlab.updating.scores import EVEN, crps, interval_score, replayed, scored, scores_of
 from wearlab.updating.twins import calibrated
 
 CYCLES = np.array([1e5, 2e5, 4e5, 6e5, 8e5, 1e6])
@@ -57,3 +57,36 @@ def test_a_replay_is_scored_beside_simple_rules():
 def test_twins_tell_what_measurements_save():
     asked, post, _ = made(2)
     assert 0.8 < float(calibrated(asked, post, 40)["life_skill"]) < 1.0
+
+
+def test_twins_are_scored_beside_simple_rules_as_twins_of_one_s_own_are():
+    rng, n, sd = np.random.default_rng(8), 4000, 4e-4
+    seen = (observed(CYCLES, np.zeros(len(CYCLES)), ErrorModel(sd)),)
+    asked = study({"lognormal": {"median": 1.0, "cov": 0.3}}, seen)
+    found = calibrated(asked, answered(asked, [history(seen)], blocks(seen)).posterior, 300)
+    factor = np.exp(np.sqrt(np.log1p(0.09)) * rng.standard_normal(n))
+    values = RATE * factor[:, None] * CYCLES + sd * rng.standard_normal((n, len(CYCLES)))
+    life, now = LIMIT.value / (RATE * factor), CYCLES[-1]
+    line = np.polyfit(CYCLES[-3:], values[:, -3:].T, 1)
+    fitted = values @ CYCLES / (CYCLES @ CYCLES)  # the prior adds next to nothing
+    rules = {
+        "life_error": LIMIT.value / fitted,
+        "life_error_by_the_ratio": now * LIMIT.value / values[:, -1],
+        "life_error_by_the_last_three": (LIMIT.value - line[1]) / line[0],
+        "life_error_by_the_prior": np.full(n, LIMIT.value / RATE),
+    }
+    ahead = life > now
+    for name, told in rules.items():
+        own = np.abs(told - life)[ahead].sum() / (life - now)[ahead].sum()
+        assert float(found[name]) == pytest.approx(own, rel=0.15), name
+    assert 0.5 < float(found["life_interval_skill"]) < 1.0
+
+
+def test_scores_of_a_normal_law_are_its_closed_forms():
+    """Over its own values: 1/√π of the ranked probability, 2 φ(1.645)/0.05 of the 90 % interval."""
+    known = stats.norm.ppf(EVEN)
+    ranked, interval = np.mean(
+        [scores_of(known, z) for z in stats.norm.ppf((np.arange(2000) + 0.5) / 2000)], 0
+    )
+    assert ranked == pytest.approx(np.pi**-0.5, rel=0.005)
+    assert interval == pytest.approx(2.0 * stats.norm.pdf(1.6449) / 0.05, rel=0.01)

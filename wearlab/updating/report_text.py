@@ -245,8 +245,7 @@ def _twins(data: xr.Dataset) -> dict[str, Any]:
         held = {w: float(data[f"{name}_coverage_{w}"]) for w in (50, 90)}
         off = {w: abs(s - w / 100) > 3.0 * np.sqrt(w / 100 * (1.0 - w / 100) / n) for w, s in held.items()}
         shares.append((name, [(w, share, off[w]) for w, share in held.items()]))
-    skill = float(data["life_skill"]) if "life_skill" in data else None
-    return {"count": n, "shares": shares, "skill": skill, "true_model": "true_model" in data.attrs}
+    return {"count": n, "shares": shares, **_numbers(data), "true_model": "true_model" in data.attrs}
 
 
 def _fleet(tree: xr.DataTree) -> dict[str, Any]:

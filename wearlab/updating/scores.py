@@ -36,10 +36,17 @@ def crps(quantile: Array, truth: float) -> float:
     return float(2.0 * np.mean(((truth < q) - EVEN) * (q - truth)))
 
 
-def interval_score(low: Array, high: Array, truth: Array, width: float = 0.9) -> Array:
+def interval_score(low: Array, high: Array, truth: Array | float, width: float = 0.9) -> Array:
     """Return the score of intervals: their width, and 2/α times how far the truth lies outside."""
     outside = np.maximum(low - truth, 0.0) + np.maximum(truth - high, 0.0)
     return np.asarray(high - low + 2.0 / (1.0 - width) * outside)
+
+
+def scores_of(quantile: Array, truth: float) -> tuple[float, float]:
+    """Return the ranked probability score, and that of the 90 % interval, of quantiles at `EVEN`."""
+    q = np.minimum(quantile, quantile[np.isfinite(quantile)].max(initial=truth))
+    low, high = np.interp([0.05, 0.95], EVEN, q)
+    return crps(quantile, truth), float(interval_score(low, high, truth))
 
 
 def held_by(q: Array, truth: Array) -> dict[str, float]:

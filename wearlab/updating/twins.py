@@ -30,11 +30,12 @@ from wearlab.updating.measurements import Observed, UpdateError
 from wearlab.updating.outcome import answered, unseen
 from wearlab.updating.posterior import Posterior, posterior
 from wearlab.updating.run_curves import Clock, RunHistory, history_of, variables_of
-from wearlab.updating.scores import EVEN, crps
+from wearlab.updating.scores import EVEN, RULES, scores_of, simple_rules
 from wearlab.updating.study import MeasuredCase, studies
 
 MADE = "# Made by: "
 DIGITS = 5
+SKILLS = ("life_skill", "life_interval_skill")
 
 
 def calibrated(
@@ -55,7 +56,8 @@ def calibrated(
     before = answered(study, source.histories, unseen(source.blocks), post.log_proposal)
     truths, unmeasured = drawn(before, n, rng), before.life(EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
-    scores: list[tuple[float, float]] = []
+    scores: list[tuple[tuple[float, float], ...]] = []
+    foreseen: list[tuple[float, ...]] = []
     for t in range(n):
         made, life = twin(source, truths[t : t + 1], before, rng)
         made = tuple(
@@ -71,14 +73,24 @@ def calibrated(
         over = life <= answer.now and answer.drifting is not None
         ranks["life"].append(float(rng.random() * answer.passed if over else answer.life_below(life)[0]))
         if np.isfinite(life):
-            scores.append((crps(answer.life(EVEN), life), crps(unmeasured, life)))
+            scores.append((scores_of(answer.life(EVEN), life), scores_of(unmeasured, life)))
+        if answer.now < life < np.inf:
+            middle, before_any = (float(one.life(np.array([0.5]))[0]) for one in (answer, before))
+            rules = (*simple_rules(study, answer.posterior, answer.now), before_any - answer.now)
+            foreseen.append((life - answer.now, middle - answer.now, *rules))
     values: dict[str, Any] = {f"{name}_rank": each for name, each in ranks.items() if each}
     for name, each in ranks.items():
         off = np.abs(np.array(each) - 0.5)
         values |= {f"{name}_coverage_{w}": np.mean(off <= 0.005 * w) for w in (50, 90) if each}
     if scores:
         mine, theirs = np.sum(scores, axis=0)
-        values["life_skill"] = 1.0 - float(mine / max(theirs, 1e-300))
+        values |= dict(zip(SKILLS, 1.0 - mine / np.maximum(theirs, 1e-300), strict=True))
+    if foreseen:
+        rest, *each_rule = np.array(foreseen).T
+        for name, told_rest in zip(("", *RULES), each_rule, strict=True):
+            if (ok := np.isfinite(told_rest)).any():
+                off_by = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
+                values[f"life_error_{name}".rstrip("_")] = off_by
     found = dataset("twins", values, twin=np.arange(n))
     return found if true is None else found.assign_attrs(true_model=repr(true))
 
