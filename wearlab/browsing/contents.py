@@ -9,9 +9,8 @@ from wearlab.browsing import figures, listing, one_run, question, recorded
 from wearlab.browsing.listing import ROWS, whole
 from wearlab.figures.drawing import of_update, specified
 from wearlab.figures.kind import KINDS, FigureError, read
-from wearlab.store import database, outcome, remarks
+from wearlab.store import StoreError, database, outcome, remarks
 from wearlab.store import updates as kept
-from wearlab.store.files import StoreError
 from wearlab.units import shown_unit
 from wearlab.updating.report_text import alerts, answers, fleet_about, fleet_tables, text_of
 

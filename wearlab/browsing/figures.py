@@ -18,7 +18,7 @@ from wearlab.figures.doubt import read_for
 from wearlab.figures.kind import KINDS, FigureError
 from wearlab.figures.runs import COORDINATES
 from wearlab.figures.wording import cycles
-from wearlab.store.files import StoreError
+from wearlab.store import StoreError
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,8 +9,7 @@ import xarray as xr
 
 from wearlab.browsing.recorded import value_of_key
 from wearlab.query.keys import differing_keys
-from wearlab.store import outcome
-from wearlab.store.files import StoreError
+from wearlab.store import StoreError, outcome
 from wearlab.store.grid import key_text
 from wearlab.units import shown_unit
 

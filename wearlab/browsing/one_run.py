@@ -10,9 +10,8 @@ from wearlab.figures.doubt import FIRM, LOST, TRUSTED
 from wearlab.query.keys import differing_keys
 from wearlab.report import run as told
 from wearlab.report.page import model_errors, remarks
-from wearlab.store import outcome, provenance
+from wearlab.store import StoreError, outcome, provenance
 from wearlab.store import remarks as said
-from wearlab.store.files import StoreError
 from wearlab.store.provenance import name_of
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ from tornado.web import HTTPError, RequestHandler
 from wearlab.browsing import contents, figures, frame, recorded, taking
 from wearlab.figures.kind import FigureError
 from wearlab.query import QueryError
-from wearlab.store import Store
-from wearlab.store.files import StoreError
+from wearlab.store import Store, StoreError
 
 KINDS = {
     "png": "image/png",

@@ -13,8 +13,7 @@ from wearlab.figures.doubt import FIRM, TRUSTED
 from wearlab.figures.kinds import KINDS
 from wearlab.query.keys import differing_keys, scene_key
 from wearlab.schema import DIMENSIONS, VARIABLES
-from wearlab.store import outcome
-from wearlab.store.files import StoreError
+from wearlab.store import StoreError, outcome
 from wearlab.store.grid import key_text
 from wearlab.store.provenance import name_of
 from wearlab.units import convert, shown_unit, split

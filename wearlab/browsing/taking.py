@@ -13,9 +13,8 @@ from wearlab.browsing.listing import whole
 from wearlab.figures import render
 from wearlab.figures.kind import KINDS, FigureError
 from wearlab.nearest import choices
-from wearlab.store import files, remarks
+from wearlab.store import StoreError, files, remarks
 from wearlab.store import updates as kept
-from wearlab.store.files import StoreError
 from wearlab.store.reading import checked_bytes
 
 if TYPE_CHECKING:

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from wearlab.store import outcome
-from wearlab.store.files import StoreError
+from wearlab.store import StoreError, outcome
 from wearlab.units import convert
 
 if TYPE_CHECKING:

@@ -28,8 +28,8 @@ from wearlab.runner.worker import (
     warm_up,
 )
 from wearlab.sources import source_hash
+from wearlab.store import StoreError
 from wearlab.store.catalogue import Head
-from wearlab.store.files import StoreError
 from wearlab.store.outcome import Outcome, place
 from wearlab.store.presence import ReachedCycle
 
