@@ -5,7 +5,7 @@ import json
 import pytest
 
 from wearlab.campaign.reading import campaign_of
-from wearlab.cli.commands.show import show_run
+from wearlab.cli.commands.ls import show
 from wearlab.runner import run
 from wearlab.runner.plan import calibrations, plan
 from wearlab.runner.worker import Task
@@ -62,9 +62,9 @@ def test_the_run_names_what_calibrated_it(kept, capsys):
     assert set(store.entries()) == {own, by}
     data = store.run(own)
     assert data.attrs["calibration"] == by and float(data.attrs["calibration_life"]) == store.run(by).life
-    show_run(store, own, True)
+    show(own, store.path, json=True)
     assert json.loads(capsys.readouterr().out)["calibrated by"] == by
-    show_run(store, by, True)
+    show(by, store.path, json=True)
     assert json.loads(capsys.readouterr().out)["calibrates"] == [own] == calibrated_by(store, by)
     facts = facts_of(store, own)
     assert f"calibrated by run {by}." in citation(facts) and f"calibrated by run {by}" in bibtex(facts)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from wearlab.cli.commands.show import show_run
+from wearlab.cli.commands.ls import show
 from wearlab.store import Store
 from wearlab.store.description import describe
 from wearlab.store.netcdf import to_image
@@ -67,10 +67,10 @@ def test_the_cycle_of_the_parent_can_be_asked_for(store):
 
 
 def test_show_and_cite_tell_who_and_from_where(store, capsys):
-    show_run(store, THIRD, as_json=False)
+    show(THIRD, store.path)
     told = capsys.readouterr().out
     assert "goes on from" in told and FIRST in told and "A. Author" in told and "CC-BY-4.0" in told
-    show_run(store, FIRST, as_json=True)
+    show(FIRST, store.path, json=True)
     assert json.loads(capsys.readouterr().out)["continued by"] == [SECOND]
     facts = facts_of(store, THIRD)
     assert "A. Author (ORCID 0000-0002-1825-0097). (2026). Tail" in citation(facts)

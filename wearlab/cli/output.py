@@ -205,6 +205,15 @@ def show_json(content: Any) -> None:
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
 
 
+def tell(content: Any, as_json: bool, *lines: str) -> None:
+    """Write what a command found: its content as JSON, or lines."""
+    if as_json:
+        show_json(content)
+    else:
+        for line in lines:
+            say(line)
+
+
 def show_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: str | None = None) -> None:
     """Write a table, as wide as the terminal; columns without any entry are left out.
 

@@ -6,7 +6,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli import campaigns, output, registry
+from wearlab.cli import app, campaigns, output
 
 if TYPE_CHECKING:
     from wearlab.accuracy.study import Study
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 FILE = "accuracy.nc"
 
 
-@registry.command()
+@app.command()
 def accuracy(
-    file: registry.File, out: Path = Path("accuracy"), error: float | None = None, json: registry.Json = False
+    file: app.File, out: Path = Path("accuracy"), error: float | None = None, json: app.Json = False
 ) -> output.Status:
     """Measure error against run time of FILE's scenes, beside other integrators.
 
@@ -44,9 +44,7 @@ def accuracy(
         output.show_json(_content(studies, error, files))
     else:
         _tell(studies, error)
-        output.say()
-        for path in files:
-            output.say(str(path))
+        output.say("\n".join(["", *map(str, files)]))
     return output.Status.WELL if any(study.curves for study in studies) else output.Status.TROUBLE
 
 
@@ -106,14 +104,12 @@ def _tell(studies: list["Study"], error: float | None) -> None:
 
 
 def _content(studies: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
-    return {
-        **{
-            title: [dict(zip(heads, row, strict=True)) for row in rows]
-            for title, (heads, rows) in _tables(studies, error).items()
-        },
-        "curves": [row for study in studies for row in _rungs(study)],
-        "files": [str(path) for path in files],
+    tables = {
+        title: [dict(zip(heads, row, strict=True)) for row in rows]
+        for title, (heads, rows) in _tables(studies, error).items()
     }
+    curves = [row for study in studies for row in _rungs(study)]
+    return {**tables, "curves": curves, "files": [str(path) for path in files]}
 
 
 def _rungs(measured: "Study") -> Iterator[dict[str, Any]]:

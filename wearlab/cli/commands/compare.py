@@ -1,17 +1,18 @@
 """Two runs or two campaigns side by side: a table, a dataset and a figure."""
 
+from json import loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.output import Status, Stop, read_campaign, refusing, say, show_json, show_table
-from wearlab.cli.registry import STORE, Json, StoreFolder, command
+from wearlab.cli.app import STORE, Json, StoreFolder, command
+from wearlab.cli.output import Stop, read_campaign, refusing, say, show_json, show_table
 from wearlab.store import Store
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-ENDINGS = ("png", "svg", "pdf")
+ENDINGS = (".png", ".svg", ".pdf")
 
 
 @command()
@@ -24,7 +25,7 @@ def compare(
     out: Path | None = None,
     figure: Path | None = None,
     json: Json = False,
-) -> Status:
+) -> None:
     """Compare two runs or two campaigns: what was asked and what came out differently.
 
     Parameters
@@ -39,7 +40,7 @@ def compare(
     from wearlab.comparison import compare as compared
 
     store = Store(folder)
-    if figure is not None and _ending(figure) not in ENDINGS:
+    if figure is not None and figure.suffix.lower() not in ENDINGS:
         raise Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
     left, right = (_meant(side, store) for side in (a, b))
     comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
@@ -48,11 +49,6 @@ def compare(
         show_json(_content(comparison, written))
     else:
         _tell(comparison, written)
-    return Status.WELL
-
-
-def _ending(figure: Path) -> str:
-    return figure.suffix.lower().removeprefix(".")
 
 
 def _meant(word: str, store: "Store") -> Any:
@@ -72,72 +68,56 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
             files.write_whole(data, netcdf.to_image(comparison)[0])
             written.append(str(data))
         if figure is not None:
-            files.write_whole(figure, comparison_figure(comparison, _ending(figure)))
+            files.write_whole(figure, comparison_figure(comparison, figure.suffix[1:].lower()))
             written.append(str(figure))
     return written
 
 
 def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
-    from wearlab.comparison.runs import (
-        PAIR_HEADS,
-        QUANTITY_HEADS,
-        SCENE_HEADS,
-        pair_rows,
-        quantity_rows,
-        scene_rows,
-    )
+    from wearlab.comparison import runs
 
     campaigns = "pair" in comparison.dims
     names = (comparison.attrs["campaign_a"], comparison.attrs["campaign_b"]) if campaigns else (
         comparison.attrs["run_a"], comparison.attrs["run_b"])  # fmt: skip
     say(f"A  {names[0]}\nB  {names[1]}\n")
-    rows = scene_rows(comparison)
+    rows = runs.scene_rows(comparison)
     if rows:
         title = "Asked differently, in every pair" if campaigns else "Asked differently"
-        show_table(SCENE_HEADS, rows, title=title)
+        show_table(runs.SCENE_HEADS, rows, title=title)
     else:
         say("No key of the scenes differs" + (" in every pair" if campaigns else ""))
     say()
     along = comparison.attrs["aligned_on"].replace("_", " ")
     title = f"At the same {along}, tolerance {comparison.attrs['tolerance']:g}"
     if campaigns:
-        show_table(PAIR_HEADS, pair_rows(comparison), title=title)
+        show_table(runs.PAIR_HEADS, runs.pair_rows(comparison), title=title)
         for side in ("a", "b"):
-            left = _list(comparison, f"only_{side}")
-            if left:
+            if left := loads(comparison.attrs.get(f"only_{side}", "[]")):
                 say(f"\nonly in {side.upper()}: {'; '.join(left)}")
     else:
-        show_table(QUANTITY_HEADS, quantity_rows(comparison), title=title)
-        _tell_first(comparison)
+        rows = runs.quantity_rows(comparison)
+        show_table(runs.QUANTITY_HEADS, rows, title=title)
+        _tell_first(comparison, rows)
     for path in written:
         say(path)
 
 
-def _tell_first(comparison: "xr.Dataset") -> None:
+def _tell_first(comparison: "xr.Dataset", rows: list[tuple[str, ...]]) -> None:
     import numpy as np
-
-    from wearlab.comparison.runs import QUANTITY_HEADS, quantity_rows
 
     first = comparison["first_difference"].values
     if not np.isfinite(first).any():
-        say("\nNowhere do they differ by more than the tolerance.")
-        return
-    row = quantity_rows(comparison)[int(np.nanargmin(first))]
-    where = row[QUANTITY_HEADS.index("first above tolerance")]
-    say(f"\nThey first differ by more than the tolerance at {where}: {row[0]}.")
+        return say("\nNowhere do they differ by more than the tolerance.")
+    row = rows[int(np.nanargmin(first))]
+    say(f"\nThey first differ by more than the tolerance at {row[-1]}: {row[0]}.")
 
 
 def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
-    import json
-
     from wearlab.store import description
 
-    attributes = {
-        key: value for key, value in comparison.attrs.items() if not key.startswith(("only_", "scene_"))
-    }
     content: dict[str, Any] = {
-        **attributes,
-        "scene_differences": json.loads(comparison.attrs["scene_differences"]),
+        **{key: v for key, v in comparison.attrs.items() if not key.startswith(("only_", "scene_"))},
+        "scene_differences": loads(comparison.attrs["scene_differences"]),
         "quantities": comparison["quantity"].values.tolist(),
         "largest_relative_difference": description.plain(comparison["largest_relative_difference"].values),
         "first_difference": description.plain(comparison["first_difference"].values),
@@ -150,12 +130,5 @@ def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
             {"name": str(name), "runs": comparison["run_id"].values[i].tolist()}
             for i, name in enumerate(comparison["pair"].values)
         ]
-        content |= {side: _list(comparison, side) for side in ("only_a", "only_b")}
+        content |= {side: loads(comparison.attrs.get(side, "[]")) for side in ("only_a", "only_b")}
     return {**content, "files": written}
-
-
-def _list(comparison: "xr.Dataset", name: str) -> list[str]:
-    import json
-
-    texts: list[str] = json.loads(comparison.attrs.get(name, "[]"))
-    return texts

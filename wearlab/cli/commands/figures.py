@@ -1,72 +1,64 @@
-"""``figures``, ``report`` and ``profile``: pictures of a campaign, its page, and a measured flank."""
+"""Pictures of a campaign, its page, a measured flank, and a window on a store in a browser."""
 
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
-from wearlab.cli import campaigns, output, registry
-from wearlab.store import Store
+from wearlab.cli import app, campaigns, output
+from wearlab.store import Store, open_store
 
 if TYPE_CHECKING:
     from wearlab.figures.drawing import Redrawn
 
 
-@registry.command()
+@app.command()
 def figures(
-    file: Annotated[
-        str | None, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)
-    ] = None,
-    folder: registry.StoreFolder = registry.STORE,
+    file: str | None = None,
+    folder: app.StoreFolder = app.STORE,
     out: Path = Path("figures"),
     format: str = "png",
     from_: list[Path] | None = None,
-    json: registry.Json = False,
+    json: app.Json = False,
 ) -> output.Status:
     """Draw the figures of FILE from the stored runs, or a figure again from what its file says.
 
     Parameters
     ----------
+    file : [FILE]: A campaign file (TOML).
     out : DIR: Where the figures go.
     format : FORMAT: png, svg or pdf.
     from_ : FIGURE: Draw this figure again, by what its file says.
     """
-    if from_ and file is None:
-        return redraw_figures(from_, Store(folder), out, json)
-    if file is None or from_:
+    if (file is None) == (not from_):
         raise output.Stop("figures: give a campaign FILE, or --from FIGURE")
-    return draw_figures(file, Store(folder), out, format, json)
+    with output.refusing(OSError):
+        if file is None:
+            return _draw_again(from_ or [], Store(folder), out, json)
+        return _draw(file, Store(folder), out, format, json)
 
 
-def draw_figures(file: str, store: "Store", out: Path, ending: str, as_json: bool) -> output.Status:
-    """Draw the figures of a campaign from its stored runs."""
+def _draw(file: str, store: Store, out: Path, ending: str, as_json: bool) -> output.Status:
     from wearlab.figures import FigureError, draw
     from wearlab.figures.drawing import check_format
 
     check_format(ending)
-    campaign = campaigns.sound_campaign(file)
-    status = output.Status.WELL
-    with output.refusing(OSError):
-        try:
-            drawn = tuple(draw(campaign, store, out, ending))
-        except FigureError as error:
-            output.complain(str(error))
-            drawn, status = error.drawn, output.Status.TROUBLE
-    if as_json:
-        output.show_json([str(path) for path in drawn])
-    else:
-        for path in drawn:
-            output.say(str(path))
+    campaign, status = campaigns.sound_campaign(file), output.Status.WELL
+    try:
+        drawn = tuple(draw(campaign, store, out, ending))
+    except FigureError as error:
+        output.complain(str(error))
+        drawn, status = error.drawn, output.Status.TROUBLE
+    paths = [str(path) for path in drawn]
+    output.tell(paths, as_json, *paths)
     return status
 
 
-def redraw_figures(figures: Sequence[Path], store: "Store", out: Path, as_json: bool) -> output.Status:
+def _draw_again(figures: Sequence[Path], store: Store, out: Path, as_json: bool) -> output.Status:
     """Draw figures again from the store, and say which of their runs are missing or stale."""
     from wearlab.figures import redraw
 
-    with output.refusing(OSError):
-        drawn = [redraw(figure, store, out) for figure in figures]
+    drawn = [redraw(figure, store, out) for figure in figures]
     if as_json:
         output.show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
     else:
@@ -88,13 +80,13 @@ def _tell(drawn: "Redrawn") -> None:
             output.complain(f"{words}: {', '.join(runs)}")
 
 
-@registry.command()
+@app.command()
 def report(
-    file: registry.File,
-    folder: registry.StoreFolder = registry.STORE,
+    file: app.File,
+    folder: app.StoreFolder = app.STORE,
     out: Path | None = None,
-    json: registry.Json = False,
-) -> output.Status:
+    json: app.Json = False,
+) -> None:
     """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
 
     Parameters
@@ -110,21 +102,17 @@ def report(
     store, campaign = Store(folder), output.read_campaign(file)
     with output.refusing(OSError):
         files.write_whole(path, as_file(page_of(campaign, store), path.suffix))
-    if json:
-        output.show_json({"file": str(path)})
-    else:
-        output.say(str(path))
-    return output.Status.WELL
+    output.tell({"file": str(path)}, json, str(path))
 
 
-@registry.command()
+@app.command()
 def profile(
     file: Path,
     columns: list[str] | None = None,
     units: list[str] | None = None,
     out: Path | None = None,
-    json: registry.Json = False,
-) -> output.Status:
+    json: app.Json = False,
+) -> None:
     """Draw a measured flank as it was understood, and say how the file was read.
 
     Parameters
@@ -157,20 +145,54 @@ def profile(
         "above the headers": " | ".join(line.strip() for line in table.preamble),
         "figure": str(figure),
     }
-    if json:
-        output.show_json(told)
-    else:
-        for name, text in told.items():
-            if text:
-                output.say(f"{name:<20}{text}")
-    return output.Status.WELL
+    output.tell(told, json, *(f"{name:<20}{text}" for name, text in told.items() if text))
 
 
 def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
-    pairs = [path.partition("=") for path in given]
-    wrong = next(
-        (path for path, (_, sign, text) in zip(given, pairs, strict=True) if not sign or not text), None
-    )
-    if wrong is not None:
-        raise output.Stop(f"{option} {wrong}: write NAME=TEXT, such as deviation=Abweichung")
-    return {name.strip(): text.strip() for name, _, text in pairs}
+    pairs = {}
+    for words in given:
+        name, _, text = words.partition("=")
+        if not text:
+            raise output.Stop(f"{option} {words}: write NAME=TEXT, such as deviation=Abweichung")
+        pairs[name.strip()] = text.strip()
+    return pairs
+
+
+@app.command()
+def browse(
+    store: Path | None = None,
+    folder: app.StoreFolder = app.STORE,
+    port: int = 0,
+    no_open: bool = False,
+    static: Path | None = None,
+    campaign: str | None = None,
+    json: app.Json = False,
+) -> None:
+    """Open a window on a store: look, choose, compare, in a browser on this machine.
+
+    Parameters
+    ----------
+    store : [STORE]: The folder of the runs.
+    port : N from 0 to 65535 [any free]: Where it answers.
+    no_open : Print the address, and open no browser.
+    static : DIR: Write a copy of one campaign instead.
+    campaign : TITLE [the only one]: With --static, which campaign.
+    """
+    from wearlab.browsing.window import Window
+
+    own = open_store(store or folder)
+    if static is not None:
+        from wearlab.browsing.taking import write_copy
+
+        with output.refusing(OSError):
+            made = str(write_copy(own, static, campaign))
+        return output.tell({"file": made}, json, made)
+    if campaign is not None:
+        raise output.Stop("browse: --campaign goes with --static DIR")
+
+    def ready(address: str) -> None:
+        output.tell({"address": address}, json, f"{address}\nCtrl-C ends it")
+        if not no_open:
+            webbrowser.open(address)
+
+    Window(own, port).run(ready)

@@ -1,24 +1,14 @@
-"""``ls`` and what else lists runs: queries, tables and features."""
+"""What a store holds: ``ls``, ``show``, ``features``, and remarks on runs (``tag``, ``note``)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from json import loads
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any
 
-import typer
-
-from wearlab.cli.output import (
-    Format,
-    Status,
-    Stop,
-    complain,
-    say,
-    show_json,
-    show_table,
-    split_columns,
-)
-from wearlab.cli.registry import STORE, Condition, Json, StoreFolder, command
-from wearlab.report.run import value_text
+from wearlab.cli import app, output
+from wearlab.cli.output import Format, Stop, complain, say, show_json, show_table, split_columns
+from wearlab.report import run as told
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 from wearlab.store.catalogue import Entry, Member
@@ -30,36 +20,18 @@ HEADS = (
 USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
 
 
-class RowsWanted(NamedTuple):
-    """Which runs to list, and what of them.
-
-    Parameters
-    ----------
-    where : condition, empty: all
-    columns : names to show, None: the usual
-    sort, limit : order and number
-    state : as `Store.state_of` has it, None: any
-    """
-
-    where: str = ""
-    columns: tuple[str, ...] | None = None
-    sort: str | None = None
-    limit: int | None = None
-    state: str | None = None
-
-
-@command()
+@app.command()
 def ls(
-    folder: StoreFolder = STORE,
+    folder: app.StoreFolder = app.STORE,
     state: str | None = None,
-    where: Condition = "",
+    where: app.Condition = "",
     columns: str | None = None,
     sort: str | None = None,
-    limit: Annotated[int | None, typer.Option(metavar="N", min=0, help="At most so many.")] = None,
+    limit: int | None = None,
     updates: bool = False,
     format: Format = Format.TABLE,
-    json: Json = False,
-) -> Status:
+    json: app.Json = False,
+) -> None:
     """List the runs of a store: all, or those that meet a condition.
 
     Parameters
@@ -67,6 +39,7 @@ def ls(
     state : STATE: Only runs that are done, failed, refused, running, interrupted or lost.
     columns : A,B: What to show, such as speed,life.
     sort : A: By a column; -A turns the order.
+    limit : N from 0: At most so many.
     updates : The updates in place of the runs.
     format : How to write it.
     """
@@ -75,48 +48,47 @@ def ls(
         from wearlab.cli.commands.run import list_updates
 
         return list_updates(store, json or format is Format.JSON)
-
-    wanted = RowsWanted(where, split_columns(columns), sort, limit, state)
-    return list_runs(store, wanted, Format.JSON if json else format)
-
-
-def list_runs(store: "Store", wanted: RowsWanted, form: Format) -> Status:
-    """Show the runs that are wanted: the usual once for each campaign they belong to, or chosen columns."""
-    if wanted.columns is not None or form is Format.CSV:
-        _show_columns(store, wanted, form)
-        return Status.WELL
+    format = Format.JSON if json else format
+    if columns is not None or format is Format.CSV:
+        return _show_columns(store, split_columns(columns), where, sort, limit, state, format)
     ids = None
-    if wanted.where.strip() or wanted.sort or wanted.limit is not None:
-        limit = None if wanted.state else wanted.limit
-        ids = [row["id"] for row in store.query(wanted.where, columns=(), sort=wanted.sort, limit=limit)]
-    rows = [row for row in _rows(store, ids) if wanted.state in (None, row["state"])]
-    if wanted.limit is not None:
-        kept = set(list(dict.fromkeys(row["id"] for row in rows))[: wanted.limit])
+    if where.strip() or sort or limit is not None:
+        found = store.query(where, columns=(), sort=sort, limit=None if state else limit)
+        ids = [row["id"] for row in found]
+    rows = [row for row in _rows(store, ids) if state in (None, row["state"])]
+    if limit is not None:
+        kept = set(list(dict.fromkeys(row["id"] for row in rows))[:limit])
         rows = [row for row in rows if row["id"] in kept]
-    if form is Format.JSON:
+    if format is Format.JSON:
         show_json(rows)
     else:
         _show_rows(HEADS, [_cells(row) for row in rows])
-    return Status.WELL
 
 
-def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
+def _show_columns(
+    store: Store,
+    columns: tuple[str, ...] | None,
+    where: str,
+    sort: str | None,
+    limit: int | None,
+    state: str | None,
+    form: Format,
+) -> None:
     from wearlab.schema import VARIABLES, origin_of
 
-    columns = wanted.columns
     if columns is None:
         known = store.names()
         columns = tuple(name for name in USUAL if name in known)
-    answer = store.query(wanted.where, columns=columns, sort=wanted.sort, limit=wanted.limit)
+    answer = store.query(where, columns=columns, sort=sort, limit=limit)
     for at, column in enumerate(answer.columns):
         if column.name in VARIABLES and answer.records and all(row[at] is None for row in answer.records):
             complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")
     places = [at for at, column in enumerate(answer.columns) if column.name in ("status", "state")]
-    if wanted.state is not None or places:
+    if state is not None or places:
         entries = store.entries(answer["id"])
-        told = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
-        kept = [r for r in answer.records if wanted.state in (None, told[r[0]])]
-        answer = replace(answer, records=[_told(row, places, told[row[0]]) for row in kept])
+        states = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
+        kept = [r for r in answer.records if state in (None, states[r[0]])]
+        answer = replace(answer, records=[_in_state(row, places, states[row[0]]) for row in kept])
     if form is Format.CSV:
         say(answer.to_csv().rstrip("\n"))
     elif form is Format.JSON:
@@ -124,10 +96,10 @@ def _show_columns(store: "Store", wanted: RowsWanted, form: Format) -> None:
         show_json({"columns": units, "rows": answer.to_rows(si=True)})
     else:
         heads, rows = answer.displayed()
-        _show_rows(heads, [(row[0][:SHORT_ID], *map(value_text, row[1:])) for row in rows])
+        _show_rows(heads, [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows])
 
 
-def _told(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[Any, ...]:
+def _in_state(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[Any, ...]:
     """Return a row whose state is that of its process, too."""
     return tuple(state if at in places else value for at, value in enumerate(row))
 
@@ -162,7 +134,7 @@ def _once(members: Iterable[Member]) -> list[Member]:
 
 
 def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
-    told = next(iter(outcome.headlines(entry.summary)), None)
+    first = next(iter(outcome.headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
         "id": entry.id,
@@ -174,8 +146,8 @@ def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
         "life": entry.summary.get("life"),
         "max_wear_depth": entry.summary.get("max_wear_depth"),
         "error_estimates": errors,
-        "result": "" if told is None else told.short,
-        "relative_error": None if told is None else told.error,
+        "result": "" if first is None else first.short,
+        "relative_error": None if first is None else first.error,
         "verdict": entry.summary.get("verdict"),
         "expected": None if member.comparison is None else member.comparison._asdict(),
         "seconds": entry.seconds,
@@ -218,18 +190,99 @@ def _note(row: Mapping[str, Any]) -> str:
     return "; ".join(notes)
 
 
+@app.command()
+def show(
+    run: app.Run,
+    folder: app.StoreFolder = app.STORE,
+    variables: bool = False,
+    json: app.Json = False,
+) -> output.Status | None:
+    """Show one run: results, what they are worth, its scene, what is stored.
+
+    Parameters
+    ----------
+    variables : Describe every stored variable: dimensions, unit, meaning.
+    """
+    from wearlab.cli.commands.run import show_update
+    from wearlab.store import updates
+
+    store = Store(folder)
+    update = updates.find_update(store, run)
+    if update is not None:
+        return show_update(store, update, json)
+    entry = store.find(run)
+    layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
+    stored = layouts[entry.layout]["variables"] if entry.layout else {}
+    facts = told.facts(store, entry)
+    scene = loads(entry.scene or "{}")
+    if json:
+        asked = {"scene": scene, "sizes": entry.sizes, "variables": stored, "summary": entry.summary}
+        output.show_json({**facts, **asked, "reason": entry.reason, "warnings": list(entry.warnings)})
+        return None
+    _tell_facts(facts, entry)
+    if variables:
+        output.say()
+        output.show_table(("variable", "dims", "unit", "value", "meaning"), _variables(stored, entry))
+        return None
+    rows = told.results(stored, entry)
+    if rows:
+        output.say()
+        output.show_table(("result", "value", "unit", "meaning"), rows)
+    for name, value in entry.summary.items():
+        if name in stored and told.is_long(value):
+            output.say(f"\n{name}")
+            for line in value.splitlines():
+                output.say(f"  {line}")
+    output.say("\nscene")
+    written = told.written_in(store, entry.id)
+    for path, value in sorted(told.flat(scene)):
+        output.say(f"  {path} = {told.in_file_units(path, value, written)}")
+    if stored:
+        output.say("\nstored (--variables tells dimensions, units and meaning of each)")
+        for line in told.groups(stored):
+            output.say(f"  {line}")
+    return None
+
+
+def _tell_facts(facts: Mapping[str, Any], entry: Entry) -> None:
+    for name, value in facts.items():
+        if value not in (None, "", []):
+            for number, line in enumerate(value if isinstance(value, list) else [value]):
+                output.say(f"{'' if number else name:<16}{line}")
+    for name, text in (("reason", [entry.reason] if entry.reason else []), ("warnings", entry.warnings)):
+        for line in text:
+            output.say(f"{name:<16}{line.rstrip()}")
+
+
+def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
+    return [
+        (
+            name,
+            ", ".join(f"{dim} {entry.sizes.get(dim, '?')}" for dim in variable["dims"]),
+            str(variable["attrs"].get("units", "")),
+            "" if variable["dims"] else _brief(entry.summary.get(name)),
+            str(variable["attrs"].get("long_name", "")),
+        )
+        for name, variable in variables.items()
+    ]
+
+
+def _brief(value: Any) -> str:
+    return "(below)" if told.is_long(value) else told.value_text(value)
+
+
 ENDINGS = (".csv", ".nc")
 
 
-@command()
+@app.command()
 def features(
-    folder: StoreFolder = STORE,
-    where: Condition = "",
+    folder: app.StoreFolder = app.STORE,
+    where: app.Condition = "",
     variables: str | None = None,
     out: Path | None = None,
     si: bool = False,
-    json: Json = False,
-) -> Status:
+    json: app.Json = False,
+) -> None:
     """Write one row for each wear state of each run: harmonics, indicators, orders as columns.
 
     Parameters
@@ -243,11 +296,9 @@ def features(
     table = Store(folder).features(where, variables=split_columns(variables))
     if json:
         units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
-        show_json({"columns": units, "rows": table.to_rows(si=True)})
-        return Status.WELL
+        return show_json({"columns": units, "rows": table.to_rows(si=True)})
     if out is None:
-        say(table.to_csv(si=si).rstrip("\n"))
-        return Status.WELL
+        return say(table.to_csv(si=si).rstrip("\n"))
     try:
         if out.suffix == ".nc":
             table.to_xarray(si=si).to_netcdf(out)
@@ -256,4 +307,59 @@ def features(
     except OSError as error:
         raise Stop(f"{out}: cannot be written ({error.strerror or error})") from error
     say(f"{out}: {len(table)} rows, {len(table.columns)} columns")
-    return Status.WELL
+
+
+@app.command()
+def tag(
+    run: str,
+    tags: list[str] | None = None,
+    remove: list[str] | None = None,
+    campaign: bool = False,
+    folder: app.StoreFolder = app.STORE,
+    json: app.Json = False,
+) -> None:
+    """Put tags on RUN, take some off, and tell those that it has: ls --where "tag = good" finds it.
+
+    Parameters
+    ----------
+    run : RUN: An id, its beginning, or a condition that one run meets; with --campaign a title or file name.
+    tags : [TAG...]: To be put on it.
+    remove : TAG: To be taken off.
+    campaign : RUN is a campaign: its title, or the name of its file.
+    """
+    store = Store(folder)
+    store.tag(run, *(tags or ()), remove=remove or (), campaign=campaign)
+    _remarks(store, run, campaign, "tag", json)
+
+
+@app.command()
+def note(
+    run: str,
+    text: str | None = None,
+    campaign: bool = False,
+    folder: app.StoreFolder = app.STORE,
+    json: app.Json = False,
+) -> None:
+    """Write a note on RUN, and tell those that it has.
+
+    Parameters
+    ----------
+    run : RUN: An id, its beginning, or a condition that one run meets; with --campaign a title or file name.
+    text : [TEXT]: What is to be noted.
+    campaign : RUN is a campaign: its title, or the name of its file.
+    """
+    store = Store(folder)
+    if text is not None:
+        store.note(run, text, campaign=campaign)
+    _remarks(store, run, campaign, "note", json)
+
+
+def _remarks(store: Store, run: str, campaign: bool, what: str, as_json: bool) -> None:
+    """Show the tags, or the notes, that a run or campaign has."""
+    remarks = [remark for remark in store.remarks(run, campaign=campaign) if remark.what == what]
+    if as_json:
+        output.show_json([{what: r.text, "by": r.who, "when": r.when} for r in remarks])
+    elif remarks:
+        output.show_table((what, "by", "when"), [(r.text, r.who, r.when[:19]) for r in remarks])
+    else:
+        output.complain(f"no {what}s")

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli import output, registry
+from wearlab.cli import app, output
 from wearlab.cli.campaigns import first_of_each_label, impossible, refuse_the_impossible, sound_campaign
 from wearlab.store import Store, outcome
 from wearlab.units import HOUR, MINUTE, convert
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wearlab.campaign import Campaign, Case
-    from wearlab.runner.plan import Amount, Plan
+    from wearlab.runner.plan import Plan
 
 
 MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
 
 
-@registry.command()
+@app.command()
 def check(
-    file: registry.File,
+    file: app.File,
     claims: bool = False,
     measured: Path | None = None,
-    folder: registry.StoreFolder = registry.STORE,
-    json: registry.Json = False,
+    folder: app.StoreFolder = app.STORE,
+    json: app.Json = False,
 ) -> output.Status:
     """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
 
@@ -83,10 +83,10 @@ def check(
         output.show_table(*table)
     for label, first in first_of_each_label(campaign).items():
         _tell_duty(label, first)
+    if campaign.update is not None:
+        from wearlab.cli.commands.run import tell_update
 
-    from wearlab.cli.commands.run import tell_update
-
-    tell_update(campaign)
+        tell_update(campaign)
     for warning in campaign.warnings:
         output.complain(f"\nwarning: {warning}")
     for case in refused:
@@ -171,13 +171,13 @@ SHOWN = 6
 UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
-@registry.command()
+@app.command()
 def plan(
-    file: registry.File,
-    folder: registry.StoreFolder = registry.STORE,
-    workers: registry.Workers = None,
+    file: app.File,
+    folder: app.StoreFolder = app.STORE,
+    workers: app.Workers = None,
     retry: bool = False,
-    json: registry.Json = False,
+    json: app.Json = False,
 ) -> output.Status:
     """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
 
@@ -191,25 +191,18 @@ def plan(
     campaign = output.read_campaign(file)
     planned = planned_of(campaign, store, workers=workers, retry=retry)
     if json:
-        content = asdict(planned) | {"runs": [run._asdict() for run in planned.runs]}
-        output.show_json(content | {name: amount and amount._asdict() for name, amount in _amounts(planned)})
+        amounts = {"seconds": planned.seconds, "bytes": planned.bytes}
+        content = asdict(planned) | {name: amount and amount._asdict() for name, amount in amounts.items()}
+        output.show_json(content | {"runs": [run._asdict() for run in planned.runs]})
     else:
         _tell(planned)
         if campaign.update is not None:
-            _tell_update(campaign, store, workers)
+            from wearlab.cli.commands.run import tell_plan
+
+            tell_plan(campaign, store, workers)
     for warning in planned.warnings:
         output.complain(f"warning: {warning}")
     return output.Status.TROUBLE if planned.warnings else output.Status.WELL
-
-
-def _tell_update(campaign: "Campaign", store: "Store", workers: int | None) -> None:
-    from wearlab.cli.commands.run import tell_plan
-
-    tell_plan(campaign, store, workers)
-
-
-def _amounts(planned: "Plan") -> "list[tuple[str, Amount | None]]":
-    return [("seconds", planned.seconds), ("bytes", planned.bytes)]
 
 
 def _tell(planned: "Plan") -> None:
@@ -263,15 +256,14 @@ def _size(count: float) -> str:
     return f"{count / scale:.3g} {unit}"
 
 
-@registry.command("compile")
-def compile_command(files: list[str], workers: registry.Workers = None) -> output.Status:
+@app.command("compile")
+def compile_command(files: list[str], workers: app.Workers = None) -> None:
     """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin.
 
     Parameters
     ----------
     files : FILE...: Campaign files (TOML).
     """
-    from wearlab.cli import output
     from wearlab.runner.local import compile_ahead
 
     campaigns = [output.read_campaign(file) for file in files]
@@ -280,11 +272,10 @@ def compile_command(files: list[str], workers: registry.Workers = None) -> outpu
             campaigns, workers, lambda total: open_bar.enter_context(output.bar(total, silent=False))
         )
     output.say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
-    return output.Status.WELL
 
 
-@registry.command()
-def modes(file: registry.File, case: str | None = None, json: registry.Json = False) -> output.Status:
+@app.command()
+def modes(file: app.File, case: str | None = None, json: app.Json = False) -> None:
     """Show natural frequencies and critical speeds of FILE's gears.
 
     Parameters
@@ -293,8 +284,7 @@ def modes(file: registry.File, case: str | None = None, json: registry.Json = Fa
     """
     campaign = output.read_campaign(file)
     cases = first_of_each_label(campaign)
-    if case is None:
-        case = campaign.cases[0].label
+    case = campaign.cases[0].label if case is None else case
     if case not in cases:
         raise output.Stop(f"--case {case}: there are {', '.join(cases)}")
     from wearlab.simulation import modes_table
@@ -304,9 +294,5 @@ def modes(file: registry.File, case: str | None = None, json: registry.Json = Fa
     if json:
         output.show_json(rows)
     elif rows:
-        output.show_table(list(rows[0]), [[_cell(value) for value in row.values()] for row in rows])
-    return output.Status.WELL
-
-
-def _cell(value: object) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
+        cells = [[f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
+        output.show_table(list(rows[0]), cells)

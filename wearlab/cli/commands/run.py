@@ -1,10 +1,8 @@
 """``run`` and ``update``: simulate what is missing; narrow what is unknown by measurements."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from wearlab.cli import campaigns, output, registry
+from wearlab.cli import app, campaigns, output
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 from wearlab.units import convert
@@ -16,21 +14,20 @@ if TYPE_CHECKING:
 
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
-    from wearlab.store import Store
     from wearlab.store.updates import KeptUpdate
     from wearlab.updating.study import MeasuredCase
 
 
-@registry.command()
+@app.command()
 def run(
-    file: registry.File,
-    folder: registry.StoreFolder = registry.STORE,
-    workers: registry.Workers = None,
+    file: app.File,
+    folder: app.StoreFolder = app.STORE,
+    workers: app.Workers = None,
     scheduler: str | None = None,
     retry: bool = False,
     recompute: str | None = None,
     dashboard: bool = False,
-    json: registry.Json = False,
+    json: app.Json = False,
 ) -> output.Status:
     """Compute what is missing of FILE.
 
@@ -41,7 +38,6 @@ def run(
     recompute : WHAT: Compute again: failed, stale (made by other code) or all.
     dashboard : Let the workers show dask's page about themselves.
     """
-    from wearlab.cli import output
     from wearlab.runner import Interrupted, foresee
     from wearlab.runner import run as computed
 
@@ -106,31 +102,23 @@ def _tell_expected(report: "Report") -> None:
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
 
 
-def list_updates(store: "Store", as_json: bool) -> output.Status:
+def list_updates(store: "Store", as_json: bool) -> None:
     """List the updates of a store, a line a case, the latest last."""
     from wearlab.store.updates import kept_updates
 
     kept = kept_updates(store).values()
     if as_json:
-        output.show_json([each_update._asdict() for each_update in kept])
+        output.show_json([one._asdict() for one in kept])
     elif kept:
         rows = [
-            (
-                each_update.id[:10],
-                each_update.title,
-                case,
-                *_told(summary),
-                str(len(each_update.runs)),
-                each_update.recorded[:19],
-            )
-            for each_update in kept
-            for case, summary in each_update.summary.items()
+            (one.id[:10], one.title, case, *_told(summary), str(len(one.runs)), one.recorded[:19])
+            for one in kept
+            for case, summary in one.summary.items()
         ]
         heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
         output.show_table(heads, rows)
     else:
         output.complain("no updates: wearlab update FILE makes one")
-    return output.Status.WELL
 
 
 def _told(summary: dict[str, float]) -> tuple[str, str, str]:
@@ -139,7 +127,7 @@ def _told(summary: dict[str, float]) -> tuple[str, str, str]:
     return f"{now:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}"
 
 
-def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.Status:
+def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.Status | None:
     """Show a kept update: what it says, and what it was made from."""
     from wearlab.store.updates import read_update, update_files
     from wearlab.updating.report_text import text_of
@@ -148,27 +136,19 @@ def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.S
     if tree is None:
         output.complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
         return output.Status.TROUBLE
-    if as_json:
-        output.show_json(
-            content(tree) | {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
-        )
-        return output.Status.WELL
-    for line in text_of(tree):
-        output.say(line)
+    made = {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
+    more = f" and {len(update.runs) - 6} more" if len(update.runs) > 6 else ""
     facts = {"id": update.id, "file": str(update_files(store).path(update.id)), "sha256": update.sha256}
-    facts |= {"recorded": update.recorded, "runs": ", ".join(run[:10] for run in update.runs[:6])}
-    if len(update.runs) > 6:
-        facts["runs"] += f" and {len(update.runs) - 6} more"
-    output.say()
-    for name, value in facts.items():
-        output.say(f"{name:<16}{value}")
-    for name, node in tree.children.items():
-        output.say(f"{name:<22}{', '.join(map(str, node.to_dataset().data_vars))}")
-    return output.Status.WELL
+    facts |= {"recorded": update.recorded, "runs": ", ".join(run[:10] for run in update.runs[:6]) + more}
+    groups = {name: ", ".join(map(str, node.to_dataset().data_vars)) for name, node in tree.children.items()}
+    lines = [f"{name:<16}{text}" for name, text in facts.items()]
+    lines += [f"{name:<22}{text}" for name, text in groups.items()]
+    output.tell(content(tree) | made, as_json, *text_of(tree), "", *lines)
+    return None
 
 
 def tell_update(campaign: "Campaign") -> None:
-    """Say what a campaign's [update] has to go by; nothing without one.
+    """Say what a campaign's [update] has to go by.
 
     Raises
     ------
@@ -177,8 +157,6 @@ def tell_update(campaign: "Campaign") -> None:
     from wearlab.schema import VARIABLES
     from wearlab.updating.study import studies
 
-    if campaign.update is None:
-        return
     for some in _told_together(studies(campaign)):
         study = some[0]
         output.say(f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}")
@@ -208,8 +186,6 @@ def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None
     from wearlab.updating.inference import kept
     from wearlab.updating.study import studies
 
-    if campaign.update is None:
-        return
     wanted = studies(campaign)
     if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
         output.say("\nwearlab update: made before, it would be read")
@@ -229,43 +205,34 @@ def content(tree: "xr.DataTree") -> dict[str, Any]:
     """Return what `--json` tells of an update."""
     from wearlab.store import description
 
-    names = ("predictions", "sample_stats", "calibration")
-    content: dict[str, Any] = {"id": tree.attrs["id"], "title": tree.attrs["title"]}
-    for name in names:
-        if name in tree.children:
-            data = tree[name].to_dataset()
-            content[name] = {
-                str(key): description.plain(value.values) for key, value in data.variables.items()
-            }
-    return content
+    groups = {
+        name: {str(key): description.plain(v.values) for key, v in tree[name].to_dataset().variables.items()}
+        for name in ("predictions", "sample_stats", "calibration")
+        if name in tree.children
+    }
+    return {"id": tree.attrs["id"], "title": tree.attrs["title"], **groups}
 
 
-@registry.command()
+@app.command()
 def update(
-    file: registry.File,
-    folder: registry.StoreFolder = registry.STORE,
+    file: app.File,
+    folder: app.StoreFolder = app.STORE,
     replay: bool = False,
-    check: Annotated[
-        int, typer.Option("--check", metavar="N", min=0, help="Put N synthetic twins through the same code.")
-    ] = 0,
-    workers: registry.Workers = None,
-    json: registry.Json = False,
-) -> output.Status:
+    check: int = 0,
+    workers: app.Workers = None,
+    json: app.Json = False,
+) -> None:
     """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
 
     Parameters
     ----------
     replay : Answer as it would have been after every inspection too.
+    check : N from 0: Put N synthetic twins through the same code.
     """
     from wearlab.updating import update as updated
     from wearlab.updating.report_text import text_of
 
     store, campaign = Store(folder), output.read_campaign(file)
     tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
-    if json:
-        output.show_json(content(tree))
-    else:
-        for line in text_of(tree):
-            output.say(line)
-        output.say(f"\nkept as update {str(tree.attrs['id'])[:10]}")
-    return output.Status.WELL
+    kept = f"\nkept as update {str(tree.attrs['id'])[:10]}"
+    output.tell(content(tree), json, *text_of(tree), kept)

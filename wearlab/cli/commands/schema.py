@@ -1,59 +1,46 @@
 """``schema``, ``variables`` and ``new``: what files may say, what datasets hold, and files to begin with."""
 
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from wearlab.cli import output, registry
-from wearlab.nearest import choices
+from wearlab.cli import app, output
+from wearlab.nearest import choices, meant
 
 
-@registry.command()
-def schema(
-    file: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[FILE]", help="A campaign file whose plug-ins are added.", show_default=False
-        ),
-    ] = None,
-    added: bool = False,
-    figures: bool = False,
-) -> output.Status:
+@app.command()
+def schema(file: str | None = None, added: bool = False, figures: bool = False) -> None:
     """Print the JSON Schema of campaign files: every option with unit, default and meaning.
 
     Parameters
     ----------
+    file : [FILE]: A campaign file whose plug-ins are added.
     added : Only what the file's plug-ins add, by slot and name.
     figures : List the kinds of figures instead.
     """
     if figures:
         from wearlab.figures import KINDS
 
-        output.show_json(sorted(KINDS))
-        return output.Status.WELL
+        return output.show_json(sorted(KINDS))
     from wearlab.campaign import added_json, schema_json
 
     if added and file is None:
         raise output.Stop("--added needs a campaign FILE that names plug-ins")
     plugins = () if file is None else output.read_plugins(file)
     output.say(added_json(plugins) if added else schema_json())
-    return output.Status.WELL
 
 
 SHOWN = ("name", "dims", "units", "display_units", "meaning", "made_by")
 HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
 
 
-@registry.command()
-def variables(
-    like: Annotated[
-        str, typer.Argument(metavar="[WORD]", help="Only those with this in name or meaning.")
-    ] = "",
-    json: registry.Json = False,
-) -> output.Status:
-    """List the variables of datasets: name, dims, unit, meaning, and what makes them."""
+@app.command()
+def variables(like: str = "", json: app.Json = False) -> None:
+    """List the variables of datasets: name, dims, unit, meaning, and what makes them.
+
+    Parameters
+    ----------
+    like : [WORD]: Only those with this in name or meaning.
+    """
     from wearlab.schema import VARIABLES, origin_of
 
     word = like.lower()
@@ -71,17 +58,14 @@ def variables(
         if word in f"{name} {variable.long_name} {variable.comment}".lower()
     ]
     if not rows:
-        near = get_close_matches(like, VARIABLES, 1)
-        meant = f"; did you mean {near[0]!r}?" if near else ""
-        raise output.Stop(f"variables: none has {like!r} in its name or meaning{meant}")
+        near = meant(like, VARIABLES).replace(",", ";", 1)
+        raise output.Stop(f"variables: none has {like!r} in its name or meaning{near}")
     if json:
-        output.show_json(rows)
-        return output.Status.WELL
+        return output.show_json(rows)
     for row in rows:
         row["dims"] = ", ".join(row["dims"])
         row["meaning"] = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
     output.show_table(HEADS, [[row[key] for key in SHOWN] for row in rows])
-    return output.Status.WELL
 
 
 STARTS = Path(__file__).parents[2] / "campaign" / "starts"
@@ -89,8 +73,8 @@ SCHEMA = "wearlab-campaign.schema.json"
 """As the files' first line names it; editors with Taplo ("Even Better TOML") read it there."""
 
 
-@registry.command()
-def new(kind: str, out: Path | None = None) -> output.Status:
+@app.command()
+def new(kind: str, out: Path | None = None) -> None:
     """Write a commented campaign file to begin with, and the JSON Schema that editors complete it by.
 
     Parameters
@@ -111,7 +95,6 @@ def new(kind: str, out: Path | None = None) -> output.Status:
         write_whole(path.parent / SCHEMA, f"{editors_schema()}\n".encode())
         write_whole(path, text.encode())
     output.say(f"{path}: now edit it, then: wearlab check {path}, wearlab run {path}, wearlab report {path}")
-    return output.Status.WELL
 
 
 def kinds() -> list[str]:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.cli import output, registry
+from wearlab.cli import app, output
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
@@ -16,9 +16,9 @@ MEGABYTE = 1e6
 EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
 
 
-@registry.command()
+@app.command()
 def export(
-    file: registry.File, out: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
+    file: app.File, out: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False
 ) -> output.Status:
     """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too.
 
@@ -44,14 +44,9 @@ def export(
                 export(campaign, store, out, tell)
         entries = store.entries(case.id for case in campaign.cases)
     done = sum(entry.state == "done" for entry in entries.values())
-    if json:
-        output.show_json({"file": str(out), "runs": total, "done": done})
-    else:
-        output.say(str(out))
-        if done < total:
-            output.complain(
-                f"{total - done} of {total} runs have no data; the attribute 'missing' names them"
-            )
+    output.tell({"file": str(out), "runs": total, "done": done}, json, str(out))
+    if done < total and not json:
+        output.complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
     return output.Status.WELL if done == total else output.Status.TROUBLE
 
 
@@ -79,10 +74,8 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
         export_crate(campaign, store, out, drawn, tell)
 
 
-@registry.command()
-def merge(
-    other: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
-) -> output.Status:
+@app.command()
+def merge(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
     """Take the runs of the store OTHER into this one, each verified.
 
     Parameters
@@ -112,10 +105,8 @@ def merge(
     return output.Status.TROUBLE if made.conflicting or made.damaged else output.Status.WELL
 
 
-@registry.command()
-def pull(
-    other: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
-) -> output.Status:
+@app.command()
+def pull(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
     """Bring here what the store OTHER has and this one has not, each run verified; the same as merge.
 
     Parameters
@@ -125,10 +116,8 @@ def pull(
     return merge(other, folder, json)
 
 
-@registry.command()
-def push(
-    other: Path, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
-) -> output.Status:
+@app.command()
+def push(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
     """Bring to the store OTHER what this one has and that one has not, each run verified.
 
     Parameters
@@ -138,13 +127,13 @@ def push(
     return merge(folder, other, json)
 
 
-@registry.command()
+@app.command()
 def prune(
-    folder: registry.StoreFolder = registry.STORE,
+    folder: app.StoreFolder = app.STORE,
     keep: list[str] | None = None,
     yes: bool = False,
-    json: registry.Json = False,
-) -> output.Status:
+    json: app.Json = False,
+) -> None:
     """Show the runs that no campaign refers to, and remove them with --yes.
 
     Parameters
@@ -161,10 +150,8 @@ def prune(
         freed = prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
     if json:
-        output.show_json(
-            {"removed": yes, "bytes": freed if yes else total, "runs": [vars(run) for run in removable]}
-        )
-        return output.Status.WELL
+        told = {"removed": yes, "bytes": freed if yes else total}
+        return output.show_json(told | {"runs": [vars(run) for run in removable]})
     rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
     if rows:
         output.show_table(("id", "state", "size", "why"), rows)
@@ -173,11 +160,10 @@ def prune(
     else:
         more = "; nothing was removed: --yes removes them" if removable else ""
         output.say(f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}")
-    return output.Status.WELL
 
 
-@registry.command()
-def reindex(folder: registry.StoreFolder = registry.STORE, json: registry.Json = False) -> output.Status:
+@app.command()
+def reindex(folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
     """Make the catalogue anew from the run files."""
     store = Store(folder)
     if not store.files.folder.is_dir():
@@ -199,37 +185,24 @@ def reindex(folder: registry.StoreFolder = registry.STORE, json: registry.Json =
     return output.Status.TROUBLE if problems else output.Status.WELL
 
 
-@registry.command()
-def cite(
-    run: registry.Run, folder: registry.StoreFolder = registry.STORE, json: registry.Json = False
-) -> output.Status:
+@app.command()
+def cite(run: app.Run, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> None:
     """Print how to cite a run, and where it comes from."""
     from wearlab.store import provenance
 
     facts = provenance.facts_of(Store(folder), run)
-    if json:
-        output.show_json(facts)
-    else:
-        if "author" not in facts:
-            output.complain(
-                "no author: write [metadata] author = [...] into the campaign file and run it again"
-            )
-        output.say(provenance.citation(facts))
-        output.say()
-        output.say(provenance.bibtex(facts))
-    return output.Status.WELL
+    if "author" not in facts and not json:
+        output.complain("no author: write [metadata] author = [...] into the campaign file and run it again")
+    output.tell(facts, json, provenance.citation(facts), "", provenance.bibtex(facts))
 
 
-@registry.command()
-def verify(folder: registry.StoreFolder = registry.STORE, json: registry.Json = False) -> output.Status:
+@app.command()
+def verify(folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
     """Compare every run file with the hash of what was written."""
     store = Store(folder)
     problems = store.verify()
     done = sum(entry.state == "done" for entry in store.entries().values())
-    if json:
-        output.show_json([{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems])
-    else:
-        for problem in problems:
-            output.say(f"{problem.kind:<11}{problem.path}: {problem.message}")
-        output.say(f"{done} runs compared, {len(problems)} problems")
+    found = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
+    lines = [f"{p.kind:<11}{p.path}: {p.message}" for p in problems]
+    output.tell(found, json, *lines, f"{done} runs compared, {len(problems)} problems")
     return output.Status.TROUBLE if problems else output.Status.WELL
