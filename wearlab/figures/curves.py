@@ -1,5 +1,6 @@
 """What becomes of curves before they find their panels: bands, what is drawn once, differences."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
@@ -8,8 +9,8 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures.kind import Ask, FigureError
-from wearlab.figures.plot import BESIDE, Scale, Series
-from wearlab.figures.wording import Label, joined
+from wearlab.figures.plot import BESIDE, Scale, Series, grouped
+from wearlab.figures.wording import Label, joined, within
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,11 +70,11 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     dims = set(dims)
     if not dims:
         return list(series), []
-    groups: dict[tuple[object, ...], list[Series]] = {}
-    for curve in series:
-        key = {name: label for name, label in curve.key.items() if name not in dims}
-        mine = (tuple(sorted(key.items())), curve.look, curve.text, curve.across, curve.up)
-        groups.setdefault(mine, []).append(replace(curve, key=key))
+    apart = [
+        replace(curve, key={name: label for name, label in curve.key.items() if name not in dims})
+        for curve in series
+    ]
+    groups = grouped(apart, lambda c: (tuple(sorted(c.key.items())), c.look, c.text, c.across, c.up))
     most = max((len(group) for group in groups.values()), default=0)
     if most < FEWEST_SAMPLES:
         return list(series), []
@@ -214,10 +215,7 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     longest = max((len(states) for states in of_run.values()), default=0)
     if len({label.text for states in of_run.values() for label in states}) <= longest:
         return list(series)
-    count = {label: 0 for states in of_run.values() for label in states}
-    for states in of_run.values():
-        for label in states:
-            count[label] += 1
+    count = Counter(label for states in of_run.values() for label in states)
     common = {label for label, n in count.items() if n >= max(2, SHARE * len(of_run))}
     place: dict[tuple[object, ...], dict[Label, str]] = {}
     members: dict[str, list[Label]] = {}
@@ -355,11 +353,7 @@ def _less(curve: Series, first: Series, hue: str) -> Series:
     if not np.all(np.diff(first.x) >= 0.0):
         raise ValueError(f"abscissae of {first.key[hue].text} do not ascend")
     at = first.y if np.array_equal(curve.x, first.x) else np.interp(curve.x, first.x, first.y)
-    return replace(curve, y=curve.y - at, up=Scale(f"change of {_within(curve.up.label)}", curve.up.units))
-
-
-def _within(label: str) -> str:
-    return label if label[:2].isupper() else label[:1].lower() + label[1:]
+    return replace(curve, y=curve.y - at, up=Scale(f"change of {within(curve.up.label)}", curve.up.units))
 
 
 def _said(first: Sequence[Series], hue: str) -> str:

@@ -16,7 +16,7 @@ from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
 from wearlab.figures.kind import Ask, FigureError, Kind, no_kind, read
-from wearlab.figures.kinds import line, update
+from wearlab.figures.kinds import cycles, update
 from wearlab.figures.plot import BESIDE, Plot, Series, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
@@ -187,17 +187,19 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     series, alike = curves.drawn_once(series, ask)
     notes += [*alike, *dict.fromkeys(curve.said for curve in series if curve.said)]
     if kind.over_sweeps and kind.joined is None and ask.x in along_axes(grid):
-        series = line.joined(curves.states_in_common(series, dims), str(grid[ask.x].dims[0]))
+        series = cycles.joined(curves.states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
         series = _joined(series, ask, kind.joined)
     else:
         series, drawn, rare = _sampled(grid, ask, series)
-        series, said = curves.of_samples(series, drawn, curves.ended_of(_variable(ask, kind)))
+        series, said = curves.of_samples(series, drawn, curves.ended_of((*ask.y, kind.y)[0]))
         notes += rare + said
     uncertain = doubt.note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
-    notes = [*_notes(ask, picked.missing), *notes, *([uncertain] if uncertain else [])]
+    absent = f"Not drawn: {'; '.join(picked.missing)}." if picked.missing else ""
+    notes = list(filter(None, [ask.note, absent, *notes, uncertain]))
     if ask.published is not None and all("source" not in curve.key for curve in series):
-        series += published(ask.published, series, layout.hue_of(series, ask, kind, dims), ask)
+        hue = layout.laid_out(series, ask, kind, dims).roles.get("hue")
+        series += published(ask.published, series, hue, ask)
     return layout.compose(series, ask, kind, dims, notes), runs, picked.missing
 
 
@@ -226,10 +228,6 @@ def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Ser
     dims = list(map(str, grid.run_id.dims))
     kept, said = curves.states_of_most(curves.states_in_common(series, dims), dims)
     return kept, varied, said
-
-
-def _variable(ask: Ask, kind: Kind) -> str:
-    return ask.y[0] if ask.y else kind.y
 
 
 def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
@@ -335,11 +333,6 @@ def _ended(grid: xr.Dataset, picked: Picked) -> Counter[str]:
 
 def _near(name: str, known: Iterable[object]) -> str:
     return choices(name, sorted(map(str, known)))
-
-
-def _notes(ask: Ask, missing: Sequence[str]) -> list[str]:
-    absent = [f"Not drawn: {'; '.join(missing)}."] if missing else []
-    return ([ask.note] if ask.note else []) + absent
 
 
 def write(path: Path, image: bytes) -> Path:

@@ -1,17 +1,28 @@
 """What a figure is asked for, and what a kind of figure is: a function from a run to its curves."""
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from wearlab.figures.plot import Series
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.figures.doubt import error_of
+from wearlab.figures.plot import Scale, Series
+from wearlab.figures.wording import Label, converted, place, within
 from wearlab.nearest import choices, meant
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
-from wearlab.schema import DIMENSIONS, VARIABLES
+from wearlab.schema import DIMENSIONS, ON_AXES, VARIABLES
+from wearlab.units import UnitError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from wearlab.figures.runs import Run
 
 
 class FigureError(ValueError):
@@ -209,7 +220,10 @@ def no_kind(name: str) -> str:
 
 
 Curves = Callable[[Any, Ask], Iterable[Series]]
-EACH: tuple[tuple[Role, str], ...] = (("hue", "*"), ("cols", "*"), ("rows", "*"))
+Roles = tuple[tuple[Role, str], ...]
+EACH: Roles = (("hue", "*"), ("cols", "*"), ("rows", "*"))
+STATES: Roles = (("hue", "update"), *EACH)
+ORBITS: Roles = (("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
 
 
 def kind(
@@ -221,12 +235,132 @@ def kind(
     ----------
     name, title, needs, dims : as of `Kind`
     shows : one sentence, "" where it is what the function's docstring begins with
-    more : further fields of `Kind`; without roles, sweeps become hue, columns, rows
+    more : further fields of `Kind`; without roles, sweeps become hue, columns, rows; with ``titled`` alone,
+        ``y`` is the first of ``needs``
     """
+    if "titled" in more:
+        more = {"y": needs[0], **more}
 
     def made(series: Curves) -> Kind:
         said = shows or str(inspect.getdoc(series)).partition("\n")[0].removesuffix(".")
-        said = said if said[1:2].isupper() else said[:1].lower() + said[1:]
-        return Kind(name, title, said, needs, dims, series, **{"roles": EACH, **more})
+        return Kind(name, title, within(said), needs, dims, series, **{"roles": EACH, **more})
 
     return made
+
+
+STATES_SHOWN = 6
+
+
+class Slice(NamedTuple):
+    """A piece of a variable along one or two dimensions.
+
+    Parameters
+    ----------
+    key : labels of the dimensions that were fixed
+    place : their positions
+    values : display units
+    scale : words and unit
+    error : estimated error of the values, None where there is none
+    """
+
+    key: Mapping[str, Label]
+    place: Mapping[str, int]
+    values: Array
+    scale: Scale
+    error: Array | None = None
+
+
+def units_of(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
+    """Return the stored unit of a variable and the one to show."""
+    stored = str(variable.attrs.get("units", "1"))
+    shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
+    return stored, str(shown)
+
+
+def label_of(variable: "xr.DataArray", name: str) -> str:
+    """Return a variable's name for an axis: short words where the long name is long."""
+    return ON_AXES.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
+
+
+def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
+    """Return the one value (1,) of a run, or refuse several."""
+    if values.size != 1:
+        raise FigureError(
+            f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
+            "in select"
+        )
+    return values.reshape(1), scale
+
+
+def shown(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+    """Return a variable's values in display units, and what an axis says of them.
+
+    Raises
+    ------
+    FigureError : not a number, or a unit of something else
+    """
+    if variable.dtype.kind not in "fiub":
+        raise FigureError(f"{ask.name}: {name} holds text, not numbers")
+    stored, wanted = units_of(variable, name, ask, axis)
+    try:
+        values = converted(variable.values.astype(float), stored, wanted)
+    except UnitError as error:
+        raise FigureError(f"{ask.name}: units of {name}: {error}") from error
+    return values, Scale(label_of(variable, name), wanted)
+
+
+def slices(run: "Run", name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
+    """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
+    variable = run.data[name]
+    others = [str(dim) for dim in variable.dims if dim not in along]
+    values, scale = shown(variable, name, ask, axis)
+    array, error = variable.copy(data=values), error_of(run.data, name)
+    if error is not None:
+        error = error.copy(data=converted(error.values, *units_of(variable, name, ask, axis)))
+    kept = [dim for dim in along if dim in variable.dims]
+    for point in np.ndindex(*(variable.sizes[dim] for dim in others)):
+        index = dict(zip(others, point, strict=True))
+        key = {dim: label(run, dim, i) for dim, i in index.items()}
+        off = None if error is None else np.atleast_1d(error.isel(index).transpose(*kept).values)
+        part = array.isel(index).transpose(*kept).values
+        yield Slice({**run.place, **key}, index, part, scale, off)
+
+
+def label(run: "Run", dim: str, index: int) -> Label:
+    """Return the label of a place along one of the run's dimensions."""
+    if dim == "update" and index < len(run.states):
+        return run.states[index]
+    value = run.data[dim].values[index] if dim in run.data.coords else index
+    units = run.data[dim].attrs.get("units", "1") if dim in run.data.coords else "1"
+    if units != "1" and not isinstance(value, str):
+        wanted = run.data[dim].attrs.get("display_units", units)
+        return place(dim, float(f"{converted(np.array(float(value)), units, wanted):.6g}"), wanted)
+    return place(dim, value.item() if isinstance(value, np.generic) else value, None)
+
+
+def companion(
+    run: "Run", name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
+) -> tuple[Array, Scale]:
+    """Return the coordinate that goes with a piece: its values where the piece was taken."""
+    variable = run.data[name]
+    values, scale = shown(variable, name, ask, axis)
+    array = variable.copy(data=values)
+    return array.isel({dim: i for dim, i in index.items() if dim in variable.dims}).values, scale
+
+
+def last_state(run: "Run") -> "Run":
+    """Return the run at its last wear state alone."""
+    if "update" not in run.data.dims:
+        return run
+    return replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
+
+
+def thinned(run: "Run", most: int = STATES_SHOWN) -> "Run":
+    """Return the run with so few wear states that each can be told from the others, spread over its life."""
+    count = run.data.sizes.get("update", 1)
+    if count <= most:
+        return run
+    cycle = run.data["cycle"].values if "cycle" in run.data else np.arange(count)
+    wanted = np.linspace(cycle[0], cycle[-1], most)
+    kept = sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted})
+    return replace(run, data=run.data.isel(update=kept), states=tuple(run.states[i] for i in kept))

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.figures import runs
 from wearlab.figures.curves import from_first, require_positive, states_in_common
 from wearlab.figures.kind import Ask, FigureError, Kind, no_axis
@@ -25,7 +25,7 @@ from wearlab.figures.plot import (
     beside_bar,
     pens,
 )
-from wearlab.figures.wording import Label, axis_label, power_of_ten
+from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
 
 ROLES: tuple[str, ...] = ("cols", "rows", "hue")
@@ -315,12 +315,7 @@ def _subject(series: Sequence[Series], kind: Kind) -> str:
     """Return what the curves show in words, as they stand within a sentence."""
     first = next((s for s in series if s.look not in (*BESIDE, "published")), series[0])
     label = (first.across if kind.along_x else first.up).label
-    return label if label[:2].isupper() else label[:1].lower() + label[1:]
-
-
-def hue_of(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str]) -> str | None:
-    """Return the dimension that becomes the hue, None when none does."""
-    return laid_out(series, ask, kind, grid_dims).roles.get("hue")
+    return within(label)
 
 
 def _cells(
@@ -361,19 +356,11 @@ def _tells_itself(roles: Mapping[str, str], label: Label, varied: Mapping[str, l
 
 def _powers(series: Sequence[Series]) -> dict[tuple[str, str, str], int]:
     """Return the power of ten of each thing that axes show, the same in every panel."""
-    powers = {}
-    for side in ("x", "y"):
-        for scale, group in groupby(
-            sorted(series, key=lambda s: _scale(s, side)), key=lambda s: _scale(s, side)
-        ):
-            arrays = [getattr(s, side) for s in group]
-            powers[(side, *scale)] = 0 if scale[1] == DAYS else power_of_ten(arrays, scale[1])
-    return powers
-
-
-def _scale(curve: Series, side: str) -> tuple[str, str]:
-    scale = curve.across if side == "x" else curve.up
-    return scale.label, scale.units
+    held: dict[tuple[str, str, str], list[Array]] = {}
+    for curve in series:
+        held.setdefault(("x", *curve.across), []).append(curve.x)
+        held.setdefault(("y", *curve.up), []).append(curve.y)
+    return {key: 0 if key[2] == DAYS else power_of_ten(arrays, key[2]) for key, arrays in held.items()}
 
 
 def _panel(
@@ -386,7 +373,7 @@ def _panel(
 ) -> Panel:
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
     dates = first.across.units == DAYS
-    across, up = powers[("x", *_scale(first, "x"))], powers[("y", *_scale(first, "y"))]
+    across, up = powers[("x", *first.across)], powers[("y", *first.up)]
     curves = [
         Curve(
             *(s.x / 10.0**across, s.y / 10.0**up, pen(s), s.look, ""),

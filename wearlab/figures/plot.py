@@ -1,7 +1,7 @@
 """What is to be seen, as plain data: series, panels, legend, colours that colour-blind readers tell apart."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
@@ -95,6 +95,14 @@ class Series:
 
 
 BESIDE_POINTS = {"x_error": float, "y_error": float, "doubtful": bool, "runs": "U64", "level": float}
+
+
+def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None) -> dict[Any, list[Series]]:
+    """Return series that have a key in common, by that key: by default their labels."""
+    groups: dict[Any, list[Series]] = {}
+    for curve in series:
+        groups.setdefault(key(curve) if key else tuple(sorted(curve.key.items())), []).append(curve)
+    return groups
 
 
 def merged(group: Sequence[Series]) -> Series:
@@ -358,11 +366,6 @@ def _named(index: int) -> Pen:
 
 def along(anchors: Sequence[str], fraction: float) -> str:
     """Return the colour at a fraction of a map given by evenly spaced anchors."""
-    at = fraction * (len(anchors) - 1)
-    low = min(int(at), len(anchors) - 2)
-    pairs = zip(_rgb(anchors[low]), _rgb(anchors[low + 1]), strict=True)
-    return "#" + "".join(f"{round(a + (b - a) * (at - low)):02x}" for a, b in pairs)
-
-
-def _rgb(colour: str) -> tuple[int, ...]:
-    return tuple(int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    at, places = fraction * (len(anchors) - 1), range(len(anchors))
+    channels = ([int(colour[i : i + 2], 16) for colour in anchors] for i in (1, 3, 5))
+    return "#" + "".join(f"{round(float(np.interp(at, places, values))):02x}" for values in channels)

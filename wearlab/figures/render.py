@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
@@ -26,30 +27,16 @@ from PIL.PngImagePlugin import PngInfo
 from wearlab.arrays import Array
 from wearlab.figures.doubt import least_seen
 from wearlab.figures.kind import FigureError
-from wearlab.figures.plot import BESIDE, INK, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import BESIDE, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, latex, power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DPI = 180
-RC: dict[str, Any] = {
-    **{"font.family": ["STIXGeneral", "DejaVu Serif"], "mathtext.fontset": "stix", "font.size": 9.0},
-    **{"axes.labelsize": "medium", "axes.titlesize": "medium", "axes.titlelocation": "left"},
-    **{"axes.titlepad": 5.0, "axes.linewidth": 0.6, "axes.edgecolor": "#444444", "axes.labelcolor": INK},
-    **{"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True},
-    **{"axes.xmargin": 0.0, "axes.ymargin": 0.06, "axes.formatter.useoffset": False},
-    **{"grid.color": "#e6e6e6", "grid.linewidth": 0.5, "text.color": INK},
-    **{f"{side}tick.labelsize": 8.0 for side in "xy"},
-    **{f"{side}tick.color": "#444444" for side in "xy"},
-    **{f"{side}tick.labelcolor": INK for side in "xy"},
-    **{f"{side}tick.major.size": 2.5 for side in "xy"},
-    **{f"{side}tick.major.width": 0.6 for side in "xy"},
-    **{"lines.linewidth": 1.15, "lines.markersize": 3.6, "lines.solid_capstyle": "round"},
-    **{"legend.frameon": False, "legend.fontsize": 8.5, "legend.handlelength": 1.9},
-    **{"legend.columnspacing": 1.6, "legend.handletextpad": 0.5, "legend.borderaxespad": 0.0},
-    **{"legend.borderpad": 0.0, "figure.facecolor": "white", "savefig.facecolor": "white"},
-}
+RC = dict(
+    matplotlib.rc_params_from_file(Path(__file__).with_name("print.mplstyle"), use_default_template=False)
+)
 """The look of every figure, for print."""
 REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
@@ -61,11 +48,7 @@ SCALED = ("font.size", "labelsize", "fontsize", "linewidth", "markersize", "majo
 MARGIN, GAP = 0.08, 0.07
 TITLE_HEIGHT, LEGEND_LINE, NOTE_LINE = 0.25, 0.175, 0.15
 NAME_LINE, NAMES = 0.15, 0.7  # of names of ranks: a line, and what else the panel needs
-BAR_WIDTH, BAR_LINE, BAR_HEIGHT = (
-    2.4,
-    0.34,
-    0.09,
-)  # of a bar of colours, and of what it takes with its numbers
+BAR_WIDTH, BAR_LINE, BAR_HEIGHT = 2.4, 0.34, 0.09  # of a bar of colours, and of all it takes with its numbers
 WIDTHS = {1: 5.0, 2: 7.2, 3: 7.2}
 HEIGHTS = {"wide": {1: 2.75, 2: 2.25, 3: 1.85}, "square": {1: 4.2, 2: 3.0, 3: 2.2}}
 SQUARE_WIDTH, SMALL_WIDTH = 4.6, 3.6
@@ -459,28 +442,13 @@ def _curve(ax: "Axes", curve: Curve) -> None:
         ax.fill(curve.x, curve.y, color=curve.pen.colour, alpha=AREA_ALPHA, lw=0.0, zorder=2)
         return
     if curve.look == "stem":
-        ax.vlines(
-            curve.x,
-            0.0,
-            curve.y,
-            colors=curve.pen.colour,
-            lw=matplotlib.rcParams["lines.linewidth"],
-            zorder=2,
-        )
+        width = matplotlib.rcParams["lines.linewidth"]
+        ax.vlines(curve.x, 0.0, curve.y, colors=curve.pen.colour, lw=width, zorder=2)
     ax.plot(curve.x, curve.y, **strokes(curve.pen, curve.look))
     if curve.text:
         at, size = int(np.argmin(curve.y)), MARK * matplotlib.rcParams["font.size"]
-        place = (curve.x[at], curve.y[at])
-        ax.annotate(
-            curve.text,
-            place,
-            (3, -3),
-            textcoords="offset points",
-            va="top",
-            size=size,
-            color=curve.pen.colour,
-            gid=END_TEXT,
-        )
+        look: dict[str, Any] = {"va": "top", "size": size, "color": curve.pen.colour, "gid": END_TEXT}
+        ax.annotate(curve.text, (curve.x[at], curve.y[at]), (3, -3), textcoords="offset points", **look)
 
 
 def _map(ax: "Axes", curve: Curve, level: Array) -> None:

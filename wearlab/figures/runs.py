@@ -14,7 +14,7 @@ from wearlab.figures.kind import FigureError
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
-from wearlab.schema import VARIABLES, origin_of
+from wearlab.schema import DIMENSIONS, VARIABLES, origin_of
 from wearlab.store.grid import key_text, own_values
 
 if TYPE_CHECKING:
@@ -67,14 +67,10 @@ def narrow(data: "xr.Dataset", ask: kind.Ask, grid_dims: set[str]) -> "xr.Datase
     for key, asked in ask.select.items():
         if key in grid_dims or (key, asked) == ("case", "base"):
             continue
-        if key == "update":
-            data = data.isel(update=_states(asked, data, ask)) if "update" in data.dims else data
-        elif key in STATE_COORDINATES and key in data.variables:
-            data = (
-                data.isel(update=_nearest(asked, data[key].values, key, ask))
-                if "update" in data.dims
-                else data
-            )
+        if key == "update" or (key in STATE_COORDINATES and key in data.variables):
+            if "update" in data.dims:
+                one = _states if key == "update" else _nearest
+                data = data.isel(update=one(asked, data, key, ask))
         elif key in data.dims:
             values = data[key].values if key in data.coords else np.arange(data.sizes[key])
             units = data[key].attrs.get("units") if key in data.coords else None
@@ -85,31 +81,25 @@ def narrow(data: "xr.Dataset", ask: kind.Ask, grid_dims: set[str]) -> "xr.Datase
     return data
 
 
-def _states(asked: Any, data: "xr.Dataset", ask: kind.Ask) -> list[int]:
+def _states(asked: Any, data: "xr.Dataset", key: str, ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     count = data.sizes["update"]
     for index in some:
         if not isinstance(index, int) or not -count <= index < count:
             raise FigureError(
-                f"{ask.name}: select.update = {index!r} is not there; valid: 0 to {count - 1}, -1 is the last"
+                f"{ask.name}: select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 is the last"
             )
     return [index % count for index in some]
 
 
-def _nearest(asked: Any, values: Any, key: str, ask: kind.Ask) -> list[int]:
+def _nearest(asked: Any, data: "xr.Dataset", key: str, ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     if not all(_is_number(count) for count in some):
         raise FigureError(f"{ask.name}: select.{key} = {asked!r} is not a number of cycles, such as 2e7")
-    return list(dict.fromkeys(int(np.nanargmin(np.abs(values - float(count)))) for count in some))
+    return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in some))
 
 
-def _run_dimensions() -> frozenset[str]:
-    from wearlab.schema import DIMENSIONS
-
-    return frozenset(dimension.name for dimension in DIMENSIONS)
-
-
-RUN_DIMENSIONS = _run_dimensions()
+RUN_DIMENSIONS = frozenset(dimension.name for dimension in DIMENSIONS)
 
 
 BASE = "base"
@@ -418,9 +408,6 @@ def require(runs: list[Run], names: Sequence[str], ask: kind.Ask, ended: Mapping
             f"{ask.name}: no selected run has {' and '.join(absent)}: all ended before the depth of "
             f"wear.until ({by}); y = 'max_wear_depth' shows how far they came"
         )
-    known = f"it takes {' and '.join(made)}" if made else choices(absent[0], _known(runs))
+    names = sorted({str(name) for run in runs for name in run.data.data_vars})
+    known = f"it takes {' and '.join(made)}" if made else choices(absent[0], names)
     raise FigureError(f"{ask.name}: no selected run has {' and '.join(absent)}; {known}")
-
-
-def _known(runs: list[Run]) -> list[str]:
-    return sorted({str(name) for run in runs for name in run.data.data_vars})

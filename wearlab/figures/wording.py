@@ -51,6 +51,11 @@ def place(name: str, value: object, units: str | None) -> Label:
     return Label(number, f"{name.replace('_', ' ')} {number:g}")
 
 
+def within(text: str) -> str:
+    """Return words as they stand within a sentence: an abbreviation keeps its capitals."""
+    return text if text[:2].isupper() else text[:1].lower() + text[1:]
+
+
 def ordinal(number: int) -> str:
     """Return 1st, 2nd, 3rd, 4th ..."""
     return ORDINALS.get(number, f"{number}th")

@@ -14,9 +14,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.figures import plot, runs, wording
 from wearlab.figures.curves import Ended, banded, ended_of
-from wearlab.figures.kind import Ask, FigureError, kind
+from wearlab.figures.kind import Ask, FigureError, companion, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import hours_a_cycle
-from wearlab.figures.slices import companion, lone, shown, slices
 
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
@@ -89,13 +88,6 @@ def _kept(key: Mapping[str, wording.Label], ask: Ask) -> dict[str, wording.Label
     return {name: key[name] for name in (ask.hue, ask.rows, ask.cols) if name is not None and name in key}
 
 
-def _samples(series: list[plot.Series]) -> list[list[plot.Series]]:
-    groups: dict[tuple[object, ...], list[plot.Series]] = {}
-    for curve in series:
-        groups.setdefault(tuple(sorted(curve.key.items())), []).append(curve)
-    return list(groups.values())
-
-
 def _values(group: Sequence[plot.Series]) -> Array:
     values = np.concatenate([curve.x for curve in group])
     held = values[np.isfinite(values)]
@@ -106,7 +98,7 @@ def _values(group: Sequence[plot.Series]) -> Array:
 
 def _histograms(series: list[plot.Series]) -> list[plot.Series]:
     """Return the outline of every sample, its quantiles as marks and their confidence above it."""
-    groups = _samples(series)
+    groups = plot.grouped(series).values()
     curves: list[plot.Series] = []
     for group in groups:
         values, first = _values(group), group[0]
@@ -125,19 +117,12 @@ def _quantile(
     mark, name = quantile(values, probability), f"{100 * probability:g} %"
     band = np.array([mark.low, mark.low, mark.high, mark.high])
     sides = top * np.array([STRIP[0], STRIP[1], STRIP[1], STRIP[0]])
+    line = np.full(2, mark.value), np.array([0.0, sides[1]])
     marks = (plot.Mark(mark.value, name),) if marked else ()
     said = f"{name}: {_said(mark, first.across.units)}" if marked else ""
     return [
         plot.Series(first.key, band, sides, first.across, COUNT, "area", said),
-        plot.Series(
-            first.key,
-            np.full(2, mark.value),
-            np.array([0.0, sides[1]]),
-            first.across,
-            COUNT,
-            "hairline",
-            marks=marks,
-        ),
+        plot.Series(first.key, *line, first.across, COUNT, "hairline", marks=marks),
     ]
 
 
@@ -157,23 +142,18 @@ def _probabilities(series: list[plot.Series]) -> list[plot.Series]:
     from scipy.stats import beta, norm
 
     curves: list[plot.Series] = []
-    for group in _samples(series):
-        values, first = np.sort(_values(group)), group[0]
-        n = len(values)
+    for group in plot.grouped(series).values():
+        logs, first = np.log10(np.sort(_values(group))), group[0]
+        n, across = len(logs), _logarithm(first.across)
         rank = np.arange(1, n + 1)
         scores = norm.ppf((rank - 0.5) / n)
-        curves.append(
-            plot.Series(first.key, np.log10(values), scores, _logarithm(first.across), SCORE, "dots")
-        )
-        logs = np.log10(values)
+        curves.append(plot.Series(first.key, logs, scores, across, SCORE, "dots"))
         mean, spread = float(logs.mean()), float(logs.std(ddof=1))
         limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
         outline = np.concatenate([limits[0], limits[1][::-1]]), np.concatenate([scores, scores[::-1]])
         ends = scores[[0, -1]]
-        curves.append(plot.Series(first.key, *outline, _logarithm(first.across), SCORE, "area"))
-        curves.append(
-            plot.Series(first.key, mean + spread * ends, ends, _logarithm(first.across), SCORE, "line")
-        )
+        curves.append(plot.Series(first.key, *outline, across, SCORE, "area"))
+        curves.append(plot.Series(first.key, mean + spread * ends, ends, across, SCORE, "line"))
     return curves
 
 
@@ -198,7 +178,7 @@ def _bands(series: list[plot.Series]) -> list[plot.Series]:
     that has ended; a remaining life ends at zero.
     """
     curves: list[plot.Series] = []
-    for group in _samples(series):
+    for group in plot.grouped(series).values():
         if len(group) < FEWEST:
             raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
         curves += banded(group, getattr(group[0], "ended", "gone"))
@@ -206,20 +186,20 @@ def _bands(series: list[plot.Series]) -> list[plot.Series]:
 
 
 HISTOGRAM = kind(
-    "histogram", "Distribution of the life", ("life",), joined=_histograms, y="life",
+    "histogram", "Distribution of the life", ("life",), joined=_histograms,
     titled="Distribution of the {}", along_x=True,
     shows="how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their "
     "95 % confidence",
 )(_one_number)  # fmt: skip
 PROBABILITY = kind(
-    "probability", "Log-normal probability plot", ("life",), joined=_probabilities, y="life",
+    "probability", "Log-normal probability plot", ("life",), joined=_probabilities,
     titled="Log-normal probability plot: {}", along_x=True,
     shows="one number of each run in order against the score of its rank, beside the log-normal law with the "
     "same mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
 )(_one_number)  # fmt: skip
 QUANTILE_BANDS = kind(
     "quantile-bands", "Largest wear depth of all runs", ("max_wear_depth", "cycle"), ("update",),
-    one_flank=True, joined=_bands, y="max_wear_depth", titled="{} of all runs",
+    one_flank=True, joined=_bands, titled="{} of all runs",
     shows="median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; a run "
     "at its limit counts as deeper",
 )(_over_life)  # fmt: skip

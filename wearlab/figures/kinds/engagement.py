@@ -1,14 +1,26 @@
-"""While one tooth pair is in contact: along the path, with A–E marked, and over mesh cycles."""
+"""While a tooth pair is in contact: along the path, over mesh cycles, and over the flank with its width."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, kind
+from wearlab.figures.kind import (
+    ORBITS,
+    STATES,
+    Ask,
+    FigureError,
+    Slice,
+    companion,
+    kind,
+    last_state,
+    slices,
+    thinned,
+)
 from wearlab.figures.plot import Mark, Scale, Series
+from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import Slice, companion, slices, thinned
 from wearlab.figures.wording import Label
 
 POSITIONS = ("path_position", "diameter", "roll_angle", "distance_to_pitch_circle")
@@ -35,7 +47,7 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
 
 @kind(
     "wear-profile", "Wear depth along the flank", ("wear_depth", "path_position"), ("profile",),
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "flank"), ("rows", "*")), y="wear_depth",
+    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "flank"), ("rows", "*")),
     titled="{} along the flank",
 )  # fmt: skip
 def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
@@ -46,7 +58,7 @@ def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
 @kind(
     "along-path", "Contact along the path", ("path_position",), ("profile",),
     roles=(("rows", "variable"), ("hue", "*"), ("cols", "update"), ("cols", "*")), also=QUANTITIES,
-    one_flank=True, titled="{} along the path",
+    one_flank=True, y="", titled="{} along the path",
     shows="pressure, sliding, λ and wear coefficient along the path (or the variables in y), one row each, "
     "in the first and the last wear state; the first flank when none is selected",
 )  # fmt: skip
@@ -128,15 +140,13 @@ def _curves(run: Run, ask: Ask) -> Iterator[Series]:
 
 TVMS = kind(
     "tvms", "Time-varying mesh stiffness", ("mesh_stiffness", "phase", "contact_ratio", "mesh_phase_offset"),
-    ("phase",), roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")), y="mesh_stiffness",
-    titled="{} through an engagement",
+    ("phase",), roles=STATES, titled="{} through an engagement",
     shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
 )(_curves)  # fmt: skip
 STE = kind(
     "ste", "Static transmission error under load",
     ("static_transmission_error", "phase", "contact_ratio", "mesh_phase_offset"), ("phase",),
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")), y="static_transmission_error",
-    titled="{} through an engagement",
+    roles=STATES, titled="{} through an engagement",
     shows="static transmission error from the entry of a tooth pair at A to its exit at E",
 )(_curves)  # fmt: skip
 
@@ -169,8 +179,7 @@ def through_engagement(
 
 @kind(
     "load-share", "Load share of one tooth pair",
-    ("load_share", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "phase"),
-    roles=(("hue", "update"), ("hue", "*"), ("cols", "*"), ("rows", "*")),
+    ("load_share", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "phase"), roles=STATES,
 )  # fmt: skip
 def load_share(run: Run, ask: Ask) -> Iterator[Series]:
     """Share of the static mesh force that one tooth pair carries, from A to E."""
@@ -182,7 +191,7 @@ def load_share(run: Run, ask: Ask) -> Iterator[Series]:
 @kind(
     "pair-force", "Dynamic force on one tooth pair",
     ("pair_force", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "mesh_period", "phase"),
-    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
+    roles=ORBITS,
 )  # fmt: skip
 def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
     """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""
@@ -200,3 +209,96 @@ def _histories(run: Run, ask: Ask, piece: Slice, values: Array) -> Iterator[Seri
     for period in range(values.shape[1]):
         x, y = through_engagement(values, phase, ratio, lag, period)
         yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
+
+
+COMPUTED, MEASURED = (Label(text, text) for text in ("computed", "measured"))
+MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
+
+
+def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+    """Yield a variable as maps over profile and face; what has no face is even across it."""
+    for piece in slices(run, name, ask, "face", "profile"):
+        x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
+        y, up = companion(run, "face_position", piece.place, ask)
+        held = np.isfinite(x)
+        wide, high = np.meshgrid(x[held], y)
+        values = np.broadcast_to(piece.values[..., held], wide.shape)
+        yield Series(
+            piece.key, wide.ravel(), high.ravel(), across, up, "map",
+            level=values.ravel(), colours=piece.scale,
+        )  # fmt: skip
+
+
+@kind(
+    "contact-pattern", "Contact pattern", ("contact_pressure", "path_position", "face_position"),
+    ("face", "profile"), roles=MAPS, one_flank=True, titled="{} over the flank",
+    shape="square",
+)  # fmt: skip
+def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
+    """Pressure over profile and face as it is painted in a test, in the first and the last wear state."""
+    return over_flank(thinned(run, 2), ask.y[0], ask)
+
+
+@kind(
+    "wear-map", "Wear over face and profile", ("wear_depth", "path_position", "face_position"),
+    ("face", "profile"), roles=(("cols", "source"), *MAPS), titled="{} over the flank",
+    shape="square",
+)  # fmt: skip
+def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
+    """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
+    if run.data.sizes.get("update", 1) > 2:
+        run = last_state(run)
+    if ask.published is None:
+        yield from over_flank(run, ask.y[0], ask)
+        return
+    if ask.y[0] != "wear_depth":
+        raise FigureError(f"{ask.name}: published tells wear depths, and y = {ask.y[0]!r}: leave one out")
+    if run.data.sizes["flank"] > 1:
+        flanks = ", ".join(map(str, run.data["flank"].values))
+        raise FigureError(f"{ask.name}: published is of one flank: name it in select.flank, of {flanks}")
+    flank = measured_flank(ask)
+    for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
+        yield replace(curve, key={**curve.key, "source": COMPUTED})
+        yield beside_map(replace(curve, key={**curve.key, "source": MEASURED}), flank)
+
+
+@kind(
+    "face-load", "Load over the face", ("mean_line_load", "face_position"), ("face",),
+    roles=STATES, titled="{} over the face",
+)  # fmt: skip
+def face_load(run: Run, ask: Ask) -> Iterator[Series]:
+    """Line load over the face, mean over the mesh period, as wear goes on."""
+    run = thinned(run)
+    for piece in slices(run, ask.y[0], ask, "face"):
+        x, across = companion(run, "face_position", piece.place, ask)
+        yield Series(piece.key, x, piece.values, across, piece.scale, y_error=piece.error)
+
+
+PHASES = (0.0, 0.25, 0.5, 0.75)
+
+
+@kind(
+    "contact-lines", "Lines of contact",
+    ("base_helix_angle", "contact_ratio", "path_position", "face_position"),
+    roles=(("hue", "phase"), ("cols", "*"), ("rows", "*")), one_flank=True, shape="square",
+)  # fmt: skip
+def contact_lines(run: Run, ask: Ask) -> Iterator[Series]:
+    """Lines of contact in the field of action, at four phases of the mesh."""
+    place = {"flank": 0, "mesh": 0}
+    x, across = companion(run, "path_position", place, ask)
+    y, up = companion(run, "face_position", place, ask)
+    ends = float(np.nanmin(x)), float(np.nanmax(x))
+    pitch = (ends[1] - ends[0]) / float(companion(run, "contact_ratio", place, ask)[0])
+    slope = float(np.tan(run.data["base_helix_angle"].values[0]))
+    frame = np.array([ends[0], ends[1], ends[1], ends[0], ends[0]])
+    side = np.array([y[0], y[0], y[-1], y[-1], y[0]])
+    yield Series(run.place, frame, side, across, up, "level", text="field of action")
+    reach = int(np.ceil((np.ptp(x[np.isfinite(x)]) + abs(slope) * np.ptp(y)) / pitch)) + 1
+    along = np.linspace(y[0], y[-1], 201)
+    for phase in PHASES:
+        lines = [ends[0] + pitch * (phase + n) - slope * along for n in range(-reach, reach + 1)]
+        s = np.concatenate([np.append(line, np.nan) for line in lines])
+        inside = (s >= ends[0]) & (s <= ends[1])
+        height = np.where(inside, np.tile(np.append(along, np.nan), len(lines)), np.nan)
+        label = Label(phase, f"phase {phase:g}")
+        yield Series({**run.place, "phase": label}, np.where(inside, s, np.nan), height, across, up)

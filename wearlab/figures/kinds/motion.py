@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, FigureError, kind
+from wearlab.figures.kind import ORBITS, Ask, FigureError, companion, kind, shown, slices, thinned
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
-from wearlab.figures.slices import companion, shown, slices, thinned
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
@@ -35,8 +34,7 @@ def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
 
 @kind(
     "mesh-force", "Dynamic mesh force", ("dynamic_mesh_force", "phase"), ("mesh_period", "phase"),
-    roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")), also=("static_mesh_force",),
-    y="dynamic_mesh_force", titled="{}",
+    roles=ORBITS, also=("static_mesh_force",), titled="{}",
 )  # fmt: skip
 def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
     """Elastic mesh force over two mesh periods, or as many as the response has."""
@@ -67,8 +65,7 @@ def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series
 
 @kind(
     "phase-plane", "Phase plane of the mesh deflection", ("mesh_deflection", "mesh_deflection_rate"),
-    ("mesh_period", "phase"), roles=(("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
-    also=("poincare_deflection", "poincare_rate"), shape="square",
+    ("mesh_period", "phase"), roles=ORBITS, also=("poincare_deflection", "poincare_rate"), shape="square",
 )  # fmt: skip
 def phase_plane(run: Run, ask: Ask) -> Iterator[Series]:
     """Rate of the mesh deflection over the deflection, with a point once per mesh period."""
@@ -156,7 +153,7 @@ def _jumps(run: Run, ask: Ask) -> Iterator[tuple[int, float]]:
 @kind(
     "bifurcation", "Bifurcation diagram", ("response_speed", "response_poincare_deflection"),
     ("strobe|mesh_period",),
-    roles=(("hue", "direction"), ("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
+    roles=(("hue", "direction"), *ORBITS),
     over_sweeps=True, y="response_poincare_deflection", titled="{}",
 )  # fmt: skip
 def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
@@ -245,7 +242,7 @@ def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
 
 @kind(
     "orders", "Orders of the dynamic transmission error", ("dte_harmonics",), ("order|harmonic",),
-    roles=(("hue", "update"), ("cols", "*"), ("rows", "*")), y="dte_harmonics", titled="{}",
+    roles=(("hue", "update"), ("cols", "*"), ("rows", "*")), titled="{}",
 )  # fmt: skip
 def orders(run: Run, ask: Ask) -> Iterator[Series]:
     """Spectrum over the order of the mesh, a stem for each amplitude, in up to three wear states.

@@ -13,9 +13,8 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import runs, wording
-from wearlab.figures.kind import Ask, FigureError, kind
-from wearlab.figures.plot import Look, Mark, Scale, Series, horizontal, merged
-from wearlab.figures.slices import Slice, companion, lone, shown, slices
+from wearlab.figures.kind import Ask, FigureError, Slice, companion, kind, last_state, lone, shown, slices
+from wearlab.figures.plot import Look, Mark, Scale, Series, grouped, horizontal, merged
 from wearlab.nearest import choices
 
 MOST = 80
@@ -30,8 +29,7 @@ def _numbers(run: runs.Run, ask: Ask) -> Iterator[Series]:
     Yield a run's number, at its last wear state where none is selected, named by its place in the grid.
     """
     name = ask.y[0]
-    if "update" in run.data[name].dims:
-        run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
+    run = last_state(run)
     called = ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
     for piece in slices(run, name, ask):
         key = {dim: label for dim, label in piece.key.items() if dim not in (*run.place, "update")}
@@ -53,10 +51,7 @@ def listed(series: list[Series]) -> list[Series]:
             f"cases: {len(names)} runs cannot be told by name (at most {MOST}): narrow them with select, or "
             "take histogram or scatter"
         )
-    groups: dict[tuple[tuple[str, wording.Label], ...], list[Series]] = {}
-    for curve in series:
-        key = tuple((dim, label) for dim, label in curve.key.items() if dim != "run")
-        groups.setdefault(key, []).append(curve)
+    groups = grouped(series, lambda curve: tuple(item for item in curve.key.items() if item[0] != "run"))
     rows = []
     for key, group in groups.items():
         places = np.array([1.0 + names.index(curve.key["run"].text) for curve in group])
@@ -91,10 +86,7 @@ def _points(run: runs.Run, ask: Ask) -> Iterator[Series]:
 
 def _results(run: runs.Run, ask: Ask) -> Iterator[Slice]:
     """Yield the result at each place along its dimensions, at the last wear state when none is selected."""
-    name = ask.y[0]
-    if "update" in run.data[name].dims and run.data.sizes["update"] > 1:
-        run = replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
-    for piece in slices(run, name, ask):
+    for piece in slices(last_state(run), ask.y[0], ask):
         yield piece._replace(key={n: label for n, label in piece.key.items() if n != "update"})
 
 
@@ -120,20 +112,16 @@ def _abscissa(run: runs.Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, floa
         return np.array([x]), scale, own
     if name not in run.data.variables:
         raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
-    data = run.data.isel(update=[-1]) if "update" in run.data[name].dims else run.data
-    return *lone(*companion(replace(run, data=data), name, piece.place, ask), name, ask), None
+    return *lone(*companion(last_state(run), name, piece.place, ask), name, ask), None
 
 
 def _gathered(series: list[Series]) -> list[Series]:
     """Join the points that nothing tells apart; a case without a place on x becomes a level."""
-    groups: dict[tuple[object, ...], list[Series]] = {}
-    for curve in series:
-        groups.setdefault(tuple(sorted(curve.key.items())), []).append(curve)
     look: Look = "dots" if len(series) > MANY else "points"
     places = np.concatenate([curve.x for curve in series])
     placed = places[np.isfinite(places)]
     gathered = []
-    for group in groups.values():
+    for group in grouped(series).values():
         whole = merged(group)
         if placed.size and np.isnan(whole.x).all():
             gathered += [horizontal(curve, placed) for curve in group]
@@ -158,11 +146,9 @@ def _polyline(run: runs.Run, ask: Ask) -> Iterator[Series]:
         marks = [Mark(float(at), _head(run, name)) for at, name in enumerate(names)]
         marks.append(Mark(float(len(names)), f"{piece.scale.label}|{piece.scale.units}"))
         key = {n: label for n, label in piece.key.items() if n not in run.place}
-        colour = wording.Label(
-            float(result[0]), f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
-        )
+        text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
+        key |= {"result": wording.Label(float(result[0]), text)}
         places = np.arange(len(values), dtype=float)
-        key |= {"result": colour}
         yield Series(key, places, values, Scale("", "1"), piece.scale, "hairline", marks=tuple(marks))
 
 
@@ -289,7 +275,7 @@ def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
 
 SENSITIVITY = kind(
     "sensitivity", "Order of influence", ("life",), roles=(), all_cases=True, ranks=True, joined=ranked,
-    y="life", titled="What moves the {}", along_x=True,
+    titled="What moves the {}", along_x=True,
     shows="the range of one result over cases named 'what: value', over sweeps and over sampled inputs "
     "(means over all else), one line for each, widest first",
 )(_case)  # fmt: skip
