@@ -1,10 +1,10 @@
 """Ladders: one knob turned step by step, what each step costs and how wrong it still is."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -55,6 +55,28 @@ def fine_enough(rung: Rung, uncertainty: float) -> bool:
     uncertainty : relative uncertainty of the reference [1]
     """
     return rung.seconds > ENOUGH or told(rung, uncertainty)
+
+
+def climbed(
+    settings: Iterable[float], rung_of: Callable[[Any], Rung | None], uncertainty: float
+) -> tuple[Rung, ...]:
+    """Return the rungs of a ladder, coarse to fine, up to the first that is fine enough or cannot be had.
+
+    Parameters
+    ----------
+    settings : of the knob
+    rung_of : setting → rung, None where it would take too long
+    uncertainty : relative uncertainty of the reference [1]
+    """
+    rungs: list[Rung] = []
+    for setting in settings:
+        rung = rung_of(setting)
+        if rung is None:
+            break
+        rungs.append(rung)
+        if fine_enough(rung, uncertainty):
+            break
+    return tuple(rungs)
 
 
 def told(rung: Rung, uncertainty: float) -> bool:

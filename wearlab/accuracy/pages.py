@@ -58,13 +58,8 @@ class OfAxes(NamedTuple):
 
 def pages(made: xr.Dataset) -> dict[str, Plot]:
     """Return the figures that a dataset of studies gives, by the names of their files."""
-    charts = {
-        "work-precision": _work_precision(made),
-        "knobs": _knobs(made),
-        "life": _lives(made),
-        "life-time": _lives_in_time(made),
-    }
-    return {file: plot for file, plot in charts.items() if plot.panels}
+    charts = {"work-precision": _work_precision, "knobs": _knobs, "life": _lives, "life-time": _lives_in_time}
+    return {file: plot for file, chart in charts.items() if (plot := chart(made)).panels}
 
 
 def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
@@ -103,12 +98,8 @@ def _curves(side: OfAxes) -> list[Curve]:
 
 
 def _work_precision(made: xr.Dataset) -> Plot:
-    methods = [
-        i
-        for i in range(made.sizes["curve"])
-        if _text(made.quantity[i]) == "mesh_force"
-        and (_text(made.role[i]) != "wearlab" or _text(made.name[i]) == "periodic")
-    ]
+    ours = (made.role == "wearlab") & (made.name != "periodic")
+    methods = np.flatnonzero((made.quantity == "mesh_force") & ~ours).tolist()
     sides = []
     for case in range(made.sizes["case"]):
         strokes = _strokes(_stroke(made, case, i, "run_time", _method_pen(made, i), 1e3) for i in methods)
@@ -157,9 +148,7 @@ def _lives_in_time(made: xr.Dataset) -> Plot:
 
 def _life_sides(made: xr.Dataset, x: str, label: str) -> list[OfAxes]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
-    steppers = [
-        i for i in range(made.sizes["curve"]) if _text(made.knob[i]) in ("cycle_tolerance", "threshold")
-    ]
+    steppers = np.flatnonzero(made.knob.isin(("cycle_tolerance", "threshold"))).tolist()
     sides = []
     for case in range(made.sizes["case"]):
         for quantity in ("life", "wear_depth"):
@@ -257,10 +246,10 @@ def curve_rows(studies: Sequence[Study]) -> Rows:
             curve.quantity,
             curve.name,
             curve.knob,
-            _number(curve.order(study.uncertainty(curve.quantity)), ".2f"),
+            _number(curve.order(study.uncertainty(curve.quantity)), "{:.2f}"),
             *(_milliseconds(curve.seconds_to(error)) for error in TARGETS),
             _milliseconds(curve.seconds_to(TARGETS[-1], warm=True)),
-            _number(curve.work_to(TARGETS[0]), ".0f"),
+            _number(curve.work_to(TARGETS[0]), "{:.0f}"),
         )
         for study in studies
         for curve in study.curves
@@ -271,12 +260,8 @@ def peer_rows(studies: Sequence[Study]) -> Rows:
     """Return ours beside the fastest peer, compiled and landing on every jump."""
     return [
         (
-            study.label,
-            f"{error:.0e}",
-            _milliseconds(c.ours),
-            c.name,
-            _milliseconds(c.peer),
-            _times(c.peer / c.ours),
+            *(study.label, f"{error:.0e}", _milliseconds(c.ours), c.name),
+            *(_milliseconds(c.peer), _number(c.peer / c.ours, "{:.1f}×")),
         )
         for error in TARGETS
         for study in studies
@@ -301,8 +286,8 @@ def life_rows(studies: Sequence[Study]) -> Rows:
             ]
             for text, error, mine in targets:
                 theirs = euler.work_to(error)
-                row = (text, _number(mine, ".0f"), _number(theirs, ".0f"), _times(theirs / mine))
-                rows.append((study.label, quantity, *row))
+                works = _number(mine, "{:.0f}"), _number(theirs, "{:.0f}"), _number(theirs / mine, "{:.1f}×")
+                rows.append((study.label, quantity, text, *works))
     return rows
 
 
@@ -320,11 +305,8 @@ def cheapest_rows(studies: Sequence[Study], error: float | None) -> Rows:
             chosen = ("", "", "")
             if best is not None:
                 curve, rung = best
-                chosen = (
-                    f"{curve.name}, {curve.knob} = {rung.setting:.4g}",
-                    f"{rung.error:.1e}",
-                    _milliseconds(rung.seconds),
-                )
+                setting = f"{curve.name}, {curve.knob} = {rung.setting:.4g}"
+                chosen = setting, f"{rung.error:.1e}", _milliseconds(rung.seconds)
             settings = ", ".join(f"{knob} {value:g}" for knob, value in knobs.items())
             rows.append((study.label, quantity, f"{asked:.0e}", *chosen, settings))
     return rows
@@ -332,23 +314,13 @@ def cheapest_rows(studies: Sequence[Study], error: float | None) -> Rows:
 
 def reference_rows(studies: Sequence[Study]) -> Rows:
     """Return how well the second method agrees with each reference."""
-    return [
-        (
-            study.label,
-            _number(study.multiplier, ".4f"),
-            ", ".join(f"{quantity} {apart:.1e}" for quantity, apart in study.disagreement.items()),
-        )
-        for study in studies
-    ]
+    apart = (", ".join(f"{name} {value:.1e}" for name, value in s.disagreement.items()) for s in studies)
+    return [(s.label, _number(s.multiplier, "{:.4f}"), told) for s, told in zip(studies, apart, strict=True)]
 
 
 def _number(value: float, form: str) -> str:
-    return format(value, form) if np.isfinite(value) else ""
+    return form.format(value) if np.isfinite(value) else ""
 
 
 def _milliseconds(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms" if np.isfinite(seconds) else ""
-
-
-def _times(ratio: float) -> str:
-    return f"{ratio:.1f}×" if np.isfinite(ratio) else ""
+    return _number(1e3 * seconds, "{:.3g} ms")

@@ -4,13 +4,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from copy import copy
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
 from wearlab.accuracy.equation import CyRKIntegrator, starting_state
-from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, fine_enough, timing
+from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, climbed, timing
 from wearlab.accuracy.steady import (
     Reference,
     Steady,
@@ -62,16 +63,9 @@ def peer_curves(problem: Steady, answer: Reference, report: Callable[[str], None
         report(name)
         peer = copy(first)
         peer.method = method
-        rungs: list[Rung] = []
-        for tolerance in PEER_TOLERANCES:
-            rung = _rung(peer, problem, answer, tolerance, start)
-            if rung is None:
-                break
-            rungs.append(rung)
-            if fine_enough(rung, answer.disagreement):
-                break
-        if rungs:
-            yield WorkPrecision(name, "relative", "mesh_force", "peer", tuple(rungs))
+        rung_of = partial(_rung, peer, problem, answer, start=start)
+        if rungs := climbed(PEER_TOLERANCES, rung_of, answer.disagreement):
+            yield WorkPrecision(name, "relative", "mesh_force", "peer", rungs)
 
 
 def periods_to(answer: Reference, left: float) -> float:
@@ -171,41 +165,31 @@ def _steps_rung(problem: Steady, answer: Reference, vibration: Vibration) -> Run
 
 
 def integrated_curve(
-    problem: Steady,
-    answer: Reference,
-    name: str,
-    ladder: tuple[int, ...],
-    method: Callable[[float], Any],
+    problem: Steady, answer: Reference, name: str, ladder: tuple[int, ...], method: Callable[[float], Any]
 ) -> WorkPrecision:
     """Return a fixed-step method over its steps, integrated until its transient is less than its error."""
-    rungs: list[Rung] = []
-    for steps in ladder:
-        if rungs and fine_enough(rungs[-1], answer.disagreement):
-            break
+
+    def rung_of(steps: int) -> Rung:
         settled = problem.with_steps(steps, method(SETTLED))
-        error = _error(problem, answer, settled)
+        error = relative_error(problem.force_of(settled, problem.solve(settled)), answer.force)
         vibration = problem.with_steps(steps, method(max(SETTLED, min(1e-2, SHARE * error))))
-        rungs.append(_integrated_rung(problem, answer, vibration, len(vibration.sampling.grid.width)))
-    return WorkPrecision(
-        name, "steps_per_period", "mesh_force", "as published", tuple(rungs), f'method = "{name}"'
-    )
+        return _integrated_rung(problem, answer, vibration, len(vibration.sampling.grid.width))
+
+    rungs = climbed(ladder, rung_of, answer.disagreement)
+    return WorkPrecision(name, "steps_per_period", "mesh_force", "as published", rungs, f'method = "{name}"')
 
 
 def adaptive_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     """Return the adaptive Runge–Kutta pair over its tolerance, on tables as fine as that needs."""
     problem.solve(problem.with_steps(STEPS[-1], RungeKutta45(relative=1.0, tolerance=1.0)))  # compiles
-    rungs: list[Rung] = []
-    for relative in RELATIVE:
-        if rungs and fine_enough(rungs[-1], answer.disagreement):
-            break
+
+    def rung_of(relative: float) -> Rung:
         method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
         vibration = problem.with_steps(transient_steps(problem, relative), method)
-        rungs.append(_integrated_rung(problem, answer, vibration, relative))
-    return WorkPrecision("rk45", "relative", "mesh_force", "as published", tuple(rungs), 'method = "rk45"')
+        return _integrated_rung(problem, answer, vibration, relative)
 
-
-def _error(problem: Steady, answer: Reference, vibration: Any) -> float:
-    return relative_error(problem.force_of(vibration, problem.solve(vibration)), answer.force)
+    rungs = climbed(RELATIVE, rung_of, answer.disagreement)
+    return WorkPrecision("rk45", "relative", "mesh_force", "as published", rungs, 'method = "rk45"')
 
 
 def _integrated_rung(problem: Steady, answer: Reference, vibration: Any, setting: float) -> Rung:

@@ -1,8 +1,9 @@
 """``compare``: two runs in full, two campaigns or grids pair by pair, as named runs."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -92,7 +93,7 @@ def _of_campaign(campaign: Any, store: "Store") -> Side:
         if entry is None or entry.state != "done":
             absent.append(f"{name}: {entry.state if entry else 'missing'}")
             continue
-        members.append(SideRun(_key(case.label, places), name, case.id, _reader(store, case.id)))
+        members.append(SideRun(_key(case.label, places), name, case.id, partial(store.run, case.id)))
     return Side(campaign.title, tuple(members), _first(absent))
 
 
@@ -102,12 +103,9 @@ def _first(absent: list[str]) -> tuple[str, ...]:
     return (*absent[:MOST_MISSING], f"and {more} more") if more > 0 else tuple(absent)
 
 
-def _reader(store: "Store", run_id: str) -> Callable[[], xr.Dataset]:
-    return lambda: store.run(run_id)
-
-
 def _of_grid(grid: xr.Dataset, name: str) -> Side:
     dims = [str(dim) for dim in grid["run_id"].dims]
+    places = {dim: grid[dim].values.tolist() for dim in dims}
     members: dict[object, SideRun] = {}
     absent: list[str] = []  # of these points: the grid's own list tells of all that were opened with them
     repeated = own_values(grid) if "computed" in grid.coords else None
@@ -116,17 +114,16 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
         if state == EXCLUDED:
             continue
         index = dict(zip(dims, point, strict=True))
-        values = {d: (_plain(grid[d].values[i]), grid[d].attrs.get("units")) for d, i in index.items()}
+        values = {d: (places[d][i], grid[d].attrs.get("units")) for d, i in index.items()}
         label = str(values.pop("case", (BASE, None))[0])
+        words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
         if not run_id or state != DONE:
-            words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
             absent.append(f"{words if label == BASE and words else label}: {state}")
             continue
         own = point if repeated is not None and label not in repeated else (label, run_id)
         if own in members or label in (repeated or ()):  # repeated along the axes: known by its label alone
             members[own] = SideRun(_key(label, {}), label, run_id, _point(grid, index))
             continue
-        words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
         members[own] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
     ordered = sorted(members.values(), key=lambda member: dict(member.key)["case"] != BASE)
     return Side(str(grid.attrs.get("title") or name), tuple(ordered), _first(list(dict.fromkeys(absent))))
@@ -143,10 +140,6 @@ def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
         return run.drop_vars(void).assign_attrs(id=str(run["run_id"].values))
 
     return read
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _key(label: str, places: dict[str, tuple[Any, str | None]]) -> Key:
@@ -189,15 +182,14 @@ def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], l
     others = {member.key: member for member in b.members}
     matched = [(own_member, others[own_member.key]) for own_member in a.members if own_member.key in others]
     taken = {left.key for left, _ in matched}
-    return matched, list(_left(a, taken)), list(_left(b, taken))
-
-
-def _left(of_side: Side, taken: set[Key]) -> Iterator[str]:
-    yield from (member.name for member in of_side.members if member.key not in taken)
-    yield from of_side.absent
+    left = ([m.name for m in side.members if m.key not in taken] + list(side.absent) for side in (a, b))
+    return matched, *left  # type: ignore[return-value]
 
 
 TOLERANCE = 0.01
+LARGEST = {
+    "long_name": "largest magnitude over the common states", "comment": "in each quantity's SI unit",
+}  # fmt: skip
 PER_PAIR = ("largest_relative_difference", "first_difference")
 
 
@@ -278,14 +270,7 @@ def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     scalars = [n for n in ("life", "service_life") if n in full]
     kept = full[[*PER_PAIR, *scalars]].reset_coords(drop=True)
     return kept.assign(
-        largest_value=(
-            ("run", "quantity"),
-            largest,
-            {
-                "long_name": "largest magnitude over the common states",
-                "comment": "in each quantity's SI unit",
-            },
-        ),
+        largest_value=(("run", "quantity"), largest, LARGEST),
         scene_differences=((), full.attrs["scene_differences"]),
     )
 

@@ -26,17 +26,13 @@ class Quantity:
     name : its variable in a comparison
     source : the variable of the run that it comes from, whose unit it has
     long_name : in words
-    of : variable of the run → values at its wear states
+    of : variable of the run → values at its wear states [as they are]
     """
 
     name: str
     source: str
     long_name: str
-    of: Callable[[xr.DataArray], xr.DataArray]
-
-
-def _itself(values: xr.DataArray) -> xr.DataArray:
-    return values
+    of: Callable[[xr.DataArray], xr.DataArray] = lambda values: values
 
 
 def _mean_over_periods(force: xr.DataArray) -> xr.DataArray:
@@ -95,32 +91,22 @@ def _rest(amplitude: Array, periods: int) -> Array:
     return np.sqrt(0.5 * np.sum(amplitude[between] ** 2) + 0.0 * amplitude[0])
 
 
+STE, FORCE = "static_transmission_error", "dynamic_mesh_force"
+BETWEEN = "RMS of the dynamic mesh force between mesh orders"
 QUANTITIES = (
-    Quantity("wear_depth", "wear_depth", "wear depth", _itself),
-    Quantity("max_wear_depth", "max_wear_depth", "largest wear depth", _itself),
-    Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)", _itself),
+    Quantity("wear_depth", "wear_depth", "wear depth"),
+    Quantity("max_wear_depth", "max_wear_depth", "largest wear depth"),
+    Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)"),
     Quantity("stiffness_peak_to_peak", "mesh_stiffness", "range of the mesh stiffness", _range),
-    Quantity("stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness", _itself),
-    Quantity("static_transmission_error", "static_transmission_error", "static transmission error", _itself),
-    Quantity(
-        "ste_peak_to_peak", "static_transmission_error", "range of the static transmission error", _range
-    ),
-    Quantity("ste_harmonics", "ste_harmonics", "harmonics of the static transmission error", _itself),
-    Quantity(
-        "dynamic_mesh_force",
-        "dynamic_mesh_force",
-        "dynamic mesh force, mean over mesh periods",
-        _mean_over_periods,
-    ),
-    Quantity("mesh_force_peak", "dynamic_mesh_force", "largest dynamic mesh force", _peak),
-    Quantity("mesh_force_peak_to_peak", "dynamic_mesh_force", "range of the dynamic mesh force", _range),
-    Quantity("mesh_force_orders", "dynamic_mesh_force", "mesh orders of the dynamic mesh force", _orders),
-    Quantity(
-        "mesh_force_between_orders",
-        "dynamic_mesh_force",
-        "RMS of the dynamic mesh force between mesh orders",
-        _between_orders,
-    ),
+    Quantity("stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness"),
+    Quantity(STE, STE, "static transmission error"),
+    Quantity("ste_peak_to_peak", STE, "range of the static transmission error", _range),
+    Quantity("ste_harmonics", "ste_harmonics", "harmonics of the static transmission error"),
+    Quantity(FORCE, FORCE, "dynamic mesh force, mean over mesh periods", _mean_over_periods),
+    Quantity("mesh_force_peak", FORCE, "largest dynamic mesh force", _peak),
+    Quantity("mesh_force_peak_to_peak", FORCE, "range of the dynamic mesh force", _range),
+    Quantity("mesh_force_orders", FORCE, "mesh orders of the dynamic mesh force", _orders),
+    Quantity("mesh_force_between_orders", FORCE, BETWEEN, _between_orders),
 )
 SCALARS = ("life", "service_life")
 
@@ -128,21 +114,13 @@ SCALARS = ("life", "service_life")
 def attributes(quantity: Quantity) -> dict[str, str]:
     """Return unit, display unit and name of a quantity."""
     variable = VARIABLES[quantity.source]
-    return {
-        "units": variable.units,
-        "display_units": variable.display_units,
-        "long_name": quantity.long_name,
-    }
+    units = {"units": variable.units, "display_units": variable.display_units}
+    return units | {"long_name": quantity.long_name}
 
 
 def described(names: list[str]) -> dict[str, tuple[str, list[str]]]:
     """Return unit, display unit and name of each quantity, as coordinates along ``quantity``."""
     table = {quantity.name: attributes(quantity) for quantity in QUANTITIES}
-    return {
-        coordinate: ("quantity", [table[name][key] for name in names])
-        for coordinate, key in (
-            ("quantity_units", "units"),
-            ("quantity_display_units", "display_units"),
-            ("quantity_name", "long_name"),
-        )
-    }
+    keys = {"units": "units", "display_units": "display_units", "name": "long_name"}
+    told = {end: [table[name][key] for name in names] for end, key in keys.items()}
+    return {f"quantity_{end}": ("quantity", texts) for end, texts in told.items()}

@@ -62,14 +62,7 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     rng = np.random.default_rng(seed)
     with_intervals = np.stack([_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1)
     shape = [result.sizes[dim] for dim in others]
-    names = (
-        "first_order",
-        "first_order_low",
-        "first_order_high",
-        "total_order",
-        "total_order_low",
-        "total_order_high",
-    )
+    names = [f"{order}_order{end}" for order in ("first", "total") for end in ("", "_low", "_high")]
     variables = {
         name: (("input", *others), interval.reshape(width, *shape), {"units": "1"})
         for name, interval in zip(names, with_intervals[:6], strict=True)

@@ -51,10 +51,10 @@ class Conditions(NamedTuple):
 
 def conditions(campaign: "Campaign") -> Conditions:
     """Return operating conditions and wear law of a campaign's cases."""
-    told = [
-        (case, {quantity[:3]: quantity.value for quantity in _quantities(case.scene)})
-        for case in campaign.cases
-    ]
+    told = []
+    for case in campaign.cases:
+        quantities = (*_load(case.scene), *_oil(case.scene), *_wear(case.scene))
+        told.append((case, {quantity[:3]: quantity.value for quantity in quantities}))
     keys = list(dict.fromkeys(key for _, own in told for key in own))
     values = {key: list(dict.fromkeys(own.get(key, "none") for _, own in told)) for key in keys}
     varying = [key for key in keys if len(values[key]) > 1]
@@ -95,27 +95,16 @@ def _reach(values: list[str]) -> str:
     return f"{ordered[0]} to {ordered[-1]} ({len(values)} values)"
 
 
-def _quantities(scene: Scene) -> Iterator[Condition]:
-    yield from _load(scene)
-    yield from _oil(scene)
-    yield from _wear(scene)
-
-
 def _load(scene: Scene) -> Iterator[Condition]:
     """Yield torque and speed of the input, or of the conditions that take turns."""
     operation = scene.operation
     if several := operation.blocks or operation.stages:
         meaning = "conditions that take turns" if operation.blocks else "conditions in order"
         yield Condition("", meaning, "", str(len(several)))
-        torques, speeds = (
-            [condition.torque for condition in several],
-            [RPM * condition.speed for condition in several],
-        )
-        yield Condition("T", f"torque on the {operation.input}", "N·m", _span(torques))
-        yield Condition("n", f"speed of the {operation.input}", "rpm", _span(speeds))
-    else:
-        yield Condition("T", f"torque on the {operation.input}", "N·m", _number(operation.torque))
-        yield Condition("n", f"speed of the {operation.input}", "rpm", _number(RPM * operation.speed))
+    each = several or (operation,)
+    yield Condition("T", f"torque on the {operation.input}", "N·m", _span([one.torque for one in each]))
+    yield Condition("n", f"speed of the {operation.input}", "rpm", _span([RPM * one.speed for one in each]))
+    if not several:
         yield Condition("P", "power", "kW", _number(1e-3 * operation.torque * operation.speed))
     if operation.fixed:
         yield Condition("", "at rest", "", operation.fixed)
@@ -153,20 +142,17 @@ def _wear(scene: Scene) -> Iterator[Condition]:
 def _coefficient(coefficient: Any, whose: str) -> Condition:
     """Return a wear coefficient: its number where it has one, else what it follows from."""
     scaled = "" if coefficient.factor == 1.0 else f" × {coefficient.factor:.4g}"
+    meaning = f"wear coefficient{whose}"
     if coefficient.chosen == "constant":
-        return Condition(
-            "k", f"wear coefficient{whose}", "mm³/(N·m)", _number(PER_NM * coefficient.value) + scaled
-        )
+        return Condition("k", meaning, "mm³/(N·m)", _number(PER_NM * coefficient.value) + scaled)
     if coefficient.chosen == "hardness":
-        return Condition(
-            "K", f"wear coefficient{whose}", "", f"{_number(coefficient.k)}{scaled} over the hardness"
-        )
+        return Condition("K", meaning, "", f"{_number(coefficient.k)}{scaled} over the hardness")
     if coefficient.chosen == "calibrated":
         depth = f"{_number(1e6 * coefficient.depth)} µm on the {coefficient.flank}"
         life = f"calibrated: {depth} in {coefficient.life:.4g} cycles"
         at = f"at {_number(coefficient.torque)} N·m, {_number(RPM * coefficient.speed)} rpm"
-        return Condition("k", f"wear coefficient{whose}", "", f"{life} {at}{scaled}")
-    return Condition("k", f"wear coefficient{whose}", "", f"{coefficient.chosen}{scaled}")
+        return Condition("k", meaning, "", f"{life} {at}{scaled}")
+    return Condition("k", meaning, "", f"{coefficient.chosen}{scaled}")
 
 
 def initial_wear(initial: Any) -> str:
@@ -338,9 +324,8 @@ def _begun(cases: Sequence[CaseTold], asked: "Sequence[Case]") -> Iterator[str]:
         if known_case.begins > 0.0:
             initial = getattr(case.scene.wear, "initial", None)
             given = None if initial is None else getattr(initial, known_case.flank, None)
-            told.setdefault((known_case.flank, initial_wear(given) if given else ""), []).append(
-                known_case.begins
-            )
+            whence = initial_wear(given) if given else ""
+            told.setdefault((known_case.flank, whence), []).append(known_case.begins)
     for (flank, whence), depths in told.items():
         low, high = (f"{1e6 * depth:.3g}" for depth in (min(depths), max(depths)))
         span = f"up to {high} µm" if low == high else f"up to {low} to {high} µm"

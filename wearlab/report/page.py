@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from wearlab.campaign import claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
@@ -124,29 +124,6 @@ PROVENANCE = {
 }
 
 
-@dataclass(frozen=True)
-class Row:
-    """One case in the table of results; everything in words."""
-
-    case: str
-    places: tuple[str, ...]
-    state: str
-    verdict: str
-    result: str
-    error: str
-    seconds: str
-    run: str
-    note: str
-    comparison: outcome.Comparison | None
-
-
-class Geared(NamedTuple):
-    """A gear set on a sheet, and the cases that have it, "" for all."""
-
-    cases: str
-    sheet: Sheet
-
-
 def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
     """Return what there is to tell of a campaign, by the names in `page.html`.
 
@@ -157,7 +134,7 @@ def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
     entries = store.entries(case.id for case in campaign.cases)
     compared = _comparisons(campaign, store)
     rows = [_row(campaign, case, entries.get(case.id), store, compared) for case in campaign.cases]
-    states = Counter({case.id: row.state for case, row in zip(campaign.cases, rows, strict=True)}.values())
+    states = Counter({case.id: row["state"] for case, row in zip(campaign.cases, rows, strict=True)}.values())
     text = inheritance.source_text(campaign.path)
     report = getattr(campaign, "report", None) or ReportSpec()
     return dict(
@@ -171,7 +148,7 @@ def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
         dates=_dates(entries),
         parts=tuple(_parts(campaign)),
         rows=tuple(rows[:MOST_ROWS]),
-        extremes=[row for row in rows[:MOST_ROWS] if row.comparison],
+        extremes=[row for row in rows[:MOST_ROWS] if row["comparison"]],
         left_out=max(0, len(rows) - MOST_ROWS),
         figures=tuple(drawn(campaign, store)),
         report=report,
@@ -236,11 +213,12 @@ def _row(
     entry: "Entry | None",
     store: "Store",
     compared: Mapping[tuple[str, str, str], outcome.Comparison],
-) -> Row:
+) -> dict[str, Any]:
+    """Return one case in the table of results; everything in words, but for the comparison."""
     where = outcome.place(campaign, case)
     summary = entry.summary if entry else {}
     told = outcome.headlines(summary)
-    return Row(
+    return dict(
         case=case.label,
         places=tuple(where.get(axis.name, "all") for axis in campaign.axes),
         state="missing" if entry is None else store.state_of(entry),
@@ -274,8 +252,8 @@ def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[s
         yield ", ".join(names), present, absent
 
 
-def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
-    """Return table and drawings of each gear set that the cases have; none that cannot be built."""
+def _gears(campaign: "Campaign") -> tuple[dict[str, Any], ...]:
+    """Return the sheet of each gear set that can be built, and the cases that have it, "" for all."""
     sheets: dict[str, Sheet] = {}
     names: dict[str, list[str]] = {}
     for case in campaign.cases:
@@ -292,24 +270,27 @@ def _gears(campaign: "Campaign") -> tuple[Geared, ...]:
         names[key] = [case.label]
     several = len(sheets) > 1
     return tuple(
-        Geared(", ".join(dict.fromkeys(names[key])) if several else "", sheet)
+        {"cases": ", ".join(dict.fromkeys(names[key])) if several else "", "sheet": sheet}
         for key, sheet in sheets.items()
     )
 
 
 def _failures(
-    campaign: "Campaign", rows: Sequence[Row], entries: "Mapping[str, Entry]"
+    campaign: "Campaign", rows: Sequence[Mapping[str, Any]], entries: "Mapping[str, Entry]"
 ) -> Iterator[dict[str, str]]:
     told: set[str] = set()
     for case, row in zip(campaign.cases, rows, strict=True):
-        if row.state == "done" or case.id in told:
+        if row["state"] == "done" or case.id in told:
             continue
         told.add(case.id)
         entry = entries.get(case.id)
         reason = (entry.reason if entry else None) or ""
-        name = ", ".join([case.label, *outcome.place(campaign, case).values()])
-        told_of = {"case": name, "run": case.id, "state": row.state}
+        told_of = {"case": _name(campaign, case), "run": case.id, "state": row["state"]}
         yield told_of | {"headline": outcome.last_line(reason), "reason": reason.strip()}
+
+
+def _name(campaign: "Campaign", case: "Case") -> str:
+    return ", ".join([case.label, *outcome.place(campaign, case).values()])
 
 
 def _lineage(
@@ -323,8 +304,7 @@ def _lineage(
         by = outcome.calibration_of(entry)
         steps = (*map(str, lineage(store, entry)), *([f"run {by}, which calibrated it"] if by else []))
         if steps:
-            name = ", ".join([case.label, *outcome.place(campaign, case).values()])
-            listed.setdefault(steps, []).append(name)
+            listed.setdefault(steps, []).append(_name(campaign, case))
     for told, names in listed.items():
         yield "; ".join(names), told
 

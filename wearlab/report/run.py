@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from json import dumps, loads
 from math import isclose
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from wearlab.sources import is_other_code
@@ -70,13 +71,7 @@ def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
             groups.setdefault(origin_of(name)[0] if name in VARIABLES else "others", []).append(name)
     lines = []
     for group, names in groups.items():
-        line = f"{group:<20}"
-        for number, name in enumerate(names):
-            if len(line) + len(name) > WIDEST:
-                lines.append(line.rstrip())
-                line = " " * 20
-            line += name + (", " if number < len(names) - 1 else "")
-        lines.append(line)
+        lines += wrap(", ".join(names), WIDEST, initial_indent=f"{group:<20}", subsequent_indent=" " * 20)
     return lines
 
 

@@ -17,14 +17,8 @@ UPDATE = "update"
 WAVES = ("profile", "phase")
 STATES = (UPDATE, "step")
 FIRST = (
-    "status",
-    "cycle",
-    "operating_hours",
-    "max_wear_depth",
-    "life",
-    "service_life",
-    "end_reason",
-    "verdict",
+    *("status", "cycle", "operating_hours", "max_wear_depth"),
+    *("life", "service_life", "end_reason", "verdict"),
 )
 
 
@@ -94,11 +88,7 @@ def _columns(grid: xr.Dataset, dims: list[str], along: tuple[str, ...]) -> Itera
         array = grid[name]
         if not left:
             yield _head(str(name), array), array
-        elif (
-            left[0] in grid.coords
-            and grid.sizes[left[0]] <= MOST_LABELS
-            and left[0] not in ("profile", "phase")
-        ):
+        elif left[0] in grid.coords and grid.sizes[left[0]] <= MOST_LABELS and left[0] not in WAVES:
             for number, label in enumerate(grid[left[0]].values):
                 yield _head(f"{name} {label}", array), array.isel({left[0]: number})
 
