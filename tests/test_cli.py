@@ -13,7 +13,8 @@ import pytest
 from fake_campaign import alter, sweep
 
 import wearlab
-from wearlab.cli import app, campaigns, output
+from wearlab.cli import app, output
+from wearlab.cli.commands import plan
 from wearlab.runner import Interrupted, running
 from wearlab.store import Store
 
@@ -43,7 +44,7 @@ def campaign(monkeypatch):
     """Let every FILE be a fake campaign, which cases of this process compute; return how to set it."""
     current = {"campaign": sweep(3)}
     monkeypatch.setattr(output, "read_campaign", lambda file: current["campaign"])
-    monkeypatch.setattr(campaigns, "refuse_the_impossible", lambda campaign: None)
+    monkeypatch.setattr(plan, "refuse_the_impossible", lambda campaign: None)
     monkeypatch.setattr(running._Work, "_begin", lambda self, tasks, cluster, more: None)
     original = wearlab.runner.run
 

@@ -21,8 +21,9 @@ from drawn_scenes import draw_any
 from estimate_figure import scores_png
 
 from wearlab.accuracy.study import netcdf
-from wearlab.cli.output import bar, complain, say, show_table, write_all
+from wearlab.cli.output import bar, complain, say, show_table
 from wearlab.simulation.provenance import provenance
+from wearlab.store.files import write_whole
 
 TABLE, DATASET, FIGURE = "estimates.csv", "estimates.nc", "estimates.png"
 KEPT = ("model_version", "source", "source_hash", "packages", "machine", "commit", "dirty")
@@ -45,7 +46,10 @@ def main(words: list[str] | None = None) -> int:
             raise
     attributes = {key: made_by[key] for key in KEPT if key in made_by}
     made = estimate_table.dataset(asked.seed, rows, attributes, begun)
-    files = write_all({DATASET: netcdf(made), FIGURE: scores_png(estimate_table.scores_of(rows))}, out)
+    images = {DATASET: netcdf(made), FIGURE: scores_png(estimate_table.scores_of(rows))}
+    for name, image in images.items():
+        write_whole(out / name, image)
+    files = [out / name for name in images]
     tell_scores(asked, rows)
     for path in (out / TABLE, *files):
         say(str(path))

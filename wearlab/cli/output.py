@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
@@ -272,14 +272,3 @@ def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], No
     with progress.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(what, total=total)
         yield lambda text: bar.update(task, advance=1, description=what or text)
-
-
-def write_all(content: Mapping[str, bytes], folder: Path) -> list[Path]:
-    """Write files into a folder, each whole or not at all, and return them."""
-    written = []
-    for name, image in content.items():
-        part = folder / f"{name}.part"
-        part.write_bytes(image)
-        os.replace(part, folder / name)
-        written.append(folder / name)
-    return written

@@ -14,11 +14,8 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "FigureError", "draw", "figure", "redraw"]
 
 
-HOMES = {
-    "draw": "wearlab.figures.drawing",
-    "figure": "wearlab.figures.drawing",
-    "KINDS": "wearlab.figures.kinds",
-    "redraw": "wearlab.figures.drawing",
+HOMES = dict.fromkeys(("draw", "figure", "redraw"), "wearlab.figures.drawing") | {
+    "KINDS": "wearlab.figures.kinds"
 }
 
 

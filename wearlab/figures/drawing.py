@@ -1,6 +1,5 @@
 """Every figure of a campaign drawn from the store, one for a program, one again by what its file says."""
 
-import os
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -24,7 +23,7 @@ from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick
 from wearlab.nearest import choices
 from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
-from wearlab.store.files import StoreError
+from wearlab.store.files import StoreError, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +67,8 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
         try:
             asked = question(campaign, spec, number)
             image, _ = answer(asked, grid, store, ending)
-            drawn.append(write(out / f"{asked.name}.{ending}", image))
+            write_whole(path := out / f"{asked.name}.{ending}", image)
+            drawn.append(path)
         except (FigureError, StoreError) as error:
             problems.append(str(error))
         except Exception as error:  # a fault of ours in one figure stops no other
@@ -335,18 +335,6 @@ def _near(name: str, known: Iterable[object]) -> str:
     return choices(name, sorted(map(str, known)))
 
 
-def write(path: Path, image: bytes) -> Path:
-    """Put a figure in place, all of it or nothing."""
-    part = path.with_name(f"{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(image)
-        os.replace(part, path)
-    except OSError as error:
-        raise FigureError(f"{path}: cannot be written ({error.strerror or error})") from error
-    return path
-
-
 WHERE = "figure"
 
 
@@ -462,7 +450,7 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     check_format(ending)
     before = figure.read_bytes()
     image, missing = answer(asked, store.open(asked.campaign), store, ending)  # type: ignore[arg-type]
-    path = write(out / f"{asked.name}.{ending}", image)
+    write_whole(path := out / f"{asked.name}.{ending}", image)
     stale, changed = _doubtful(asked, store)
     return Redrawn(path, image == before, missing, stale, changed)
 

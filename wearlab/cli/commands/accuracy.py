@@ -6,7 +6,8 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli import app, campaigns, output
+from wearlab.cli import app, output
+from wearlab.cli.commands.plan import case_name
 
 if TYPE_CHECKING:
     from wearlab.accuracy.study import Study
@@ -62,7 +63,7 @@ def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
 
 def _labels(campaign: "Campaign") -> list[str]:
     """Return short names: the place on the axes where there is one, else the label."""
-    full = [campaigns.case_name(campaign, case) for case in campaign.cases]
+    full = [case_name(campaign, case) for case in campaign.cases]
     short = [name.partition("(")[2].rstrip(")") or name for name in full]
     if len(campaign.axes) == 1:
         short = [name.rpartition("=")[2] for name in short]
@@ -74,10 +75,13 @@ def _write(made: Any, out: Path) -> list[Path]:
     from wearlab.accuracy.pages import pages
     from wearlab.accuracy.study import netcdf
     from wearlab.figures.render import rendered
+    from wearlab.store.files import write_whole
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
     images = {f"{file}.png": rendered(plot, texts) for file, plot in pages(made).items()}
-    return output.write_all({FILE: netcdf(made), **images}, out)
+    for file, image in (contents := {FILE: netcdf(made), **images}).items():
+        write_whole(out / file, image)
+    return [out / file for file in contents]
 
 
 def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:

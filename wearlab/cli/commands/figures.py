@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.cli import app, campaigns, output
+from wearlab.cli import app, output
+from wearlab.cli.commands.plan import sound_campaign
 from wearlab.store import Store, open_store
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def _draw(file: str, store: Store, out: Path, ending: str, as_json: bool) -> out
     from wearlab.figures.drawing import check_format
 
     check_format(ending)
-    campaign, status = campaigns.sound_campaign(file), output.Status.WELL
+    campaign, status = sound_campaign(file), output.Status.WELL
     try:
         drawn = tuple(draw(campaign, store, out, ending))
     except FigureError as error:
@@ -122,8 +123,9 @@ def profile(
     units : NAME=UNIT: A unit that the file does not tell, such as diameter=mm.
     out : FIGURE [FILE's name, .png]: PNG, SVG or PDF.
     """
-    from wearlab.figures.drawing import check_format, write
+    from wearlab.figures.drawing import check_format
     from wearlab.report.plots import profile_figure
+    from wearlab.store.files import write_whole
     from wearlab.table_options import profile_table
     from wearlab.tables import read_table
 
@@ -134,7 +136,7 @@ def profile(
     check_format(ending)
     table = read_table(file)
     x, y, abscissa, ordinate, across = profile_table(given, None)
-    write(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
+    write_whole(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
     headers = [str(table.meant(name, mapped)) for name in (x, y, *(["face_position"] if across else []))]
     told = {
         "file": str(file),

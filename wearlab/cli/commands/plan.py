@@ -1,4 +1,4 @@
-"""Before a run: ``check``, ``plan``, ``compile`` and ``modes``."""
+"""Before a run: which campaigns and cases can be; ``check``, ``plan``, ``compile`` and ``modes``."""
 
 from collections import Counter
 from contextlib import ExitStack, suppress
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
-from wearlab.cli.campaigns import first_of_each_label, impossible, refuse_the_impossible, sound_campaign
 from wearlab.store import Store, outcome
 from wearlab.units import HOUR, MINUTE, convert
 
@@ -16,10 +15,76 @@ if TYPE_CHECKING:
 
     from wearlab.campaign import Campaign, Case
     from wearlab.runner.plan import Plan
+    from wearlab.updating.study import MeasuredCase
 
 
 MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
+
+
+def sound_campaign(file: str) -> "Campaign":
+    """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
+    campaign = output.read_campaign(file)
+    refuse_wrong_figures(campaign, file)
+    return campaign
+
+
+def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
+    """Stop where a figure names what does not exist."""
+    if campaign.figures:
+        from wearlab.figures.question import figure_problems
+
+        problems = figure_problems(campaign)
+        if problems:
+            raise output.Stop("\n".join(f"{file}: {problem}" for problem in problems))
+
+
+def refuse_the_impossible(campaign: "Campaign") -> None:
+    """Stop before anything is written when not one case can be, and none is expected to be refused."""
+    refused = impossible(campaign)
+    if len(refused) == len({case.id for case in campaign.cases}) and not any(r["expected"] for r in refused):
+        of_reason: dict[str, list[str]] = {}
+        for case in refused:
+            of_reason.setdefault(case["reason"], []).append(case["case"])
+        raise output.Stop(
+            "\n".join(
+                f"{cases[0]}{f' and {len(cases) - 1} more' if cases[1:] else ''}: {reason}"
+                for reason, cases in of_reason.items()
+            )
+        )
+
+
+def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
+    """Return the first case of every label."""
+    first: dict[str, Case] = {}
+    for case in campaign.cases:
+        first.setdefault(case.label, case)
+    return first
+
+
+def impossible(campaign: "Campaign") -> list[dict[str, Any]]:
+    """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it."""
+    from wearlab.gears.specification import GearError
+    from wearlab.scene.build import contact, sets, vibration
+
+    refused = []
+    for case in {case.id: case for case in campaign.cases}.values():
+        try:
+            gears = sets.build_set(case.scene)
+            contact.check_initial_wear(case.scene, gears)
+            contact.check_limits(case.scene, gears)
+            vibration.check_held(case.scene, gears)
+        except GearError as error:
+            expected = case.expect is not None and case.expect.verdict == "refused"
+            impossible = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}
+            refused.append({**impossible, "expected": expected})
+    return refused
+
+
+def case_name(campaign: "Campaign", case: "Case") -> str:
+    """Return what a person calls a case: its label and its place on the axes."""
+    words = ", ".join(f"{name}={value}" for name, value in outcome.place(campaign, case).items())
+    return f"{case.label} ({words})" if words else case.label
 
 
 @app.command()
@@ -84,9 +149,7 @@ def check(
     for label, first in first_of_each_label(campaign).items():
         _tell_duty(label, first)
     if campaign.update is not None:
-        from wearlab.cli.commands.run import tell_update
-
-        tell_update(campaign)
+        _tell_update(campaign)
     for warning in campaign.warnings:
         output.complain(f"\nwarning: {warning}")
     for case in refused:
@@ -110,6 +173,39 @@ def _tell_duty(label: str, case: "Case") -> None:
     mean = sum(block.share * block.torque * block.speed for block in blocks)
     rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
     output.show_table(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
+
+
+def _tell_update(campaign: "Campaign") -> None:
+    """Say what a campaign's [update] has to go by.
+
+    Raises
+    ------
+    UpdateError : its data cannot be read, or it cannot be updated
+    """
+    from wearlab.schema import VARIABLES
+    from wearlab.updating.study import studies
+
+    for some in _told_together(studies(campaign)):
+        study = some[0]
+        output.say(f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}")
+        for key, prior in study.spec.unknown.items():
+            cost = "" if key not in study.costly else f", {study.spec.draws} runs"
+            before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
+            output.say(f"  unknown: {key}, before {before}{cost}")
+        for blocks in zip(*(one.seen for one in some), strict=True):
+            data, count = blocks[0].data, sum(map(len, blocks))
+            each = ", ".join(f"{one.label} {len(seen)}" for one, seen in zip(some, blocks, strict=True))
+            said = f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
+            output.say(f"  measured: {said}{f': {each}' if len(some) > 1 else ''}")
+        for limit in dict.fromkeys(one.limit for one in some):
+            where, unit = f" of the {limit.where}" if limit.where else "", VARIABLES[limit.quantity]
+            level = convert(limit.value, unit.units, unit.display_units)
+            output.say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
+
+
+def _told_together(wanted: "Sequence[MeasuredCase]") -> "list[Sequence[MeasuredCase]]":
+    """Return what is said at once: the units of a fleet, and each case by itself."""
+    return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
 
 
 def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> output.Status:
@@ -197,9 +293,7 @@ def plan(
     else:
         _tell(planned)
         if campaign.update is not None:
-            from wearlab.cli.commands.run import tell_plan
-
-            tell_plan(campaign, store, workers)
+            _tell_plan(campaign, store, workers)
     for warning in planned.warnings:
         output.complain(f"warning: {warning}")
     return output.Status.TROUBLE if planned.warnings else output.Status.WELL
@@ -238,6 +332,27 @@ def _tell(planned: "Plan") -> None:
     low, high = _size(planned.bytes.low), _size(planned.bytes.high)
     output.say(f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free")
     output.say(f"  from {planned.basis}")
+
+
+def _tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
+    """Say which runs `wearlab update` would need, and whether its answer is there already."""
+    from wearlab.runner.plan import WORDS, plan
+    from wearlab.updating.inference import kept
+    from wearlab.updating.study import studies
+
+    wanted = studies(campaign)
+    if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
+        output.say("\nwearlab update: made before, it would be read")
+        return
+    output.say("\nwearlab update needs")
+    for some in _told_together(wanted):
+        scenes = {scene.id: scene for study in some for scene in study.scenes}
+        planned = plan(some[0].campaign(campaign.title, list(scenes.values())), store, workers=workers)
+        states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
+        time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
+        label = some[0].label if len(some) == 1 else f"{len(some)} units"
+        output.say(f"  {label}: {len(planned.runs)} runs, {states}{time}")
+    output.say("  and as many longer ones where the measurements lie beyond them")
 
 
 def _some(keys: "Sequence[str]") -> str:

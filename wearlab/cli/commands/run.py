@@ -2,20 +2,17 @@
 
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli import app, campaigns, output
+from wearlab.cli import app, output
+from wearlab.cli.commands import plan as before
 from wearlab.sources import SHORT_ID
 from wearlab.store import Store
-from wearlab.units import convert
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
 
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
     from wearlab.store.updates import KeptUpdate
-    from wearlab.updating.study import MeasuredCase
 
 
 @app.command()
@@ -44,8 +41,8 @@ def run(
     output.at_once_when_twice()
     store, campaign = Store(folder), output.read_campaign(file)
     foresee(campaign, store, scheduler)
-    campaigns.refuse_wrong_figures(campaign, file)
-    campaigns.refuse_the_impossible(campaign)
+    before.refuse_wrong_figures(campaign, file)
+    before.refuse_the_impossible(campaign)
     try:
         report = computed(
             campaign,
@@ -72,9 +69,7 @@ def _tell(campaign: "Campaign", report: "Report") -> None:
     for warning in campaign.warnings:
         output.complain(f"warning: {warning}")
     output.say(report.headline)
-    names: dict[str, str] = {
-        case.id: campaigns.case_name(campaign, case) for case in reversed(campaign.cases)
-    }
+    names: dict[str, str] = {case.id: before.case_name(campaign, case) for case in reversed(campaign.cases)}
     foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
         if case.state != "done" and case.id not in foreseen:
@@ -145,60 +140,6 @@ def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.S
     lines += [f"{name:<22}{text}" for name, text in groups.items()]
     output.tell(content(tree) | made, as_json, *text_of(tree), "", *lines)
     return None
-
-
-def tell_update(campaign: "Campaign") -> None:
-    """Say what a campaign's [update] has to go by.
-
-    Raises
-    ------
-    UpdateError : its data cannot be read, or it cannot be updated
-    """
-    from wearlab.schema import VARIABLES
-    from wearlab.updating.study import studies
-
-    for some in _told_together(studies(campaign)):
-        study = some[0]
-        output.say(f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}")
-        for key, prior in study.spec.unknown.items():
-            cost = "" if key not in study.costly else f", {study.spec.draws} runs"
-            before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
-            output.say(f"  unknown: {key}, before {before}{cost}")
-        for blocks in zip(*(one.seen for one in some), strict=True):
-            data, count = blocks[0].data, sum(map(len, blocks))
-            each = ", ".join(f"{one.label} {len(seen)}" for one, seen in zip(some, blocks, strict=True))
-            said = f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
-            output.say(f"  measured: {said}{f': {each}' if len(some) > 1 else ''}")
-        for limit in dict.fromkeys(one.limit for one in some):
-            where, unit = f" of the {limit.where}" if limit.where else "", VARIABLES[limit.quantity]
-            level = convert(limit.value, unit.units, unit.display_units)
-            output.say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
-
-
-def _told_together(wanted: "Sequence[MeasuredCase]") -> "list[Sequence[MeasuredCase]]":
-    """Return what is said at once: the units of a fleet, and each case by itself."""
-    return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
-
-
-def tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
-    """Say which runs `wearlab update` would need, and whether its answer is there already."""
-    from wearlab.runner.plan import WORDS, plan
-    from wearlab.updating.inference import kept
-    from wearlab.updating.study import studies
-
-    wanted = studies(campaign)
-    if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
-        output.say("\nwearlab update: made before, it would be read")
-        return
-    output.say("\nwearlab update needs")
-    for some in _told_together(wanted):
-        scenes = {scene.id: scene for study in some for scene in study.scenes}
-        planned = plan(some[0].campaign(campaign.title, list(scenes.values())), store, workers=workers)
-        states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
-        time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
-        label = some[0].label if len(some) == 1 else f"{len(some)} units"
-        output.say(f"  {label}: {len(planned.runs)} runs, {states}{time}")
-    output.say("  and as many longer ones where the measurements lie beyond them")
 
 
 def content(tree: "xr.DataTree") -> dict[str, Any]:

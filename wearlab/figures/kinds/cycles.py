@@ -85,13 +85,8 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
             if order <= SHOWN or "harmonic" in ask.select:
                 key = {k: v for k, v in piece.key.items() if k != "harmonic"}
                 name = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
-                yield _line(
-                    run,
-                    ask,
-                    piece._replace(key={**key, "part": FLUCTUATION, "quantity": name}),
-                    by,
-                    amplitude,
-                )
+                piece = piece._replace(key={**key, "part": FLUCTUATION, "quantity": name})
+                yield _line(run, ask, piece, by, amplitude)
 
     return series
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, Ask, FigureError, companion, kind, shown, slices, thinned
+from wearlab.figures.kind import ORBITS, Ask, FigureError, Slice, companion, kind, shown, slices, thinned
 from wearlab.figures.plot import Scale, Series
 from wearlab.figures.runs import Run
 from wearlab.figures.wording import Label, ordinal, typeset
@@ -47,9 +47,8 @@ def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
         phase, _ = companion(run, "phase", piece.place, ask)
         if np.isnan(piece.values).all():
             continue
-        error = None
-        if piece.error is not None and not np.isnan(piece.error).all():
-            error = repeated(piece.error, phase, periods)[1]
+        known = piece.error is not None and not np.isnan(piece.error).all()
+        error = repeated(piece.error, phase, periods)[1] if known else None  # type: ignore[arg-type]
         x, y = repeated(piece.values, phase, periods)
         yield Series(piece.key, x, y, PERIODS, piece.scale, y_error=error, said=said)
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
@@ -58,9 +57,8 @@ def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
 
 def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series]:
     force = float(shown(run.data["static_mesh_force"], "dynamic_mesh_force", ask)[0].ravel()[0])
-    yield Series(
-        run.place, np.array([0.0, periods]), np.full(2, force), PERIODS, scale, "reference", "static force"
-    )
+    ends = np.array([0.0, periods]), np.full(2, force)
+    yield Series(run.place, *ends, PERIODS, scale, "reference", "static force")
 
 
 @kind(
@@ -70,35 +68,21 @@ def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series
 def phase_plane(run: Run, ask: Ask) -> Iterator[Series]:
     """Rate of the mesh deflection over the deflection, with a point once per mesh period."""
     run = thinned(run)
-    rates = slices(run, "mesh_deflection_rate", ask, "mesh_period", "phase")
-    for piece, rate in zip(
-        slices(run, "mesh_deflection", ask, "mesh_period", "phase", axis="x"), rates, strict=True
-    ):
+    for piece, rate in _planes(run, ask, "mesh_deflection", "mesh_deflection_rate", "mesh_period", "phase"):
         held = ~np.isnan(piece.values).all(axis=1)
         x, y = (values[held].ravel() for values in (piece.values, rate.values))
-        yield Series(piece.key, np.append(x, x[:1]), np.append(y, y[:1]), piece.scale, rate.scale)
-    if {"poincare_deflection", "poincare_rate"} <= set(run.data):
-        yield from _strobed(run, ask)
+        scales = piece.scale, rate.scale
+        yield Series(piece.key, np.append(x, x[:1]), np.append(y, y[:1]), *scales)
+    if {"poincare_deflection", "poincare_rate"} <= set(run.data):  # the state when a pair enters at A
+        for piece, rate in _planes(run, ask, "poincare_deflection", "poincare_rate", "mesh_period"):
+            held = ~np.isnan(piece.values)
+            x, y = piece.values[held], rate.values[held]
+            yield Series(piece.key, x, y, *scales, "points", "once per mesh period, at A")
 
 
-def _strobed(run: Run, ask: Ask) -> Iterator[Series]:
-    """Yield the state once per mesh period, when a pair enters at A."""
-    across = next(slices(run, "mesh_deflection", ask, "mesh_period", "phase", axis="x")).scale
-    up = next(slices(run, "mesh_deflection_rate", ask, "mesh_period", "phase")).scale
-    rates = slices(run, "poincare_rate", ask, "mesh_period")
-    for piece, rate in zip(
-        slices(run, "poincare_deflection", ask, "mesh_period", axis="x"), rates, strict=True
-    ):
-        held = ~np.isnan(piece.values)
-        yield Series(
-            piece.key,
-            piece.values[held],
-            rate.values[held],
-            across,
-            up,
-            "points",
-            "once per mesh period, at A",
-        )
+def _planes(run: Run, ask: Ask, x: str, y: str, *along: str) -> Iterator[tuple[Slice, Slice]]:
+    """Yield the pieces of a deflection, each with that of its rate."""
+    yield from zip(slices(run, x, ask, *along, axis="x"), slices(run, y, ask, *along), strict=True)
 
 
 SPECTRA = 70
@@ -134,11 +118,9 @@ def response_curve(run: Run, ask: Ask) -> Iterator[Series]:
         low, high = float(np.nanmin(piece.values)), float(np.nanmax(piece.values))
         for row, speed in jumps:
             if row == piece.place.get("direction"):
-                at = np.full(2, speed)
+                ends = np.full(2, speed), np.array([low, high])
                 key = {k: label for k, label in piece.key.items() if k != "direction"}
-                yield Series(
-                    key, at, np.array([low, high]), across, piece.scale, "reference", "jump, located"
-                )
+                yield Series(key, *ends, across, piece.scale, "reference", "jump, located")
 
 
 def _jumps(run: Run, ask: Ask) -> Iterator[tuple[int, float]]:
@@ -197,9 +179,7 @@ def poincare(run: Run, ask: Ask) -> Iterator[Series]:
     if count > POINTS_SHOWN:
         chosen = sorted({round(i * (count - 1) / (POINTS_SHOWN - 1)) for i in range(POINTS_SHOWN)})
         run = replace(run, data=run.data.isel(response_speed=chosen))
-    rates = slices(run, "response_poincare_rate", ask, "strobe")
-    pieces = slices(run, "response_poincare_deflection", ask, "strobe", axis="x")
-    for piece, rate in zip(pieces, rates, strict=True):
+    for piece, rate in _planes(run, ask, "response_poincare_deflection", "response_poincare_rate", "strobe"):
         held = np.isfinite(piece.values)
         yield Series(piece.key, piece.values[held], rate.values[held], piece.scale, rate.scale, "dots")
 
@@ -231,10 +211,8 @@ def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
         for row in drawn:
             x, height = orders[seen], piece.values[row, seen]
             if order == "harmonic":  # whole orders alone: each a peak of its own
-                x, height = (
-                    (x[:, None] + [-0.08, 0.0, 0.08]).ravel(),
-                    np.outer(height, [0.0, 1.0, 0.0]).ravel(),
-                )
+                x = (x[:, None] + [-0.08, 0.0, 0.08]).ravel()
+                height = np.outer(height, [0.0, 1.0, 0.0]).ravel()
             y = places[row] + peak * gap * height / most
             line = Series(piece.key, x, y, ORDER, Scale(words, up.units), "hairline")
             yield line if every == 1 else replace(line, said=said)
