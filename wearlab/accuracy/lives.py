@@ -82,13 +82,8 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
     seconds = time.perf_counter() - begun
     if seconds < SHORT:
         seconds = timing(lambda: _evolved(problem, method, tolerance))
-    return TimedLife(
-        float(life.cycle[-1]),
-        life.depth[-1],
-        twins.flank_of_nodes(problem.parts),
-        life.count_rate_evaluations,
-        seconds,
-    )
+    flank = twins.flank_of_nodes(problem.parts)
+    return TimedLife(float(life.cycle[-1]), life.depth[-1], flank, life.count_rate_evaluations, seconds)
 
 
 def _evolved(problem: Wearing, method: Method, tolerance: float) -> record.Life:
@@ -129,13 +124,8 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
         method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
         events=reaches_depth if problem.limits.depth is not None else None,
     )  # fmt: skip
-    return TimedLife(
-        float(solution.t[-1]),
-        solution.y[:, -1],
-        twins.flank_of_nodes(problem.parts),
-        rate.count,
-        time.perf_counter() - begun,
-    )
+    flank, seconds = twins.flank_of_nodes(problem.parts), time.perf_counter() - begun
+    return TimedLife(float(solution.t[-1]), solution.y[:, -1], flank, rate.count, seconds)
 
 
 def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import signal
 import sys
 import threading
@@ -186,18 +187,15 @@ def split_columns(text: str | None) -> tuple[str, ...] | None:
     """Return the columns of a list; a comma within parentheses or quotes does not part them."""
     if text is None:
         return None
-    parts, depth, quote, start = [], 0, "", 0
-    for at, sign in enumerate(text):
-        if quote or sign in "'\"":
-            quote = "" if sign == quote else quote or sign
-        elif sign in "([":
-            depth += 1
-        elif sign in ")]":
-            depth -= 1
-        elif sign == "," and depth == 0:
-            parts.append(text[start:at])
-            start = at + 1
-    return tuple(part.strip() for part in [*parts, text[start:]] if part.strip())
+    parts: list[str] = []
+    held = ""
+    for piece in text.split(","):
+        held = f"{held},{piece}" if held else piece
+        bare = re.sub(r"'[^']*'|\"[^\"]*\"", "", held)
+        if not set("'\"") & set(bare) and all(bare.count(a) <= bare.count(b) for a, b in ("()", "[]")):
+            parts.append(held.strip())
+            held = ""
+    return tuple(part for part in [*parts, held.strip()] if part)
 
 
 def show_json(content: Any) -> None:

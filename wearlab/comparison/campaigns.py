@@ -4,7 +4,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -12,13 +12,10 @@ import xarray as xr
 from wearlab.comparison import quantities
 from wearlab.comparison.quantities import CompareError
 from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
+from wearlab.store import Store
 from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
 from wearlab.store.outcome import place, value_text
 from wearlab.units import KINDS, UnitError, convert
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
-
 
 BASE = "base"
 Key = tuple[tuple[str, Any], ...]
@@ -52,7 +49,7 @@ class Side:
     single: bool = False
 
 
-def side(given: Any, store: "Store | None", name: str) -> Side:
+def side(given: Any, store: Store | None, name: str) -> Side:
     """Return what was given as named runs.
 
     Parameters
@@ -81,7 +78,7 @@ def _of_run(run: xr.Dataset, name: str) -> Side:
     return Side(run_id[:10] or name, (SideRun((), run_id[:10] or name, run_id, lambda: run),), single=True)
 
 
-def _of_campaign(campaign: Any, store: "Store") -> Side:
+def _of_campaign(campaign: Any, store: Store) -> Side:
     entries = store.entries(case.id for case in campaign.cases)
     axes = {axis.name: axis for axis in campaign.axes}
     members, absent = [], []
@@ -198,7 +195,7 @@ def compare(
     b: Any,
     on: Literal["cycle", "wear_depth"] = "cycle",
     tolerance: float = TOLERANCE,
-    store: "Store | None" = None,
+    store: Store | None = None,
 ) -> xr.Dataset:
     """Compare two runs, or two campaigns.
 

@@ -253,6 +253,10 @@ def _position_coordinates(a: xr.Dataset, b: xr.Dataset, wanted: Array, on: str) 
     return made | {"cycle": xr.DataArray(np.stack(cycles), dims=("run", "state"), attrs=declared("cycle"))}
 
 
+RELATIVE = {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"}
+LARGEST = "relative difference, largest of all states"
+
+
 def _with_summary(
     made: xr.Dataset, relative: dict[str, Array], wanted: Array, on: str, tolerance: float
 ) -> xr.Dataset:
@@ -262,16 +266,8 @@ def _with_summary(
     own = declared("cycle" if on == CYCLE else "max_wear_depth")
     words = {"long_name": f"{own['long_name']} at which the runs first differ by more than the tolerance"}
     return made.assign(
-        relative_difference=(
-            ("quantity", "state"),
-            table,
-            {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"},
-        ),
-        largest_relative_difference=(
-            ("quantity",),
-            largest,
-            {"units": "1", "display_units": "%", "long_name": "relative difference, largest of all states"},
-        ),
+        relative_difference=(("quantity", "state"), table, RELATIVE),
+        largest_relative_difference=(("quantity",), largest, RELATIVE | {"long_name": LARGEST}),
         first_difference=(("quantity",), first, {**own, **words}),
     ).assign_coords({"quantity": list(relative), **described(list(relative))})
 

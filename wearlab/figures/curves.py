@@ -3,18 +3,15 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.figures.kind import Ask, FigureError
 from wearlab.figures.plot import BESIDE, Scale, Series, grouped
 from wearlab.figures.wording import Label, joined, within
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 BANDS = ((0.05, 0.95), (0.25, 0.75))
 ACROSS = 200
@@ -40,7 +37,7 @@ def ended_of(name: str) -> Ended:
     return "kept" if name.startswith("remaining") else "gone"
 
 
-def sampled_axes(grid: "xr.Dataset") -> list[str]:
+def sampled_axes(grid: xr.Dataset) -> list[str]:
     """Return the axes of a grid along which runs were drawn at random: of many places in no order."""
     axes = []
     for dim in map(str, grid.run_id.dims):
@@ -51,7 +48,7 @@ def sampled_axes(grid: "xr.Dataset") -> list[str]:
     return axes
 
 
-def _is_unordered(values: "xr.DataArray") -> bool:
+def _is_unordered(values: xr.DataArray) -> bool:
     steps = np.diff(values.values.astype(float))
     return bool((steps > 0).any() and (steps < 0).any())
 
@@ -174,19 +171,26 @@ def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[
     series : whose states stand side by side
     dims : along which runs differ
     """
-    names = set(dims)
-    runs: dict[Label, set[object]] = {}
-    for curve in series:
-        if "update" in curve.key:
-            place = tuple(sorted((name, label) for name, label in curve.key.items() if name in names))
-            runs.setdefault(curve.key["update"], set()).add(place)
-    most = max((len(some) for some in runs.values()), default=0)
-    rare = {label for label, some in runs.items() if len(some) < SHARE * most}
+    runs = Counter(label for states in _states_of_runs(series, set(dims)).values() for label in states)
+    rare = {label for label, count in runs.items() if count < SHARE * max(runs.values())}
     if not rare:
         return list(series), []
     kept = [curve for curve in series if curve.key.get("update") not in rare]
     words = f"{len(rare)} wear state{'s' if len(rare) > 1 else ''}"
     return kept, [f"Not drawn: {words} that less than half of the runs have."]
+
+
+def _run_of(curve: Series, dims: set[str]) -> tuple[object, ...]:
+    return tuple(sorted(item for item in curve.key.items() if item[0] in dims))
+
+
+def _states_of_runs(series: Sequence[Series], dims: set[str]) -> dict[object, dict[Label, None]]:
+    """Return the wear states of every run, in order."""
+    states: dict[object, dict[Label, None]] = {}
+    for curve in series:
+        if "update" in curve.key:
+            states.setdefault(_run_of(curve, dims), {})[curve.key["update"]] = None
+    return states
 
 
 def label_text(low: str, high: str) -> str:
@@ -206,18 +210,14 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     series : with ``update`` in their keys
     dims : along which runs differ
     """
-    of_run: dict[tuple[object, ...], dict[Label, None]] = {}
     names = set(dims)
-    for curve in series:
-        if "update" in curve.key:
-            run: tuple[object, ...] = tuple((k, label) for k, label in curve.key.items() if k in names)
-            of_run.setdefault(run, {})[curve.key["update"]] = None
+    of_run = _states_of_runs(series, names)
     longest = max((len(states) for states in of_run.values()), default=0)
     if len({label.text for states in of_run.values() for label in states}) <= longest:
         return list(series)
     count = Counter(label for states in of_run.values() for label in states)
     common = {label for label, n in count.items() if n >= max(2, SHARE * len(of_run))}
-    place: dict[tuple[object, ...], dict[Label, str]] = {}
+    place: dict[object, dict[Label, str]] = {}
     members: dict[str, list[Label]] = {}
     for run, states in of_run.items():
         ordered = sorted(states)
@@ -231,8 +231,8 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     def renamed(curve: Series) -> Series:
         if "update" not in curve.key:
             return curve
-        mine: tuple[object, ...] = tuple((k, label) for k, label in curve.key.items() if k in names)
-        return replace(curve, key={**curve.key, "update": labels[place[mine][curve.key["update"]]]})
+        name = place[_run_of(curve, names)][curve.key["update"]]
+        return replace(curve, key={**curve.key, "update": labels[name]})
 
     return [renamed(curve) for curve in series]
 
@@ -291,28 +291,24 @@ def _spans(series: Sequence[Series]) -> dict[Scale, float]:
     ends: dict[Scale, list[float]] = {}
     for curve in series:
         for scale, values in ((curve.across, curve.x), (curve.up, curve.y)):
-            held = values[np.isfinite(values)]
-            if len(held):
-                ends.setdefault(scale, []).extend((float(held.min()), float(held.max())))
-    return {scale: max(all_) - min(all_) for scale, all_ in ends.items()}
+            ends.setdefault(scale, []).extend(values[np.isfinite(values)])
+    return {scale: float(np.ptp(held)) for scale, held in ends.items() if held}
 
 
 def _alike(a: dict[object, list[Series]], b: dict[object, list[Series]], spans: dict[Scale, float]) -> bool:
-    return a.keys() == b.keys() and all(
-        len(a[key]) == len(b[key])
-        and all(
-            first.across == two.across
-            and first.up == two.up
-            and _close(first.x, two.x, spans.get(first.across, 0.0))
-            and _close(first.y, two.y, spans.get(first.up, 0.0))
-            for first, two in zip(a[key], b[key], strict=True)
+    if a.keys() != b.keys() or any(len(a[key]) != len(b[key]) for key in a):
+        return False
+    couples = [couple for key in a for couple in zip(a[key], b[key], strict=True)]
+    return all(
+        mine == others
+        and one.shape == two.shape
+        and np.allclose(one, two, rtol=0.0, atol=SEEN * spans.get(mine, 0.0), equal_nan=True)
+        for first, second in couples
+        for one, mine, two, others in (
+            (first.x, first.across, second.x, second.across),
+            (first.y, first.up, second.y, second.up),
         )
-        for key in a
     )
-
-
-def _close(a: Array, b: Array, span: float) -> bool:
-    return a.shape == b.shape and np.allclose(a, b, rtol=0.0, atol=SEEN * span, equal_nan=True)
 
 
 def from_first(

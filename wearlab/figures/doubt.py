@@ -2,16 +2,13 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.figures.plot import Series
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 FIRM = ("", "completed", "stopped")
 """Verdicts of a run whose numbers stand: one that did not end as asked for is told by what it lacks."""
@@ -44,7 +41,7 @@ def read_for(names: Iterable[str]) -> list[str]:
     return [*WITNESSES, *estimates, *(("life", "static_mesh_force") if estimates else ())]
 
 
-def error_of(data: "xr.Dataset", name: str) -> "xr.DataArray | None":
+def error_of(data: xr.Dataset, name: str) -> xr.DataArray | None:
     """Return the estimated error of a variable, in its unit and its dimensions; None where there is none.
 
     Parameters
@@ -67,7 +64,7 @@ def error_of(data: "xr.Dataset", name: str) -> "xr.DataArray | None":
     return error.broadcast_like(data[name]).transpose(*data[name].dims)
 
 
-def doubts(data: "xr.Dataset") -> tuple[str, ...]:
+def doubts(data: xr.Dataset) -> tuple[str, ...]:
     """Return what speaks against a run's numbers, in words; nothing for most runs."""
     words = {name: str(data[name].values) for name in WITNESSES[:3] if name in data}
     found = [verdict for verdict in (words.get("verdict", ""),) if verdict not in FIRM]
@@ -143,7 +140,7 @@ def _is_seen(series: Sequence[Series], side: str) -> bool:
     return any(error is not None and bool(np.nanmax(error, initial=0.0) > least) for error in errors)
 
 
-def _relative(data: "xr.Dataset", name: str) -> float:
+def _relative(data: xr.Dataset, name: str) -> float:
     error = error_of(data, name)
     if error is None:
         return 0.0

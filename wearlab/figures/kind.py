@@ -9,6 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.figures.doubt import error_of
@@ -20,8 +21,6 @@ from wearlab.schema import DIMENSIONS, ON_AXES, VARIABLES
 from wearlab.units import UnitError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wearlab.figures.runs import Run
 
 
@@ -88,14 +87,14 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
     folder : directory of the campaign file, where a relative ``published`` is looked up
     """
     name = f"figure {number} ({spec.kind})"
-    y = getattr(spec, "y", None)
+    y, published = getattr(spec, "y", None), getattr(spec, "published", None)
     return Ask(
         name=name,
         kind=spec.kind,
         select=dict(getattr(spec, "select", None) or {}),
         y=(y,) if isinstance(y, str) else tuple(y or ()),
         units=_units(getattr(spec, "units", None), name),
-        published=_path(getattr(spec, "published", None), folder),
+        published=(folder or Path()) / published if published else None,
         **{key: getattr(spec, key, None) or None for key in ("x", "hue", "rows", "cols", "y_as", "note")},
         title=getattr(spec, "title", None),
     )
@@ -109,12 +108,6 @@ def _units(units: Any, name: str) -> dict[str, str]:
     if isinstance(units, Mapping):
         return {str(key): str(value) for key, value in units.items()}
     raise FigureError(f"{name}: units = {units!r} is neither a unit nor a table of variable = unit")
-
-
-def _path(published: Any, folder: Path | None) -> Path | None:
-    if not published:
-        return None
-    return (folder or Path()) / Path(published)
 
 
 Role = Literal["hue", "rows", "cols"]
@@ -270,14 +263,14 @@ class Slice(NamedTuple):
     error: Array | None = None
 
 
-def units_of(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
+def units_of(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
     """Return the stored unit of a variable and the one to show."""
     stored = str(variable.attrs.get("units", "1"))
     shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
     return stored, str(shown)
 
 
-def label_of(variable: "xr.DataArray", name: str) -> str:
+def label_of(variable: xr.DataArray, name: str) -> str:
     """Return a variable's name for an axis: short words where the long name is long."""
     return ON_AXES.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
@@ -292,7 +285,7 @@ def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale
     return values.reshape(1), scale
 
 
-def shown(variable: "xr.DataArray", name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+def shown(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
     Raises

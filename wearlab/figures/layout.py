@@ -6,25 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import runs
+from wearlab.figures import plot, runs
 from wearlab.figures.curves import from_first, require_positive, states_in_common
 from wearlab.figures.kind import Ask, FigureError, Kind, no_axis
-from wearlab.figures.plot import (
-    BESIDE,
-    DAYS,
-    INK,
-    WEAR,
-    Bar,
-    Curve,
-    LegendEntry,
-    Panel,
-    Pen,
-    Plot,
-    Series,
-    bar_of,
-    beside_bar,
-    pens,
-)
+from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Series
 from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
 
@@ -222,7 +207,7 @@ OURS = "computed"
 
 def compose(
     series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str], notes: Sequence[str]
-) -> Plot:
+) -> plot.Plot:
     """Return the figure of these series.
 
     Raises
@@ -239,7 +224,7 @@ def compose(
         said += told
     elif ask.y_as == "logarithm":
         require_positive(series, ask)
-    pen = pens([label for label in hues if label], hue)
+    pen = plot.pens([label for label in hues if label], hue)
     head = key_text(grid_dims.get(hue) or hue) if hue else ""
     turned = (
         len(columns) > MOST_COLUMNS >= len(rows) > 1
@@ -256,15 +241,15 @@ def compose(
             title = ", ".join(dict.fromkeys(named))
             panels.append(_panel(inside, (r, c), title, lambda curve: _pen(curve, hue, pen), powers, series))
     panels, shape = _close(panels)
-    bar = _bar_of_maps(series, hue, ask) or bar_of([h for h in hues if h is not None], hue, head)
+    bar = _bar_of_maps(series, hue, ask) or plot.bar_of([h for h in hues if h is not None], hue, head)
     ups = {s.up.label for s in series}
-    return Plot(
+    return plot.Plot(
         title=_title(series, varied, ask, kind) if ask.title is None else ask.title,
         panels=_lettered(panels),
         rows=shape[0],
         columns=shape[1],
         share_y="all" if len(ups) == 1 else "row" if roles.get("rows") == "variable" else "none",
-        legend=_legend(series, hues if bar is None else beside_bar(hues), pen, hue, _alone(series, ask)),
+        legend=_legend(series, hues if bar is None else plot.beside_bar(hues), pen, hue, _alone(series, ask)),
         head=head if hue != "update" and bar is None and _is_bare(hues) else "",
         notes=(*notes, *said),
         shape=kind.shape,
@@ -274,7 +259,7 @@ def compose(
     )
 
 
-def _bar_of_maps(series: Sequence[Series], hue: str | None, ask: Ask) -> Bar | None:
+def _bar_of_maps(series: Sequence[Series], hue: str | None, ask: Ask) -> plot.Bar | None:
     """Return the bar that tells what the colours of maps mean, None where there is no map.
 
     Raises
@@ -289,7 +274,7 @@ def _bar_of_maps(series: Sequence[Series], hue: str | None, ask: Ask) -> Bar | N
     colours = maps[0].colours
     assert colours is not None
     low, high = _reach_of_maps(series)
-    return Bar(axis_label(*colours, 0), low, high, WEAR)
+    return plot.Bar(axis_label(*colours, 0), low, high, WEAR)
 
 
 def _reach_of_maps(series: Sequence[Series]) -> tuple[float, float]:
@@ -335,7 +320,7 @@ def _cells(
     }
 
 
-def _close(panels: Sequence[Panel]) -> tuple[list[Panel], tuple[int, int]]:
+def _close(panels: Sequence[plot.Panel]) -> tuple[list[plot.Panel], tuple[int, int]]:
     """Return panels without the rows and columns that none of them stands in, and how many there are."""
     rows, columns = (sorted({getattr(panel, side) for panel in panels}) for side in ("row", "column"))
     moved = [replace(p, row=rows.index(p.row), column=columns.index(p.column)) for p in panels]
@@ -360,7 +345,7 @@ def _powers(series: Sequence[Series]) -> dict[tuple[str, str, str], int]:
     for curve in series:
         held.setdefault(("x", *curve.across), []).append(curve.x)
         held.setdefault(("y", *curve.up), []).append(curve.y)
-    return {key: 0 if key[2] == DAYS else power_of_ten(arrays, key[2]) for key, arrays in held.items()}
+    return {key: 0 if key[2] == plot.DAYS else power_of_ten(arrays, key[2]) for key, arrays in held.items()}
 
 
 def _panel(
@@ -370,12 +355,12 @@ def _panel(
     pen: Callable[[Series], Pen],
     powers: Mapping[tuple[str, str, str], int],
     all_series: Sequence[Series],
-) -> Panel:
+) -> plot.Panel:
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
-    dates = first.across.units == DAYS
+    dates = first.across.units == plot.DAYS
     across, up = powers[("x", *first.across)], powers[("y", *first.up)]
     curves = [
-        Curve(
+        plot.Curve(
             *(s.x / 10.0**across, s.y / 10.0**up, pen(s), s.look, ""),
             None if s.x_error is None else s.x_error / 10.0**across,
             None if s.y_error is None else s.y_error / 10.0**up,
@@ -387,7 +372,7 @@ def _panel(
         for s in sorted(inside, key=lambda s: s.look == "published")
     ]
     marks = {mark: None for s in inside for mark in s.marks}
-    return Panel(
+    return plot.Panel(
         *place,
         title,
         axis_label(first.across.label, "" if dates else first.across.units, across),
@@ -419,7 +404,7 @@ def _is_bare(hues: Sequence[Label | None]) -> bool:
     return any(label is not None and label.text[:1].isdigit() for label in hues[:1])
 
 
-def _lettered(panels: list[Panel]) -> tuple[Panel, ...]:
+def _lettered(panels: list[plot.Panel]) -> tuple[plot.Panel, ...]:
     if len(panels) == 1:
         return tuple(panels)
     return tuple(
@@ -440,14 +425,14 @@ def _legend(
     pen: Mapping[Label, Pen],
     hue: str | None,
     alone: str | None = None,
-) -> tuple[LegendEntry, ...]:
+) -> tuple[plot.LegendEntry, ...]:
     coloured = [s for s in reversed(series) if s.look in COLOURED]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
-    entries = [LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
+    entries = [plot.LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues if h is not None]
     if not entries and coloured and (alone or any(s.look == "published" for s in series)):
-        entries = [LegendEntry(alone or OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
+        entries = [plot.LegendEntry(alone or OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
     own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
     for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].look):
-        entries.append(LegendEntry(text, own.get(curve.look, Pen(INK, "", "o")), curve.look))
+        entries.append(plot.LegendEntry(text, own.get(curve.look, Pen(INK, "", "o")), curve.look))
     return tuple(entries)

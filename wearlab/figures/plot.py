@@ -10,22 +10,9 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.figures.wording import Label
 
-Look = Literal[
-    "line",
-    "line-points",
-    "points",
-    "dots",
-    "hairline",
-    "area",
-    "reference",
-    "published",
-    "level",
-    "dashed",
-    "dash-dot",
-    "horizontal",
-    "stem",
-    "map",
-]
+Beside = Literal["reference", "level", "dashed", "dash-dot"]
+Drawn = Literal["line", "line-points", "points", "dots", "hairline", "area", "horizontal", "stem", "map"]
+Look = Drawn | Beside | Literal["published"]
 
 
 class Scale(NamedTuple):

@@ -10,7 +10,7 @@ Beside maps over the flank stands one that was measured: columns as of ``wear.in
 
 import csv
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -84,28 +84,17 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
     x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
     dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in POINT}
     keys = [tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows]
-    if "y" not in columns:
-        texts = [row[columns["text"]].strip() if "text" in columns else "" for row in rows]
-        yield from _marks(series, zip(x.tolist(), texts, keys, strict=True))
-        return
-    y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask)
+    y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask) if "y" in columns else None
+    texts = [row[columns["text"]].strip() if "text" in columns else "" for row in rows]
     for key in dict.fromkeys(keys):
         inside = np.array([each_key == key for each_key in keys])
         labels = {dim: _known(series, dim, text) for dim, text in key}
-        yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
-
-
-def _marks(
-    series: Sequence[Series], places: Iterable[tuple[float, str, tuple[tuple[str, str], ...]]]
-) -> Iterator[Series]:
-    """Yield one curve without points for each panel that has places."""
-    first, none = series[0], np.zeros(0)
-    of_panel: dict[tuple[tuple[str, str], ...], list[Mark]] = {}
-    for x, text, key in places:
-        of_panel.setdefault(key, []).append(Mark(x, text))
-    for key, marks in of_panel.items():
-        labels = {dim: _known(series, dim, text) for dim, text in key}
-        yield Series(labels, none, none, first.across, first.up, "published", marks=tuple(marks))
+        if y is not None:
+            yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
+            continue
+        told = (texts[at] for at in np.flatnonzero(inside))
+        marks = tuple(map(Mark, x[inside].tolist(), told))
+        yield Series(labels, np.zeros(0), np.zeros(0), first.across, first.up, "published", marks=marks)
 
 
 def beside_map(curve: Series, flank: MeasuredFlank) -> Series:

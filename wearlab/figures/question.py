@@ -6,22 +6,19 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
-from wearlab.campaign import claims, inheritance
+from wearlab.campaign import Campaign, claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
 from wearlab.figures import kinds, published
 from wearlab.figures.kind import Ask, FigureError, Points, no_axis, no_kind, read
 from wearlab.nearest import choices
 from wearlab.schema import DIMENSIONS, VARIABLES
-
-if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
-    from wearlab.store.catalogue import Entry
+from wearlab.store.catalogue import Entry
 
 
-def figure_problems(campaign: "Campaign") -> list[str]:
+def figure_problems(campaign: Campaign) -> list[str]:
     """Return one line for each ``[[figure]]`` that no run could satisfy: its kind, names or labels are wrong.
 
     Parameters
@@ -40,7 +37,7 @@ def figure_problems(campaign: "Campaign") -> list[str]:
     return [*problems, *claims.unknown_names(campaign, known)]
 
 
-def _problems(campaign: "Campaign", spec: Any, number: int, folder: Any) -> Iterator[str]:
+def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
     ask = read(spec, number, folder)
     if ask.kind not in kinds.KINDS:
         yield f"{ask.name}: {no_kind(ask.kind)}"
@@ -88,7 +85,7 @@ class Question:
     number: int
     table: Mapping[str, Any]
     points: Points | None
-    campaign: "Campaign | RecordedCampaign"
+    campaign: Campaign | RecordedCampaign
     text: str = ""
     hash: str = ""
     runs: Mapping[str, str] | None = None
@@ -106,7 +103,7 @@ class Question:
         return f"{self.number:02d}-{self.table['kind']}"
 
 
-def question(campaign: "Campaign", spec: Any, number: int) -> Question:
+def question(campaign: Campaign, spec: Any, number: int) -> Question:
     """Return what one ``[[figure]]`` of a campaign asks.
 
     Raises
@@ -128,7 +125,7 @@ def question(campaign: "Campaign", spec: Any, number: int) -> Question:
     return Question(number, table, points, campaign, text, inheritance.fingerprint(text), subject=about)
 
 
-def _subject(campaign: "Campaign", ask: Ask) -> str:
+def _subject(campaign: Campaign, ask: Ask) -> str:
     from wearlab.updating import inference, measurements
 
     try:
@@ -137,9 +134,7 @@ def _subject(campaign: "Campaign", ask: Ask) -> str:
         raise FigureError(f"{ask.name}: {error}") from None
 
 
-def texts(
-    asked: Question, ask: Ask, entries: "Mapping[str, Entry]", missing: Sequence[str]
-) -> dict[str, str]:
+def texts(asked: Question, ask: Ask, entries: Mapping[str, Entry], missing: Sequence[str]) -> dict[str, str]:
     """Return what a figure's file says about itself, text by keyword; nothing that changes by itself.
 
     Parameters
@@ -167,7 +162,7 @@ def texts(
     return {key: text for key, text in told.items() if text}
 
 
-def _written(asked: Question, entries: "Mapping[str, Entry]") -> dict[str, Any]:
+def _written(asked: Question, entries: Mapping[str, Entry]) -> dict[str, Any]:
     campaign: Any = asked.campaign
     return {
         "format": FORMAT,

@@ -4,9 +4,10 @@ import itertools
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from wearlab.figures import kind
 from wearlab.figures.doubt import doubts, read_for
@@ -16,10 +17,6 @@ from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.schema import DIMENSIONS, VARIABLES, origin_of
 from wearlab.store.grid import key_text, own_values
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 STATE_COORDINATES = ("cycle", "mesh_cycles")
 
@@ -54,7 +51,7 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
-def narrow(data: "xr.Dataset", ask: kind.Ask, grid_dims: set[str]) -> "xr.Dataset":
+def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
@@ -81,7 +78,7 @@ def narrow(data: "xr.Dataset", ask: kind.Ask, grid_dims: set[str]) -> "xr.Datase
     return data
 
 
-def _states(asked: Any, data: "xr.Dataset", key: str, ask: kind.Ask) -> list[int]:
+def _states(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     count = data.sizes["update"]
     for index in some:
@@ -92,7 +89,7 @@ def _states(asked: Any, data: "xr.Dataset", key: str, ask: kind.Ask) -> list[int
     return [index % count for index in some]
 
 
-def _nearest(asked: Any, data: "xr.Dataset", key: str, ask: kind.Ask) -> list[int]:
+def _nearest(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     if not all(_is_number(count) for count in some):
         raise FigureError(f"{ask.name}: select.{key} = {asked!r} is not a number of cycles, such as 2e7")
@@ -130,7 +127,7 @@ class Run:
 
     id: str
     place: Mapping[str, Label]
-    data: "xr.Dataset"
+    data: xr.Dataset
     states: tuple[Label, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     beside: Mapping[str, Label] = field(default_factory=dict)
@@ -156,7 +153,7 @@ class Picked:
     missing: tuple[str, ...]
 
 
-def pick(grid: "xr.Dataset", ask: kind.Ask, *, all_cases: bool) -> Picked:
+def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> Picked:
     """Return the selected points of a grid, a broadcast case once.
 
     Parameters
@@ -191,7 +188,7 @@ def pick(grid: "xr.Dataset", ask: kind.Ask, *, all_cases: bool) -> Picked:
     return Picked(tuple(picked.values()), tuple(missing))
 
 
-def _wanted(grid: "xr.Dataset", dim: str, ask: kind.Ask, all_cases: bool) -> list[int]:
+def _wanted(grid: xr.Dataset, dim: str, ask: kind.Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
         units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
@@ -201,7 +198,7 @@ def _wanted(grid: "xr.Dataset", dim: str, ask: kind.Ask, all_cases: bool) -> lis
     return list(range(len(values)))
 
 
-def _labels(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> tuple[dict[str, Label], bool]:
+def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tuple[dict[str, Label], bool]:
     """Return the labels of a point, and whether it is one of a case that is repeated along every axis.
 
     Such a case bears its own label along them; the base is called by what it is, where the grid says that.
@@ -219,7 +216,7 @@ def _labels(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...]) -> 
     return ({dim: case for dim in dims} if repeated else labels), repeated
 
 
-def _is_repeated(grid: "xr.Dataset", dims: Sequence[str], point: tuple[int, ...], case: str) -> bool:
+def _is_repeated(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...], case: str) -> bool:
     if own := own_values(grid):
         return case in own
     index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
@@ -232,7 +229,7 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: kind.Ask) -> list[Run]:
+def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: kind.Ask) -> list[Run]:
     """Load the variables that a figure needs, run by run, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset.
@@ -265,14 +262,14 @@ def read_runs(grid: "xr.Dataset", picked: Picked, names: Iterable[str], ask: kin
     return _with_states(runs)
 
 
-def along_axes(grid: "xr.Dataset") -> list[str]:
+def along_axes(grid: xr.Dataset) -> list[str]:
     """Return the axes of a grid and the coordinates along them, whose values a figure can be drawn over."""
     dims = [str(dim) for dim in grid.run_id.dims]
     beside = [str(name) for name, v in grid.coords.items() if len(v.dims) == 1 and v.dims[0] in dims]
     return list(dict.fromkeys((*dims, *(name for name in beside if "key" in grid[name].attrs))))
 
 
-def axis_named(grid: "xr.Dataset", name: str) -> str:
+def axis_named(grid: xr.Dataset, name: str) -> str:
     """Return the axis or coordinate that a name means: itself, or the one of a key that ends so."""
     if name in grid.variables or name in grid.dims:
         return name
@@ -281,13 +278,13 @@ def axis_named(grid: "xr.Dataset", name: str) -> str:
     return meant[0] if len(meant) == 1 else name
 
 
-def axis_text(grid: "xr.Dataset", name: str) -> str:
+def axis_text(grid: xr.Dataset, name: str) -> str:
     """Return what stands along an axis in words: the last words of the key that it was given to."""
     numbers = grid[name].dtype.kind in "fiu"
     return key_text(str(grid[name].attrs.get("key") or name) if numbers else name)
 
 
-def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:
+def _beside(grid: xr.Dataset, point: Mapping[str, int]) -> dict[str, Label]:
     coordinates = {}
     for name in along_axes(grid):
         if name not in point:
@@ -296,9 +293,7 @@ def _beside(grid: "xr.Dataset", point: Mapping[str, int]) -> dict[str, Label]:
     return coordinates
 
 
-def _box(
-    grid: "xr.Dataset", points: Sequence[Mapping[str, int]]
-) -> tuple["xr.Dataset", list[dict[str, int]]]:
+def _box(grid: xr.Dataset, points: Sequence[Mapping[str, int]]) -> tuple[xr.Dataset, list[dict[str, int]]]:
     """Return the part of a grid with some points, read at once if they fill it, and their places in it."""
     dims = list(points[0]) if points else []
     kept = {dim: sorted({point[dim] for point in points}) for dim in dims}
@@ -309,7 +304,7 @@ def _box(
     return box, at
 
 
-def _without_absent(data: "xr.Dataset") -> "xr.Dataset":
+def _without_absent(data: xr.Dataset) -> xr.Dataset:
     """Drop variables that the grid only padded, and the mesh periods that no state reaches."""
     absent: list[Hashable] = [
         name for name, v in data.variables.items() if name not in data.dims and _is_void(v)
@@ -323,7 +318,7 @@ def _without_absent(data: "xr.Dataset") -> "xr.Dataset":
     return data
 
 
-def _is_void(variable: "xr.Variable") -> bool:
+def _is_void(variable: xr.Variable) -> bool:
     if variable.dtype.kind == "f":
         return bool(np.isnan(variable.values).all())
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
@@ -350,7 +345,7 @@ def _with_states(runs: list[Run]) -> list[Run]:
     ]
 
 
-def _hours(data: "xr.Dataset") -> tuple[str, ...]:
+def _hours(data: xr.Dataset) -> tuple[str, ...]:
     """Return the operating time of every wear state, in words."""
     if "operating_hours" not in data or data["operating_hours"].dims != ("update",):
         return ()
@@ -360,7 +355,7 @@ def _hours(data: "xr.Dataset") -> tuple[str, ...]:
     return tuple(f"{value:g} h" if value < 1000.0 else f"{value:,.0f} h" for value in rounded)
 
 
-def _preset_labels(data: "xr.Dataset") -> list[Label]:
+def _preset_labels(data: xr.Dataset) -> list[Label]:
     """Name wear states by the depth that they were asked for by, none unless all worn ones were."""
     if "preset_depth" not in data or data.preset_depth.dims != ("update", "flank"):
         return []
@@ -377,7 +372,7 @@ def _preset_labels(data: "xr.Dataset") -> list[Label]:
     return labels if known[0].any() else [Label(0.0, "first state"), *labels[1:]]
 
 
-def _cycle_labels(data: "xr.Dataset") -> tuple[Label, ...]:
+def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     if "cycle" not in data:
         return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
     unworn = "max_wear_depth" in data and not np.any(

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -121,6 +121,12 @@ def axis_label(label: str, units: str, power: int) -> str:
         inside = f"{ten} {pretty}".strip()
     start = label[:1].upper() + label[1:] if label[:1].isascii() else label
     return f"{start} ({inside.replace(chr(32), NO_BREAK)})" if inside else start
+
+
+def scaled(values: Sequence[Array], words: str, units: str) -> tuple[list[Array], str]:
+    """Return values over the power of ten that their axis label tells, and that label."""
+    power = power_of_ten(values, units)
+    return [one / 10.0**power for one in values], axis_label(words, units, power)
 
 
 def latex(text: str) -> str:

@@ -3,20 +3,17 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab.campaign import Campaign, Case
 from wearlab.scene import Scene
+from wearlab.store import Store
+from wearlab.store.catalogue import Entry
 from wearlab.store.files import StoreError
 from wearlab.store.outcome import hours_text, place, unasked_end
 from wearlab.units import shown_unit
-
-if TYPE_CHECKING:
-    from wearlab.campaign import Campaign, Case
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
-
 
 MOST_CASES = 24
 """Cases told one by one; of more, how far their values reach."""
@@ -49,7 +46,7 @@ class Conditions(NamedTuple):
     cases: tuple[tuple[str, tuple[str, ...]], ...]
 
 
-def conditions(campaign: "Campaign") -> Conditions:
+def conditions(campaign: Campaign) -> Conditions:
     """Return operating conditions and wear law of a campaign's cases."""
     told = []
     for case in campaign.cases:
@@ -70,7 +67,7 @@ def conditions(campaign: "Campaign") -> Conditions:
     )
 
 
-def case_name(campaign: "Campaign", case: "Case") -> str:
+def case_name(campaign: Campaign, case: Case) -> str:
     """Return how a page calls a case: its label, and its place on every axis."""
     keys = {axis.name: axis.key for axis in campaign.axes}
     along = [f"{_axis_name(name, keys[name])} {text}" for name, text in place(campaign, case).items()]
@@ -226,7 +223,7 @@ class Reply(NamedTuple):
 
 
 def answer(
-    campaign: "Campaign", entries: "Mapping[str, Entry]", factor: float, store: "Store | None" = None
+    campaign: Campaign, entries: Mapping[str, Entry], factor: float, store: Store | None = None
 ) -> Reply | None:
     """Return the answer of a campaign whose runs wear to a limit, None of any other.
 
@@ -278,14 +275,14 @@ def _ended_otherwise(done: "Sequence[tuple[str, Mapping[str, Any]]]") -> list[st
     ]
 
 
-def _varies_coefficient(campaign: "Campaign") -> bool:
+def _varies_coefficient(campaign: Campaign) -> bool:
     """Say whether the cases differ in their wear coefficient, so that they are the range themselves."""
     wears = [case.scene.wear for case in campaign.cases]
     given = [None if wear is None else getattr(wear, "coefficient", None) for wear in wears]
     return any(known_case != given[0] for known_case in given)
 
 
-def _deepest(store: "Store | None", case: "Case") -> dict[str, Any]:
+def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
     """Return the flank of a run that is worn deepest at its end, and how deep it began [m]."""
     if store is None:
         return {}
@@ -317,7 +314,7 @@ def _deepest_point(cases: Sequence[CaseTold]) -> Iterator[str]:
         yield f"The {flank} is worn deepest at diameter {span} mm."
 
 
-def _begun(cases: Sequence[CaseTold], asked: "Sequence[Case]") -> Iterator[str]:
+def _begun(cases: Sequence[CaseTold], asked: Sequence[Case]) -> Iterator[str]:
     """Yield that the wear with which a flank begins counts, and where it comes from."""
     told: dict[tuple[str, str], list[float]] = {}
     for known_case, case in zip(cases, asked, strict=True):

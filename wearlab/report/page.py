@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from wearlab.campaign import claims, inheritance
+from wearlab.campaign import Campaign, Case, claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import drawing
 from wearlab.figures.kind import FigureError
@@ -17,21 +17,16 @@ from wearlab.figures.question import question
 from wearlab.report.answer import answer, conditions
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
-from wearlab.store import outcome
+from wearlab.store import Store, outcome
+from wearlab.store.catalogue import Entry
 from wearlab.store.files import StoreError
 from wearlab.store.provenance import lineage
-
-if TYPE_CHECKING:
-    from wearlab.campaign import Campaign, Case
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
-
 
 MOST_LINES = 100
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 
-def model_errors(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+def model_errors(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
     """Return the known errors of the models of runs, each with its count."""
     counted = Counter(
         line
@@ -42,7 +37,7 @@ def model_errors(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
     return tuple(counted.most_common(MOST_LINES))
 
 
-def remarks(entries: "Mapping[str, Entry]") -> tuple[tuple[str, int], ...]:
+def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
     """Return assumed values and limits of validity that runs touch, warnings too, each with its count.
 
     Lines that differ in one number are one, with its range.
@@ -92,7 +87,7 @@ def _uri(image: bytes) -> str:
     return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
 
 
-def drawn(campaign: "Campaign", store: "Store") -> Iterator[Drawn]:
+def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
     """Yield each figure of a campaign, or why it cannot be drawn."""
     if not campaign.figures:
         return
@@ -124,7 +119,7 @@ PROVENANCE = {
 }
 
 
-def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
+def content(campaign: Campaign, store: Store) -> dict[str, Any]:
     """Return what there is to tell of a campaign, by the names in `page.html`.
 
     Raises
@@ -166,7 +161,7 @@ def content(campaign: "Campaign", store: "Store") -> dict[str, Any]:
     )
 
 
-def _measured(campaign: "Campaign", store: "Store") -> dict[str, Any]:
+def _measured(campaign: Campaign, store: Store) -> dict[str, Any]:
     """Return what the update of the campaign's measurements says, its answers, and the table of a fleet."""
     from wearlab.store import updates
     from wearlab.updating import inference, measurements, report_text
@@ -197,7 +192,7 @@ def _values(values: Sequence[Any], units: str | None) -> str:
     return f"{', '.join(shown)} {units or ''}".rstrip()
 
 
-def _comparisons(campaign: "Campaign", store: "Store") -> dict[tuple[str, str, str], outcome.Comparison]:
+def _comparisons(campaign: Campaign, store: Store) -> dict[tuple[str, str, str], outcome.Comparison]:
     """Return how cases compare with what is expected of them, by run, label and place."""
     comparisons: dict[tuple[str, str, str], outcome.Comparison] = {}
     for member in store.catalogue.members():
@@ -208,10 +203,10 @@ def _comparisons(campaign: "Campaign", store: "Store") -> dict[tuple[str, str, s
 
 
 def _row(
-    campaign: "Campaign",
-    case: "Case",
-    entry: "Entry | None",
-    store: "Store",
+    campaign: Campaign,
+    case: Case,
+    entry: Entry | None,
+    store: Store,
     compared: Mapping[tuple[str, str, str], outcome.Comparison],
 ) -> dict[str, Any]:
     """Return one case in the table of results; everything in words, but for the comparison."""
@@ -234,12 +229,12 @@ def _row(
     )
 
 
-def _dates(entries: "Mapping[str, Entry]") -> str:
+def _dates(entries: Mapping[str, Entry]) -> str:
     days = sorted(e.started[:10] for e in entries.values() if e.started)
     return "" if not days else days[0] if days[0] == days[-1] else f"{days[0]} to {days[-1]}"
 
 
-def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+def _parts(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
     """Yield the parts present and left out, of the first case of each label; equal ones together."""
     groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
     labels: set[str] = set()
@@ -252,7 +247,7 @@ def _parts(campaign: "Campaign") -> Iterator[tuple[str, tuple[str, ...], tuple[s
         yield ", ".join(names), present, absent
 
 
-def _gears(campaign: "Campaign") -> tuple[dict[str, Any], ...]:
+def _gears(campaign: Campaign) -> tuple[dict[str, Any], ...]:
     """Return the sheet of each gear set that can be built, and the cases that have it, "" for all."""
     sheets: dict[str, Sheet] = {}
     names: dict[str, list[str]] = {}
@@ -276,7 +271,7 @@ def _gears(campaign: "Campaign") -> tuple[dict[str, Any], ...]:
 
 
 def _failures(
-    campaign: "Campaign", rows: Sequence[Mapping[str, Any]], entries: "Mapping[str, Entry]"
+    campaign: Campaign, rows: Sequence[Mapping[str, Any]], entries: Mapping[str, Entry]
 ) -> Iterator[dict[str, str]]:
     told: set[str] = set()
     for case, row in zip(campaign.cases, rows, strict=True):
@@ -289,12 +284,12 @@ def _failures(
         yield told_of | {"headline": outcome.last_line(reason), "reason": reason.strip()}
 
 
-def _name(campaign: "Campaign", case: "Case") -> str:
+def _name(campaign: Campaign, case: Case) -> str:
     return ", ".join([case.label, *outcome.place(campaign, case).values()])
 
 
 def _lineage(
-    campaign: "Campaign", store: "Store", entries: "Mapping[str, Entry]"
+    campaign: Campaign, store: Store, entries: Mapping[str, Entry]
 ) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield the cases that rest on other runs, and which runs those are; equal ones together."""
     listed: dict[tuple[str, ...], list[str]] = {}
@@ -309,7 +304,7 @@ def _lineage(
         yield "; ".join(names), told
 
 
-def _code(store: "Store", entries: "Mapping[str, Entry]") -> Iterator[dict[str, str]]:
+def _code(store: Store, entries: Mapping[str, Entry]) -> Iterator[dict[str, str]]:
     """Yield each code that made runs: its version and hash, and what one of its files tells of the rest."""
     made: dict[tuple[str, str], list[str]] = {}
     for entry in entries.values():
@@ -378,7 +373,7 @@ def _printer() -> Any:
     return HTML
 
 
-def report(campaign: "Campaign", store: "Store") -> str:
+def report(campaign: Campaign, store: Store) -> str:
     """Return the page of a campaign: equal stores give equal pages.
 
     Parameters

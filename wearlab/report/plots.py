@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.comparison.runs import phases_of
 from wearlab.figures.plot import NAMES, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.render import rendered
-from wearlab.figures.wording import axis_label, converted, cycles, power_of_ten
+from wearlab.figures.wording import converted, cycles, scaled
 
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
 WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
@@ -37,14 +37,11 @@ def _runs(comparison: xr.Dataset) -> Plot:
         Panel(*divmod(i, 2), f"({chr(ord('a') + i)}) {p.title}", p.x_label, p.y_label, p.curves)
         for i, p in enumerate(panels)
     ]
-    names = {
-        side: f"{side}: run {comparison.attrs[f'run_{side.lower()}'][:10] or 'unnamed'}" for side in PENS
-    }
-    legend = tuple(LegendEntry(names[side], pen, "line") for side, pen in PENS.items())
-    rows = -(-len(placed) // 2)
-    return Plot(
-        "Two runs compared", tuple(placed), rows, min(2, len(placed)), "none", legend, _notes(comparison)
-    )
+    ids = (comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS)
+    named = zip(PENS.items(), ids, strict=True)
+    legend = tuple(LegendEntry(f"{side}: run {run_id}", pen, "line") for (side, pen), run_id in named)
+    shape = -(-len(placed) // 2), min(2, len(placed))
+    return Plot("Two runs compared", tuple(placed), *shape, "none", legend, _notes(comparison))
 
 
 def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
@@ -79,18 +76,17 @@ def _differences(comparison: xr.Dataset, share: xr.DataArray, x: Array, across: 
         Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference"),
         Curve(x, largest, Pen("#222222", "-", "o"), "line-points"),
     )
-    return Panel(
-        0, 0, "largest difference of all quantities (dotted: tolerance)", across, "Difference (%)", curves
-    )
+    title = "largest difference of all quantities (dotted: tolerance)"
+    return Panel(0, 0, title, across, "Difference (%)", curves)
 
 
 def _positions(comparison: xr.Dataset) -> tuple[str, Array]:
     if comparison.attrs["aligned_on"] == "cycle":
-        x, words, units = comparison["cycle"].values, "wear cycles", "1"
+        (x,), label = scaled([comparison["cycle"].values], "wear cycles", "1")
     else:
-        x, words, units = converted(comparison["aligned_depth"].values, "m", "um"), "largest wear depth", "um"
-    power = power_of_ten([x], units)
-    return axis_label(words, units, power), x / 10.0**power
+        depth = converted(comparison["aligned_depth"].values, "m", "um")
+        (x,), label = scaled([depth], "largest wear depth", "um")
+    return label, x
 
 
 def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
@@ -111,11 +107,10 @@ def _state(comparison: xr.Dataset) -> str:
 
 def _panel(title: str, x: Array, values: xr.DataArray, across: str, line: str = "line") -> Panel:
     shown = values.attrs.get("display_units") or "1"
-    sides = {side: converted(values.sel(run=side).values, values.attrs["units"], shown) for side in PENS}
-    power = power_of_ten(list(sides.values()), shown)
-    curves = tuple(Curve(x, y / 10.0**power, PENS[side], line) for side, y in sides.items())  # type: ignore[arg-type]
-    words = str(values.attrs["long_name"]).split(",")[0]
-    return Panel(0, 0, title, across, axis_label(words, shown, power), curves)
+    sides = [converted(values.sel(run=side).values, values.attrs["units"], shown) for side in PENS]
+    both, label = scaled(sides, str(values.attrs["long_name"]).split(",")[0], shown)
+    curves = tuple(Curve(x, y, pen, line) for y, pen in zip(both, PENS.values(), strict=True))  # type: ignore[arg-type]
+    return Panel(0, 0, title, across, label, curves)
 
 
 def _campaigns(comparison: xr.Dataset) -> Plot:
@@ -130,13 +125,8 @@ def _campaigns(comparison: xr.Dataset) -> Plot:
     title = f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
     panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", curves)
     legend = tuple(LegendEntry(names[i], pen[i], "line-points") for i in keep)
-    return Plot(
-        title, (panel,), 1, 1, "none", legend, (*_notes(comparison), _list(shown["pair"].values.tolist()))
-    )
-
-
-def _list(names: Sequence[object]) -> str:
-    return "; ".join(f"{i}: {name}" for i, name in enumerate(names, 1)) + "."
+    numbered = "; ".join(f"{i}: {name}" for i, name in enumerate(shown["pair"].values, 1)) + "."
+    return Plot(title, (panel,), 1, 1, "none", legend, (*_notes(comparison), numbered))
 
 
 SHOWN = {
@@ -166,10 +156,9 @@ def profile_figure(name: str, across: Column, up: Column, note: str, ending: str
     values, labels = [], []
     for quantity, given in (across, up):
         words, stored, wanted = SHOWN[quantity]
-        shown = converted(np.asarray(given, float), stored, wanted)
-        power = power_of_ten([shown], wanted)
-        values.append(shown / 10.0**power)
-        labels.append(axis_label(words, wanted, power))
+        (shown,), label = scaled([converted(np.asarray(given, float), stored, wanted)], words, wanted)
+        values.append(shown)
+        labels.append(label)
     look = "line-points" if len(across[1]) <= MARKED else "line"
     curve = Curve(values[0], values[1], Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
     zero = Curve(values[0][[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.sources import is_other_code
 from wearlab.store import outcome
+from wearlab.units import UnitError, convert, quantity, split
 
 if TYPE_CHECKING:
     from wearlab.query import Key
@@ -51,8 +52,6 @@ def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[
 
 def as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
     """Return a value in the unit in which it is shown, and that unit."""
-    from wearlab.units import convert
-
     unit = str(attributes.get("units", ""))
     shown = str(attributes.get("display_units", unit))
     if isinstance(value, int | float) and shown not in (unit, "", "1"):
@@ -122,8 +121,6 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
 
 def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") -> str:
     """Return a value in the unit of the first text that has one, else in the usual unit."""
-    from wearlab.units import UnitError, convert, split
-
     for unit in (*(split(text)[1] for _, text in texts), key.display_unit):
         try:
             return f"{convert(value, key.unit, unit):.{DIGITS}g} {unit}"
@@ -135,7 +132,6 @@ def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") ->
 def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
     """Return the quantities that a file wrote at a key, or at the one above, in SI and as texts."""
     from wearlab.campaign.campaign import MOST_WRITTEN
-    from wearlab.units import UnitError, quantity
 
     found = []
     for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[:MOST_WRITTEN]:
