@@ -9,7 +9,7 @@ import xarray as xr
 from wearlab.accuracy.ladder import COARSEST, FLOOR
 from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
 from wearlab.arrays import Array
-from wearlab.figures.plot import DASHES, MARKERS, NAMES, Curve, LegendEntry, Panel, Pen, Plot
+from wearlab.figures.plot import MARKERS, NAMES, Curve, LegendEntry, Panel, Pen, Plot, named
 
 COLOURS = dict(zip(("periodic", "Euler", "rk4", "rk45", "newmark"), NAMES, strict=False)) | {
     "adaptive": NAMES[0]
@@ -120,7 +120,7 @@ def _knobs(made: xr.Dataset) -> Plot:
         if _text(made.role[i]) != "wearlab" or knob == "cycle_tolerance":
             continue
         strokes = _strokes(
-            _stroke(made, case, i, "setting", _case_pen(case))._replace(name=_case(made, case))
+            _stroke(made, case, i, "setting", named(case))._replace(name=_case(made, case))
             for case in range(made.sizes["case"])
         )
         if strokes:
@@ -208,12 +208,6 @@ def _method_pen(made: xr.Dataset, curve: int) -> Pen:
         return Pen(COLOURS.get(name, NAMES[0]), marker="o")
     at = [_text(n) for n, r in zip(made.name, made.role, strict=True) if _text(r) == "peer"].index(name)
     return Pen(PEER_COLOURS[at % len(PEER_COLOURS)], "--", MARKERS[(at + 1) % len(MARKERS)])
-
-
-def _case_pen(case: int) -> Pen:
-    return Pen(
-        NAMES[case % len(NAMES)], DASHES[case // len(NAMES) % len(DASHES)], MARKERS[case % len(MARKERS)]
-    )
 
 
 def _case(made: xr.Dataset, case: int) -> str:

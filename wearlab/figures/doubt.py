@@ -9,6 +9,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.figures.plot import Series
+from wearlab.figures.wording import first_of
 
 FIRM = ("", "completed", "stopped")
 """Verdicts of a run whose numbers stand: one that did not end as asked for is told by what it lacks."""
@@ -115,7 +116,7 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
         told = []
         for alike in doubtful.values():
             names = list(dict.fromkeys(name for name, _ in alike))
-            told.append(f"{_listed(names)} ({_in_one([why for _, why in alike])})".strip())
+            told.append(f"{first_of(names, MOST_NAMED, '; ')} ({_in_one([why for _, why in alike])})".strip())
         more = f"; and for {len(told) - MOST_NAMED} more reasons" if len(told) > MOST_NAMED else ""
         said.append(f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}.")
     return " ".join(said)
@@ -151,8 +152,3 @@ def _relative(data: xr.Dataset, name: str) -> float:
 def _name(run: Any) -> str:
     told = dict.fromkeys(x.text for dim, x in run.place.items() if (dim, x.value) != ("case", "base"))
     return ", ".join(told or (x.text for x in run.place.values())) or "this run"
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{'; '.join(names[:MOST_NAMED])}{more}"

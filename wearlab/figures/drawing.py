@@ -262,10 +262,7 @@ def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
     others = [str(case) for case in grid["case"].values if str(case) != BASE]
     if BASE not in grid["case"].values or not others:
         return []
-    named = ", ".join(others[:MOST_NAMED])
-    if len(others) > MOST_NAMED:
-        named += f" and {len(others) - MOST_NAMED} more"
-    return [f"The base alone; further cases, for select.case or hue: {named}."]
+    return [f"The base alone; further cases, for select.case or hue: {wording.first_of(others, MOST_NAMED)}."]
 
 
 def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:

@@ -288,7 +288,7 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
     if bar is not None and not numbers:
         return {label: Pen(along(bar.anchors, i / (len(names) - 1))) for i, label in enumerate(names)}
     if not numbers or facet in BY_NAME:
-        return {label: _named(i) for i, label in enumerate(labels)}
+        return {label: named(i) for i, label in enumerate(labels)}
     anchors, widest = (WEAR, WIDEST) if facet == "update" else (SWEEP, 1.0)
     if bar is not None:
         coloured = {label: Pen(along(anchors, bar.share(float(label.value)))) for label in numbers}
@@ -346,7 +346,8 @@ def _numbers_and_names(labels: Sequence[Label]) -> tuple[list[Label], list[Label
     )
 
 
-def _named(index: int) -> Pen:
+def named(index: int) -> Pen:
+    """Return the pen of the name that comes so late, from 0, in a set."""
     turn = index // len(NAMES)
     return Pen(NAMES[index % len(NAMES)], DASHES[turn % len(DASHES)], MARKERS[index % len(MARKERS)])
 

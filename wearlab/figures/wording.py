@@ -123,6 +123,16 @@ def axis_label(label: str, units: str, power: int) -> str:
     return f"{start} ({inside.replace(chr(32), NO_BREAK)})" if inside else start
 
 
+def first_of(names: Sequence[str], most: int, between: str = ", ") -> str:
+    """Return names in one line: of many the first, and how many more there are.
+
+    >>> first_of(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return between.join(names[:most]) + more
+
+
 def scaled(values: Sequence[Array], words: str, units: str) -> tuple[list[Array], str]:
     """Return values over the power of ten that their axis label tells, and that label."""
     power = power_of_ten(values, units)

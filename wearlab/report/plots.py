@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.comparison.runs import phases_of
 from wearlab.figures.plot import NAMES, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.render import rendered
-from wearlab.figures.wording import converted, cycles, scaled
+from wearlab.figures.wording import converted, cycles, first_of, scaled
 
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
 WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
@@ -46,9 +46,9 @@ def _runs(comparison: xr.Dataset) -> Plot:
 
 def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
     changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    words = [f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed[:6]]
-    more = f" and {len(changed) - 6} more" if len(changed) > 6 else ""
-    return (f"Asked differently: {'; '.join(words)}{more}.",) if words else ("No key of the scenes differs.",)
+    words = [f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed]
+    told = first_of(words, 6, "; ")
+    return (f"Asked differently: {told}." if words else "No key of the scenes differs.",)
 
 
 def _said(difference: dict[str, object], side: str) -> str:
