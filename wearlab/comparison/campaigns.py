@@ -147,26 +147,14 @@ def _key(label: str, places: dict[str, tuple[Any, str | None]]) -> Key:
 def _si(value: Any, units: str | None) -> Any:
     if isinstance(value, str | bool) or not isinstance(value, int | float):
         return str(value)
-    if units:
+    if not units:
+        return f"{float(value):.9g}"
+    for kind in sorted(KINDS.values(), key=lambda kind: units not in kind.units):
         try:
-            value = convert(float(value), units, _base(units))
-        except UnitError:
-            return f"{value} {units}"
-    return f"{float(value):.9g}"
-
-
-def _base(units: str) -> str:
-    """Return the SI unit of the first kind of quantity that is written so."""
-    for kind in KINDS.values():
-        if units in kind.units:
-            return kind.unit
-    for kind in KINDS.values():
-        try:
-            convert(1.0, units, kind.unit)
+            return f"{convert(float(value), units, kind.unit):.9g}"
         except UnitError:
             continue
-        return kind.unit
-    return units
+    return f"{value} {units}"
 
 
 def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], list[str]]:

@@ -116,23 +116,23 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
         told = []
         for alike in doubtful.values():
             names = list(dict.fromkeys(name for name, _ in alike))
-            told.append(f"{first_of(names, MOST_NAMED, '; ')} ({_in_one([why for _, why in alike])})".strip())
+            told.append(f"{first_of(names, MOST_NAMED, '; ')} ({in_one([why for _, why in alike])})".strip())
         more = f"; and for {len(told) - MOST_NAMED} more reasons" if len(told) > MOST_NAMED else ""
         said.append(f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}.")
     return " ".join(said)
 
 
-def _in_one(reasons: Sequence[str]) -> str:
+def in_one(reasons: Sequence[str], number: re.Pattern[str] = NUMBER) -> str:
     """Return reasons that differ in their numbers alone as one, with the range of each number.
 
-    >>> _in_one(["off by 53 % of 2", "off by 179 % of 2"])
+    >>> in_one(["off by 53 % of 2", "off by 179 % of 2"])
     'off by 53 to 179 % of 2'
     """
-    words = NUMBER.split(reasons[0])
-    found = zip(*(NUMBER.findall(reason) for reason in reasons), strict=True)
+    words = number.split(reasons[0])
+    found = zip(*(number.findall(reason) for reason in reasons), strict=True)
     ranges = [sorted(set(numbers), key=float) for numbers in found]
     told = [some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}" for some in ranges]
-    return "".join(word + number for word, number in zip(words, [*told, ""], strict=True))
+    return "".join(word + range_ for word, range_ in zip(words, [*told, ""], strict=True))
 
 
 def _is_seen(series: Sequence[Series], side: str) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 from wearlab.campaign import Campaign, Case, claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import drawing
+from wearlab.figures.doubt import in_one
 from wearlab.figures.kind import FigureError
 from wearlab.figures.question import question
 from wearlab.report.answer import answer, conditions
@@ -59,13 +60,9 @@ def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
 
 def _ranged(lines: list[str]) -> dict[str, list[str]]:
     """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
-    numbers = list(zip(*(list(NUMBER.finditer(line)) for line in lines), strict=True))
-    varying = [matches for matches in numbers if len({match[0] for match in matches}) > 1]
-    if len(varying) != 1:
-        return {line: [line] for line in lines}
-    ordered = sorted(varying[0], key=lambda match: float(match[0]))
-    first, last = ordered[0], ordered[-1]
-    return {f"{first.string[: first.end()]} to {last[0]}{first.string[first.end() :]}": lines}
+    numbers = zip(*(NUMBER.findall(line) for line in lines), strict=True)
+    one = sum(len(set(same)) > 1 for same in numbers) == 1
+    return {in_one(lines, NUMBER): lines} if one else {line: [line] for line in lines}
 
 
 BROAD = 1000  # pixels: several columns of panels take a whole row
