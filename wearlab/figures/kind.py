@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,9 +19,6 @@ from wearlab.nearest import choices, meant
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
 from wearlab.schema import DIMENSIONS, ON_AXES, VARIABLES
 from wearlab.units import UnitError
-
-if TYPE_CHECKING:
-    from wearlab.figures.runs import Run
 
 
 class FigureError(ValueError):
@@ -241,6 +238,43 @@ def kind(
     return made
 
 
+@dataclass(frozen=True)
+class Run:
+    """One run of a figure.
+
+    Parameters
+    ----------
+    id : the run's identity
+    place : its label along each grid dimension; where a case is broadcast, the case's own
+    data : its variables, loaded, as long as the run is
+    states : label of each wear state
+    units : unit of each sweep axis, and of each key that advances with one
+    beside : value of each key that advances with an axis
+    labels : what stands along each axis
+    own : of a case that is not swept, its own value of each key that is
+    doubts : what it says against itself
+    """
+
+    id: str
+    place: Mapping[str, Label]
+    data: xr.Dataset
+    states: tuple[Label, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    beside: Mapping[str, Label] = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    own: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+
+    def along(self, name: str) -> Label:
+        """Return the run's place along an axis, or the value of a key that advances with one."""
+        return self.place[name] if name in self.place else self.beside[name]
+
+    def abscissa(self, name: str) -> tuple[float, float | None]:
+        """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
+        value = self.along(name).value
+        return (np.nan, self.own.get(name)) if isinstance(value, str) else (float(value), None)
+
+
 STATES_SHOWN = 6
 
 
@@ -302,7 +336,7 @@ def shown(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple
     return values, Scale(label_of(variable, name), wanted)
 
 
-def slices(run: "Run", name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
+def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
     """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
     variable = run.data[name]
     others = [str(dim) for dim in variable.dims if dim not in along]
@@ -319,7 +353,7 @@ def slices(run: "Run", name: str, ask: Ask, *along: str, axis: str = "y") -> Ite
         yield Slice({**run.place, **key}, index, part, scale, off)
 
 
-def label(run: "Run", dim: str, index: int) -> Label:
+def label(run: Run, dim: str, index: int) -> Label:
     """Return the label of a place along one of the run's dimensions."""
     if dim == "update" and index < len(run.states):
         return run.states[index]
@@ -332,7 +366,7 @@ def label(run: "Run", dim: str, index: int) -> Label:
 
 
 def companion(
-    run: "Run", name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
+    run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
 ) -> tuple[Array, Scale]:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name]
@@ -341,14 +375,14 @@ def companion(
     return array.isel({dim: i for dim, i in index.items() if dim in variable.dims}).values, scale
 
 
-def last_state(run: "Run") -> "Run":
+def last_state(run: Run) -> Run:
     """Return the run at its last wear state alone."""
     if "update" not in run.data.dims:
         return run
     return replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
 
 
-def thinned(run: "Run", most: int = STATES_SHOWN) -> "Run":
+def thinned(run: Run, most: int = STATES_SHOWN) -> Run:
     """Return the run with so few wear states that each can be told from the others, spread over its life."""
     count = run.data.sizes.get("update", 1)
     if count <= most:

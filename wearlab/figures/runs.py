@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import xarray as xr
 
 from wearlab.figures import kind
 from wearlab.figures.doubt import doubts, read_for
-from wearlab.figures.kind import FigureError
+from wearlab.figures.kind import FigureError, Run
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
@@ -106,43 +106,6 @@ COORDINATES = (
     "cycle", "mesh_cycles", "operating_hours", "preset_depth", "path_position", "diameter", "roll_angle",
     "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Run:
-    """One run of a figure.
-
-    Parameters
-    ----------
-    id : the run's identity
-    place : its label along each grid dimension; where a case is broadcast, the case's own
-    data : its variables, loaded, as long as the run is
-    states : label of each wear state
-    units : unit of each sweep axis, and of each key that advances with one
-    beside : value of each key that advances with an axis
-    labels : what stands along each axis
-    own : of a case that is not swept, its own value of each key that is
-    doubts : what it says against itself
-    """
-
-    id: str
-    place: Mapping[str, Label]
-    data: xr.Dataset
-    states: tuple[Label, ...] = ()
-    units: Mapping[str, str] = field(default_factory=dict)
-    beside: Mapping[str, Label] = field(default_factory=dict)
-    labels: Mapping[str, str] = field(default_factory=dict)
-    own: Mapping[str, float] = field(default_factory=dict)
-    doubts: tuple[str, ...] = ()
-
-    def along(self, name: str) -> Label:
-        """Return the run's place along an axis, or the value of a key that advances with one."""
-        return self.place[name] if name in self.place else self.beside[name]
-
-    def abscissa(self, name: str) -> tuple[float, float | None]:
-        """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
-        value = self.along(name).value
-        return (np.nan, self.own.get(name)) if isinstance(value, str) else (float(value), None)
 
 
 @dataclass(frozen=True)

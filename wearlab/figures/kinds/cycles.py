@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Slice, companion, kind, slices, thinned
+from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices, thinned
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
 from wearlab.figures.plot import Look, Scale, Series, grouped, horizontal, merged
-from wearlab.figures.runs import Run
 from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.nearest import choices
 from wearlab.units import UnitError

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import plot, runs, wording
+from wearlab.figures import plot, wording
 from wearlab.figures.curves import Ended, banded, ended_of
-from wearlab.figures.kind import Ask, FigureError, companion, kind, lone, shown, slices
+from wearlab.figures.kind import Ask, FigureError, Run, companion, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import hours_a_cycle
 
 CONFIDENCE = 0.95
@@ -77,7 +77,7 @@ def histogram(values: Array) -> tuple[Array, Array]:
     return edges, counts.astype(float)
 
 
-def _one_number(run: runs.Run, ask: Ask) -> Iterator[plot.Series]:
+def _one_number(run: Run, ask: Ask) -> Iterator[plot.Series]:
     name = ask.y[0]
     values, scale = lone(*shown(run.data[name], name, ask), name, ask)
     yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
@@ -161,7 +161,7 @@ def _logarithm(scale: plot.Scale) -> plot.Scale:
     return plot.Scale(f"log₁₀ of {scale.label}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
 
 
-def _over_life(run: runs.Run, ask: Ask) -> Iterator[plot.Series]:
+def _over_life(run: Run, ask: Ask) -> Iterator[plot.Series]:
     name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
         x, across = companion(run, ask.x or "cycle", piece.place, ask)

@@ -11,6 +11,7 @@ from wearlab.figures.kind import (
     STATES,
     Ask,
     FigureError,
+    Run,
     Slice,
     companion,
     kind,
@@ -20,7 +21,6 @@ from wearlab.figures.kind import (
 )
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.published import beside_map, measured_flank
-from wearlab.figures.runs import Run
 from wearlab.figures.wording import Label
 
 POSITIONS = ("path_position", "diameter", "roll_angle", "distance_to_pitch_circle")

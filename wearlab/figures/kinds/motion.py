@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, Ask, FigureError, Slice, companion, kind, shown, slices, thinned
+from wearlab.figures.kind import ORBITS, Ask, FigureError, Run, Slice, companion, kind, shown, slices, thinned
 from wearlab.figures.plot import Scale, Series
-from wearlab.figures.runs import Run
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")

@@ -13,7 +13,18 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import runs, wording
-from wearlab.figures.kind import Ask, FigureError, Slice, companion, kind, last_state, lone, shown, slices
+from wearlab.figures.kind import (
+    Ask,
+    FigureError,
+    Run,
+    Slice,
+    companion,
+    kind,
+    last_state,
+    lone,
+    shown,
+    slices,
+)
 from wearlab.figures.plot import Look, Mark, Scale, Series, grouped, horizontal, merged
 from wearlab.nearest import choices
 
@@ -23,7 +34,7 @@ DEPTH = "max_wear_depth"
 PLACE = Scale("run", "1")
 
 
-def _numbers(run: runs.Run, ask: Ask) -> Iterator[Series]:
+def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     """One number of every run, at its last wear state, beside the run's name.
 
     Yield a run's number, at its last wear state where none is selected, named by its place in the grid.
@@ -75,7 +86,7 @@ NUMBERED = ("sample", "scene")  # axes that only count runs
 SHARE = Scale("share of each range", "1")
 
 
-def _points(run: runs.Run, ask: Ask) -> Iterator[Series]:
+def _points(run: Run, ask: Ask) -> Iterator[Series]:
     """One point a run: a result y (at the last wear state) over an input or another result x."""
     for piece in _results(run, ask):
         x, across, own = _abscissa(run, ask, piece)
@@ -84,24 +95,24 @@ def _points(run: runs.Run, ask: Ask) -> Iterator[Series]:
         yield replace(point, y_error=piece.error)
 
 
-def _results(run: runs.Run, ask: Ask) -> Iterator[Slice]:
+def _results(run: Run, ask: Ask) -> Iterator[Slice]:
     """Yield the result at each place along its dimensions, at the last wear state when none is selected."""
     for piece in slices(last_state(run), ask.y[0], ask):
         yield piece._replace(key={n: label for n, label in piece.key.items() if n != "update"})
 
 
-def _told_apart(run: runs.Run, ask: Ask) -> dict[str, wording.Label]:
+def _told_apart(run: Run, ask: Ask) -> dict[str, wording.Label]:
     names = (ask.hue, ask.rows, ask.cols)
     return {n: run.along(n) for n in names if n is not None and (n in run.place or n in run.beside)}
 
 
-def _inputs(run: runs.Run) -> list[str]:
+def _inputs(run: Run) -> list[str]:
     """Return the axes, and what advances with them, those that only count runs apart."""
     names = [name for name in dict.fromkeys((*run.place, *run.beside)) if name != "case"]
     return [name for name in names if name not in NUMBERED] or names
 
 
-def _abscissa(run: runs.Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | None]:
+def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | None]:
     inputs = _inputs(run)
     name = ask.x or next(iter(inputs), None)
     if name is None:
@@ -130,7 +141,7 @@ def _gathered(series: list[Series]) -> list[Series]:
     return gathered
 
 
-def _polyline(run: runs.Run, ask: Ask) -> Iterator[Series]:
+def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
     """One line a run across all inputs and the result y, coloured by the result.
 
     Yield a run's inputs and its result as they are; `_ranged` puts them on their ranges.
@@ -152,7 +163,7 @@ def _polyline(run: runs.Run, ask: Ask) -> Iterator[Series]:
         yield Series(key, places, values, Scale("", "1"), piece.scale, "hairline", marks=tuple(marks))
 
 
-def _head(run: runs.Run, name: str) -> str:
+def _head(run: Run, name: str) -> str:
     return f"{run.labels.get(name, name.replace('_', ' '))}|{run.units.get(name, '1')}"
 
 
@@ -195,7 +206,7 @@ class Dependence(Series):
     places: Mapping[str, float | str] = None  # type: ignore[assignment]
 
 
-def _case(run: runs.Run, ask: Ask) -> Iterator[Series]:
+def _case(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield a run's value as one point; `ranked` puts the points of one influence on one line."""
     name = ask.y[0]
     values, scale = lone(*shown(run.data[name], name, ask), name, ask)
