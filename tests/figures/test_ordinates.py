@@ -1,5 +1,7 @@
 """y_as: curves less the first one, values on a logarithmic axis; axes without zero are marked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -33,6 +35,9 @@ def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
 def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
     with pytest.raises(FigureError, match="needs a second curve"):
         from_first([series("1 rpm", [1.0, 2.0])], {}, Ask("tvms", "01"))
+    orbit = replace(series("1 rpm", [1.0, 2.0, 1.0]), x=np.array([0.0, 1.0, 0.5]))
+    with pytest.raises(FigureError, match=r"01: .*turns back"):
+        from_first([orbit, series("2 rpm", [1.0, 2.0])], {"hue": "speed"}, Ask("01", "phase-plane"))
     with pytest.raises(FigureError, match="must be above 0"):
         require_positive([series("1 rpm", [1.0, 0.0])], Ask("tvms", "01"))
 

@@ -339,15 +339,13 @@ def from_first(
     first: dict[tuple[Label | None, ...], Series] = {}
     for curve in series:
         first.setdefault(tuple(curve.key.get(name) for name in panels), curve)
-    differences = [
-        _less(curve, first[tuple(curve.key.get(name) for name in panels)], hue) for curve in series
-    ]
+    if not all(np.all(np.diff(curve.x) >= 0.0) for curve in first.values()):
+        raise FigureError(f'{ask.name}: y_as = "difference" is for curves over rising x: this one turns back')
+    differences = [_less(curve, first[tuple(curve.key.get(name) for name in panels)]) for curve in series]
     return differences, (_said(list(first.values()), hue),)
 
 
-def _less(curve: Series, first: Series, hue: str) -> Series:
-    if not np.all(np.diff(first.x) >= 0.0):
-        raise ValueError(f"abscissae of {first.key[hue].text} do not ascend")
+def _less(curve: Series, first: Series) -> Series:
     at = first.y if np.array_equal(curve.x, first.x) else np.interp(curve.x, first.x, first.y)
     return replace(curve, y=curve.y - at, up=Scale(f"change of {within(curve.up.label)}", curve.up.units))
 
