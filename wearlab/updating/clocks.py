@@ -27,8 +27,16 @@ SWEEPS = 25  # through bins, whose order is not known
 Judge = Callable[[tuple[RunHistory, ...]], Posterior]
 
 
-def clock_of(record: OperatingRecord, own: RunHistory, runs: Sequence[RunHistory], factor: float) -> Clock:
+def clock_of(
+    record: OperatingRecord,
+    own: RunHistory,
+    runs: Sequence[RunHistory],
+    factor: float,
+    block: int | None = None,
+) -> Clock:
     """Return the clock of equal wear of what ran, from a run of the scene and one of each condition.
+
+    Wear is what ends the life, or what a block tells: at equal depth a harder load has worn less mass.
 
     Under a condition wear goes on as its own run does from the same wear. That depends on the wear that
     was reached, and so on the factor; hardly, where the conditions wear alike in shape.
@@ -40,15 +48,16 @@ def clock_of(record: OperatingRecord, own: RunHistory, runs: Sequence[RunHistory
         passed = np.tile(each / SWEEPS, SWEEPS)
     begins = np.append(0, np.flatnonzero(np.diff(which)) + 1)
     which, passed = which[begins], np.add.reduceat(passed, begins)
+    wear, *worn_by = (run.limit if block is None else run.asked[block].curve for run in (own, *runs))
     equal = [0.0]
     for condition, seconds in zip(which, passed, strict=True):
         reached = equal[-1]
         if condition >= 0:
-            run = runs[condition]
-            worn = own.limit.at(own.start + np.array(reached * factor / own.factor))
-            after = float(run.limit.first_above(worn))
+            run, curve = runs[condition], worn_by[condition]
+            worn = wear.at(own.start + np.array(reached * factor / own.factor))
+            after = float(curve.first_above(worn))
             after += seconds / run.seconds_per_cycle * factor / run.factor
-            there = own.limit.first_above(run.limit.at(np.array(after)))
+            there = wear.first_above(curve.at(np.array(after)))
             reached = max(float(there - own.start) * own.factor / factor, reached)
         equal.append(reached)
     at = np.append(0.0, np.cumsum(passed)) / own.seconds_per_cycle

@@ -138,7 +138,9 @@ class Runner(NamedTuple):
             runs, which = histories(study, self.store)
             if scenes:
                 read = zip(stored(study, scenes, self.store), scenes.values(), strict=True)
-                each = [history_of(run, one.id, one.model_dump(), (), study.limit) for run, one in read]
+                each = [
+                    history_of(run, one.id, one.model_dump(), study.seen, study.limit) for run, one in read
+                ]
                 runs = (_clocked(study, runs[0], each),)
             found.append((runs, which))
         return found
@@ -160,11 +162,18 @@ def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHisto
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
+    # a fleet has one clock a unit, by which its wear strays
+    weighed = [n for n, seen in enumerate(study.seen) if seen.data.quantity == "worn_mass" and len(seen)]
+    weighed = [] if study.spec.fleet else weighed
     for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
         clocks = [clock_of(study.record, own, conditions, float(factor)) for factor in factors]
         ends = [clock.equal[-2] - own.start for clock in clocks]
         off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
-        clocked = replace(own, clock=clocks[1]._replace(off=off))
+        asked = list(own.asked)
+        for n in weighed:
+            by_mass = clock_of(study.record, own, conditions, float(factors[1]), n)
+            asked[n] = asked[n]._replace(clock=by_mass)
+        clocked = replace(own, clock=clocks[1]._replace(off=off), asked=tuple(asked))
         factors = answered(study, (clocked,), blocks_of(study, (clocked,))).factor(ENDS)
     return clocked
 
