@@ -185,6 +185,13 @@ def test_another_variable_must_run_along_what_the_kind_shows(many):
         plot_of(many, swept(2), kind="wear-profile", y="life")
 
 
+@pytest.mark.parametrize("figure", ["max-wear", "quantile-bands"])
+def test_over_wear_states_x_has_one_number_for_each(many, figure):
+    """Was a fault of broadcasting."""
+    with pytest.raises(FigureError, match=r"x = 'diameter' is not one number per wear state; leave it out"):
+        plot_of(many, swept(4), kind=figure, x="diameter")
+
+
 def test_a_run_at_its_limit_is_not_flat():
     """Depths v·n to a limit of 1 at rates 1…99: the median ends where the fiftieth run has reached it."""
     depth, life = Scale("depth", "um"), Scale("life", "1")

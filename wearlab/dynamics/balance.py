@@ -11,9 +11,8 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.once import once
 from wearlab.dynamics.rigid import rigid_modes
-from wearlab.dynamics.system import System
+from wearlab.dynamics.system import System, once
 
 
 class Balance(NamedTuple):

@@ -8,8 +8,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from wearlab.arrays import Array
-from wearlab.dynamics.once import Frozen
-from wearlab.dynamics.system import System
+from wearlab.dynamics.system import Frozen, System
 from wearlab.mesh.gear_set import Body, mesh_load
 
 NOTHING = 1e-9

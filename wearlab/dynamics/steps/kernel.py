@@ -16,10 +16,9 @@ from numba.cpython.unsafe.tuple import tuple_setitem
 from wearlab.arrays import Array, Flags
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.balance import Balance, balance_of, no_balance
-from wearlab.dynamics.once import once
 from wearlab.dynamics.rigid import rigid_modes
 from wearlab.dynamics.steps.propagator import Propagator, propagator_of
-from wearlab.dynamics.system import System
+from wearlab.dynamics.system import System, once
 from wearlab.mesh.stages import StageTables
 
 Row = tuple[float, ...]

@@ -19,8 +19,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import Balance
-from wearlab.dynamics.once import Frozen
-from wearlab.dynamics.system import System
+from wearlab.dynamics.system import Frozen, System
 from wearlab.mesh.stages import StageTables
 
 GRID = 0.05

@@ -19,13 +19,31 @@ MOST_POINTS = 30
 def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "update"):
-        x, across = companion(run, ask.x or "cycle", piece.place, ask)
+        x, across = at_states(run, ask, piece)
         y = np.atleast_1d(piece.values)
         held = np.isfinite(x) & np.isfinite(y)
         look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
         hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
         whole = Series(piece.key, x, y, across, piece.scale, look, hours=hours, y_error=piece.error)
         yield whole.at(held)
+
+
+def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
+    """Return what ``x`` names at every wear state, the cycles by default.
+
+    Raises
+    ------
+    FigureError
+        When it is not one number per wear state.
+    """
+    name = ask.x or "cycle"
+    x, across = companion(run, name, piece.place, ask)
+    if x.shape != np.shape(piece.values):
+        raise FigureError(
+            f"{ask.name}: x = {name!r} is not one number per wear state; leave it out for the cycles, or "
+            "name what is, such as operating_hours or max_wear_depth"
+        )
+    return x, across
 
 
 def hours_a_cycle(run: Run) -> float | None:

@@ -14,8 +14,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.figures import plot, wording
 from wearlab.figures.curves import Ended, banded, ended_of
-from wearlab.figures.kind import Ask, FigureError, Run, companion, kind, lone, shown, slices
-from wearlab.figures.kinds.cycles import hours_a_cycle
+from wearlab.figures.kind import Ask, FigureError, Run, kind, lone, shown, slices
+from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
 
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
@@ -164,7 +164,7 @@ def _logarithm(scale: plot.Scale) -> plot.Scale:
 def _over_life(run: Run, ask: Ask) -> Iterator[plot.Series]:
     name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
-        x, across = companion(run, ask.x or "cycle", piece.place, ask)
+        x, across = at_states(run, ask, piece)
         held = np.isfinite(x) & np.isfinite(piece.values)
         key = _kept(piece.key, ask)
         hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
