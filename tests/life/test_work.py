@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wearlab.life.euler import Fixed
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
 from wearlab.life.rate import CountedRate
@@ -52,6 +53,24 @@ def test_work_that_suffices_changes_nothing():
 def test_work_that_cannot_suffice_ends_the_life():
     life, _ = lived(100.0, 1_000.0)
     assert life.end_reason == "work limit"
+
+
+class Even:
+    """The same wear everywhere, each rate a piece of work."""
+
+    work = 0.0
+
+    def __call__(self, h):
+        self.work += 1.0
+        return np.full(h.shape, 1e-11)
+
+
+@pytest.mark.parametrize(("most_work", "reason"), [(100.0, "depth"), (95.0, "work limit")])
+def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(most_work, reason):
+    """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to the last step but one."""
+    hundredth = Fixed(size=0.01 * DEPTH / 1e-11)
+    life = integrate(Even(), np.zeros(30), limits=Limits(depth=DEPTH), method=hundredth, most_work=most_work)
+    assert life.end_reason == reason
 
 
 class DearNowAndThen(DearOnceDeep):

@@ -30,6 +30,9 @@ TREND = 0.5
 """Share of the trend of the rate over the last step that is expected to go on: wear evens out."""
 MOST_TREND = 1.5
 """Largest factor by which the trend of the rate moves the expected crossing."""
+NEARLY, LAST_WORK = 0.98, 0.15
+"""Share of its depth limit from which a life that is out of work gets some more, and how much of all of it:
+steps through noise near their end before they reach it."""
 GIVEN = ("rate", "limits", "tolerance", "scale")
 """What a life and its stepper are given anew when they are taken up."""
 
@@ -117,6 +120,7 @@ class _Integration:
         self.jumps: list[Jump] = []
         self.reason = ""
         self.rejected, self.saw_tooth, self.wave_growth, self.hurried = 0, False, 0.0, False
+        self.finishing = False
 
     @property
     def node(self) -> Node:
@@ -138,7 +142,7 @@ class _Integration:
             except SawTooth:
                 self.reason = "saw-tooth"
             except OutOfEvaluations as out:
-                self.reason = out.reason
+                self.reason = "" if self._may_finish() else out.reason
             if progress is not None:
                 progress(self.node)
             if keep is not None:
@@ -175,6 +179,8 @@ class _Integration:
             vars(stepper).update(kept["stepper"])
         vars(self).update(kept["integration"])
         self.rate.take_up(kept["rate"])
+        if self.finishing:
+            self.rate.grant(LAST_WORK)
         return stepper, list(kept["followed"])
 
     def _show(self, progress: Callable[[Node], None] | None, followed: list[tuple[Node, Any]]) -> None:
@@ -200,6 +206,9 @@ class _Integration:
                 self.reason = stop.reason
             stepper.shorten(0.5 * stepper.trying)
             return
+        except OutOfEvaluations:
+            self.rate.recall(memory)
+            raise
         noise = self.error.heard(self.rate.noise)
         before = float(np.abs(self.error.total).max(initial=0.0))
         self._keep(step, noise)
@@ -208,6 +217,16 @@ class _Integration:
             fastest = float(jump.before.max(initial=0.0))
             if fastest > 0.0:  # by as much as the depth may be off, the jump may be shifted
                 self.error.doubt(before / fastest * np.abs(jump.after - jump.before))
+
+    def _may_finish(self) -> bool:
+        """Whether a life that is out of work, but nearly at its limit, gets some more: once."""
+        limit = self.limits.depth
+        near = limit is not None and float(self.node.depth[self.limits.flank].max()) >= NEARLY * limit
+        if near and not self.finishing:
+            self.finishing = True
+            self.rate.grant(LAST_WORK)
+            return True
+        return False
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""

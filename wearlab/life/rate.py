@@ -81,6 +81,10 @@ class CountedRate:
         work = (self.work - self.first_work) / (self.most_work - self.first_work)
         return max(work, self.count / self.most)
 
+    def grant(self, share: float) -> None:
+        """Allow more work, a share of all that was allowed."""
+        self.most_work += share * (self.most_work - self.first_work)
+
     def affords(self, each: float) -> float:
         """Return how many more evaluations the bounds allow of which each takes so much work."""
         return min((self.most_work - self.work) / each, float(self.most - self.count))
