@@ -67,7 +67,7 @@ class Even:
 
 @pytest.mark.parametrize(("most_work", "reason"), [(100.0, "depth"), (95.0, "work limit")])
 def test_a_life_within_two_hundredths_of_its_depth_gets_some_more_work(most_work, reason):
-    """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to the last step but one."""
+    """A hundred steps of a hundredth each, and a first rate: a hundred rates lead to the last but one."""
     hundredth = Fixed(size=0.01 * DEPTH / 1e-11)
     life = integrate(Even(), np.zeros(30), limits=Limits(depth=DEPTH), method=hundredth, most_work=most_work)
     assert life.end_reason == reason
