@@ -5,8 +5,8 @@ import pytest
 
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
-from wearlab.life.rough import held_step
 from wearlab.life.step import Node
+from wearlab.life.stiffness import held_step
 
 DEPTH, DEEP, RATE = 4e-4, 1e-4, 1e-11
 RELAXES = 5e-6

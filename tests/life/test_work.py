@@ -7,8 +7,8 @@ from wearlab.life.euler import Fixed
 from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits
 from wearlab.life.rate import CountedRate
-from wearlab.life.rough import HEAD_START, Work, share_of_depth
 from wearlab.life.step import Node
+from wearlab.life.stiffness import HEAD_START, Work, share_of_depth
 
 DEPTH = 4e-4
 

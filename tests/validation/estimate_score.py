@@ -14,7 +14,7 @@ from processor_time import OutOfTime, bounded
 
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.gears.specification import GearError
-from wearlab.life.state import Wear
+from wearlab.life.coupled import Wear
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts

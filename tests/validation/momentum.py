@@ -20,8 +20,8 @@ from processor_time import OutOfTime, bounded
 
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.gears.specification import GearError
+from wearlab.life.coupled import Wear
 from wearlab.life.limits import StopWear
-from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 

@@ -7,7 +7,7 @@ import pytest
 from outside_march import Outside, scene_at
 
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.life.state import WearState
+from wearlab.life.coupled import WearState
 from wearlab.scene.build import build
 
 WORN = 60e-6

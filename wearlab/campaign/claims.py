@@ -363,14 +363,6 @@ def _placeholders(note: str) -> Iterator[re.Match[str]]:
     return (found for found in PLACEHOLDER.finditer(note) if FORMAT.fullmatch(found[2] or ""))
 
 
-def _called(campaign: Any, case: Any) -> str:
-    """Return the label of a case and its place on the axes."""
-    axes = [axis for axis in campaign.axes if axis.name in case.position]
-    return ", ".join(
-        [case.label, *(f"{a.name}={a.values[case.position[a.name]]} {a.units or ''}".rstrip() for a in axes)]
-    )
-
-
 def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     """Return one line for each name in a claim or a note that no run can have.
 

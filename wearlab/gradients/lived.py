@@ -11,10 +11,10 @@ from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
 from wearlab.gradients.numbers import STEP, STEP_OF_LARGE, GradientError
+from wearlab.life.coupled import Wear, WearState
 from wearlab.life.coupling import Coupling
 from wearlab.life.history import SetRate
 from wearlab.life.limits import Flanks, StopWear
-from wearlab.life.state import Wear, WearState
 from wearlab.life.step import Node, Step, again, depth_at
 from wearlab.mesh.profile import Extension
 from wearlab.scene import Scene

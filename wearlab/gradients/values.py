@@ -11,7 +11,7 @@ from wearlab.dynamics.forces.extremes import FRACTIONS, extremes, forces_within,
 from wearlab.dynamics.orbits.response import Response, forces_at
 from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.gradients.numbers import GradientError
-from wearlab.life.state import WearState
+from wearlab.life.coupled import WearState
 from wearlab.scene.build import Parts
 from wearlab.simulation.static import by_flank
 from wearlab.simulation.vibration import phase_forces

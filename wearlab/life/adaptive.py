@@ -15,7 +15,7 @@ wave is accepted.
 
 **Rough stretches.** Averaged over an aperiodic response the rate is noisy, and no step is short enough for
 the test; nor can a life be followed whose rates get too dear for the work it may do. There a step holds what
-the motion adds to the static rate (:mod:`wearlab.life.rough`), and records the error that it estimates.
+the motion adds to the static rate (:mod:`wearlab.life.stiffness`), and records the error that it estimates.
 """
 
 from dataclasses import dataclass
@@ -26,10 +26,9 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.life import runge_kutta
 from wearlab.life.rate import CountedRate, Rate
-from wearlab.life.rough import Work, held_step, wearing
 from wearlab.life.runge_kutta import Scheme
 from wearlab.life.step import FOURTH_ORDER, Jump, Node, Step, depth_at, growth
-from wearlab.life.stiffness import KnownSpectrum
+from wearlab.life.stiffness import KnownSpectrum, Work, held_step, wearing
 
 STEPS_PER_SPECTRUM, STEPS_BEFORE_STIFF = 12, 3
 """Age, in steps, from which the spectrum is looked at anew, and where a step may turn stiff."""

@@ -1,23 +1,100 @@
-"""Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear."""
+"""Flanks that wear together: their kinds of mesh, and what a life asks of whatever evaluates their wear.
+
+One wear state, wholly evaluated: the flanks of every kind of mesh, and the steady responses.
+"""
 
 import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.periodic import Unbounded
+from wearlab.dynamics.orbits.response import Response
 from wearlab.life.limits import StopWear
-from wearlab.life.state import Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind
-from wearlab.mesh.contact import ContactAnalysis
+from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
+from wearlab.mesh.excitation import AlongPhase
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
+
+Wear = tuple[Array, ...]
+"""Wear depths of every kind of mesh, each (2, n) ordered (driving, driven) [m]."""
+
+
+class KindState(NamedTuple):
+    """One kind of mesh in a wear state.
+
+    Rows are mesh periods of every mesh of the kind at every error angle; their weights sum to 1.
+
+    Parameters
+    ----------
+    wear : (2, n) wear depth, (driving, driven) [m]
+    nodes : compliance and gaps at the nodes
+    static : sharing of the static load at the phase nodes
+    fitted : the series the dynamics received, None for pairs
+    weight : (n_rows,) of each row [1]
+    drive : (n_rows, n_phase_nodes) normal force of the drive flanks at the phase nodes [N]
+    tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at the node [N]
+    rate : (2, n) wear depth per cycle, None without a wear law [m]
+    """
+
+    wear: Array
+    nodes: Nodes
+    static: Quasistatic
+    fitted: AlongPhase | None
+    weight: Array
+    drive: Array
+    tooth_force: Array
+    rate: Array | None
+
+    @property
+    def mean_tooth_force(self) -> Array:
+        """Force on a pair at the node, averaged over the rows, (n,) [N]."""
+        single = len(self.tooth_force) == 1
+        return np.asarray(self.tooth_force[0] if single else self.weight @ self.tooth_force)
+
+
+class WearState(NamedTuple):
+    """Everything known of one wear state.
+
+    Parameters
+    ----------
+    kind : the flanks of every kind of mesh
+    responses : the steady responses, none without dynamics
+    noise : standard error of the rate of aperiodic responses, largest over the nodes; else 0 [m]
+    block : the state in every block of a duty, none without; then this is the first with the mixed rate
+    """
+
+    kind: tuple[KindState, ...]
+    responses: Responses
+    noise: float
+    block: "tuple[WearState, ...]" = ()
+
+    @property
+    def response(self) -> Response | None:
+        """The steady response (at the first error angle), None without dynamics."""
+        return self.responses[0] if self.responses else None
+
+    @property
+    def wear(self) -> Wear:
+        """Wear depths of every kind of mesh."""
+        return tuple(kind.wear for kind in self.kind)
+
+    @property
+    def wears(self) -> bool:
+        """Whether there is a wear law."""
+        return all(kind.rate is not None for kind in self.kind)
+
+    @property
+    def rate(self) -> Wear:
+        """Wear rates of every kind of mesh [m per cycle]."""
+        return tuple(kind.rate for kind in self.kind if kind.rate is not None)
 
 
 @dataclass
@@ -89,9 +166,9 @@ class Coupled(ABC):
         """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
 
     @property
-    @abstractmethod
     def work(self) -> int:
         """Right-hand sides evaluated so far."""
+        return sum(account.counts["right_hand_sides"] for account in self.accounts)
 
     @property
     @abstractmethod
@@ -103,9 +180,9 @@ class Coupled(ABC):
     def shared(self) -> tuple[Any, ...]:
         """What responses belong to and is told apart by identity, of every block of a duty."""
 
+    @abstractmethod
     def wearing(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
-        return self
 
     @abstractmethod
     def resting(self) -> "Coupled | None":
@@ -146,11 +223,6 @@ class OneCondition(Coupled):
 
     vibration: Vibration | None
     account: Account = field(default_factory=Account, kw_only=True)
-
-    @property
-    def work(self) -> int:
-        """Right-hand sides evaluated so far."""
-        return self.account.counts["right_hand_sides"]
 
     @property
     def accounts(self) -> tuple[Account, ...]:

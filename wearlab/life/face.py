@@ -10,9 +10,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
 from wearlab.dynamics.orbits.response import Response
-from wearlab.life.coupled import OneCondition
+from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
 from wearlab.life.limits import StopWear
-from wearlab.life.state import KindState, Wear, WearState
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.face.contact import FaceContact, LineLoads
 from wearlab.mesh.face.curves import Curves, FaceFlanks, curves

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array, Index
-from wearlab.life.coupled import Coupled
+from wearlab.life.coupled import Coupled, Wear, WearState
 from wearlab.life.integrate import ELASTIC_SCALE, Method, integrate
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.rate import Rate
 from wearlab.life.record import Life
-from wearlab.life.state import Wear, WearState
 from wearlab.life.step import Node
 from wearlab.life.vibration import Responses
 

@@ -215,11 +215,6 @@ class Toothed(Part):
         source=Iso21771,
     )
 
-    @property
-    def varies_over_face(self) -> bool:
-        """Whether something of its flanks differs along the face."""
-        return any(getattr(self, key) is not None for key in LEAD_KEYS)
-
     @model_validator(mode="after")
     def _root_by_length(self) -> "Toothed":
         if self.root_relief is not None and self.root_relief.length is None:

@@ -182,11 +182,6 @@ class OneMesh(options.Part):
         source="wearlab",
     )
 
-    @property
-    def varies_over_face(self) -> bool:
-        """Whether it says something of the face."""
-        return any(getattr(self, key) is not None for key in ("misalignment", "face_coupling", "face_points"))
-
     @model_validator(mode="after")
     def _contact_onset(self) -> "OneMesh":
         """Let contact reach beyond A and E wherever pairs and corners are known."""

@@ -11,7 +11,7 @@ from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES, Search, Tries, coexisting
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
-from wearlab.life.state import WearState
+from wearlab.life.coupled import WearState
 from wearlab.scene.build import Parts
 from wearlab.simulation.living import most_searched
 

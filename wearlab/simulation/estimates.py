@@ -13,8 +13,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.life import limits, record
+from wearlab.life.coupled import WearState
 from wearlab.life.history import History
-from wearlab.life.state import WearState
 from wearlab.scene.build import Parts, wear
 from wearlab.simulation.force_errors import force_errors
 from wearlab.simulation.operating import Stage

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Flags
-from wearlab.life.state import KindState, WearState
+from wearlab.life.coupled import KindState, WearState
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks
 from wearlab.mesh.exact.relation import (

@@ -8,9 +8,9 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears.helix import overlap_ratio
+from wearlab.life.coupled import WearState
 from wearlab.life.face import FaceKind, FaceState
 from wearlab.life.history import History
-from wearlab.life.state import WearState
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.harmonics import harmonics
 from wearlab.scene.build import Parts

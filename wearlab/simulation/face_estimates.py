@@ -11,8 +11,8 @@ from scipy.interpolate import interp1d
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
+from wearlab.life.coupled import Wear, WearState
 from wearlab.life.history import History
-from wearlab.life.state import Wear, WearState
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build

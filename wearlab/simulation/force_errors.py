@@ -12,7 +12,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits.response import Response
-from wearlab.life.state import WearState
+from wearlab.life.coupled import WearState
 from wearlab.mesh import excitation, force
 from wearlab.mesh.clock import Instants, look_within
 from wearlab.scene.build import Parts

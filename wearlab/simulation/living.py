@@ -13,8 +13,8 @@ from wearlab.dynamics.orbits.shooting import RHS_PER_STEP
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.life import coupled, history, integrate, record
+from wearlab.life.coupled import Wear
 from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.state import Wear
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.face import sliced_flank

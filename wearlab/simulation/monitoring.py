@@ -17,7 +17,7 @@ import numpy as np
 from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces.mesh_forces import NODES, mesh_acceleration_at, within_steps
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_of
-from wearlab.life.state import WearState
+from wearlab.life.coupled import WearState
 from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh.stages import StageGrid
 from wearlab.scene.build import Parts

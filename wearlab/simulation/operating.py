@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.life.coupled import Coupled
-from wearlab.life.duty import DutyCoupling, DutyShares, duty_shares
+from wearlab.life.coupling import DutyCoupling, DutyShares, duty_shares
 from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build

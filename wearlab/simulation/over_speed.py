@@ -8,7 +8,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits.continuation import JumpOfResponse, Point
-from wearlab.life import state, vibration
+from wearlab.life import vibration
+from wearlab.life.coupled import WearState
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, modes
@@ -23,7 +24,7 @@ LINES = 24
 ORDERS = 5
 
 
-def over_speed_values(scene: Scene, parts: Parts, state: state.WearState) -> Values:
+def over_speed_values(scene: Scene, parts: Parts, state: WearState) -> Values:
     """Follow the response of one wear state over speed and return what is read off it."""
     clock = time.perf_counter()
     wanted = modes.build_over_speed(scene, parts, state)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
+from wearlab.life.coupled import WearState
 from wearlab.life.history import History
-from wearlab.life.state import WearState
 from wearlab.mesh import contact, force, harmonics, profile
 from wearlab.mesh.exact.flank import wear_slope
 from wearlab.scene import Scene

@@ -11,7 +11,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits, vibration
-from wearlab.life.state import Wear, WearState
+from wearlab.life.coupled import Wear, WearState
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build, mesh

@@ -11,7 +11,8 @@ from wearlab.dynamics.forces.energy import energy_balance
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
-from wearlab.life import history, load, state, vibration
+from wearlab.life import history, loads, vibration
+from wearlab.life.coupled import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, harmonics
 from wearlab.mesh.gear_set import GearSet
@@ -32,7 +33,7 @@ def energy_values(parts: Parts, vibration: Vibration, response: Response) -> Val
     return values | {"residual_energy": balance.residual, "efficiency": balance.efficiency}
 
 
-def dynamic_values(parts: Parts, states: tuple[state.WearState, ...]) -> Values:
+def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
@@ -58,7 +59,7 @@ def dynamic_values(parts: Parts, states: tuple[state.WearState, ...]) -> Values:
 
 
 def _response_values(
-    parts: Parts, vibration: vibration.Vibration, state: state.WearState, response: Response
+    parts: Parts, vibration: vibration.Vibration, state: WearState, response: Response
 ) -> Values:
     when = vibration.look(parts.phase)
     motions = vibration.motions(response, when)
@@ -98,7 +99,7 @@ def _response_values(
     if parts.wohler_slope is not None:
         equivalent = [
             parts.gears.lever(k)
-            * load.equivalent_force(
+            * loads.equivalent_force(
                 parts.kinds[k].analysis, kind_state.weight, kind_state.drive, parts.wohler_slope
             )
             for k, kind_state in enumerate(state.kind)
@@ -166,7 +167,7 @@ def rigid_bearing_forces(gears: GearSet, share: float, normal: Array) -> Array:
     return total
 
 
-def phase_forces(parts: Parts, state: state.WearState, response: Response) -> Array:
+def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
     vibration = parts.vibration
     assert vibration is not None

@@ -15,7 +15,8 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from wearlab.arrays import Array, Index
 from wearlab.gears.specification import GearError
-from wearlab.life import limits, state
+from wearlab.life import limits
+from wearlab.life.coupled import WearState
 from wearlab.life.limits import Flanks
 from wearlab.simulation.twins import Rougher
 
@@ -160,7 +161,7 @@ class WornFurther(NamedTuple):
     cycle: float
     error: Array
     drive: Array | None
-    worse: tuple[state.WearState | None, ...]
+    worse: tuple[WearState | None, ...]
     between: float = 0.0
 
 
@@ -214,7 +215,7 @@ class ErrorOfWear:
         step = joint.cycle - (self.before.cycle if self.before else 0.0)
         return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
 
-    def _answer(self, twins: Sequence[Rougher], worse: Sequence[state.WearState | None]) -> Array | None:
+    def _answer(self, twins: Sequence[Rougher], worse: Sequence[WearState | None]) -> Array | None:
         """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
         total: Array | None = None
         for share, twin, moved in zip(self.weight, twins, worse, strict=True):
@@ -233,11 +234,11 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
     return np.asarray(own - alike if own @ alike < 0.0 else own + alike)
 
 
-def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[state.WearState | None, ...]:
+def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ...]:
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
-    states: list[state.WearState | None] = []
+    states: list[WearState | None] = []
     for twin in twins:
-        worse: state.WearState | None = twin.state
+        worse: WearState | None = twin.state
         if not np.isfinite(off).all():
             worse = None
         elif off.any():

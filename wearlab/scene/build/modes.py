@@ -10,7 +10,7 @@ from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.dynamics.orbits.continuation import Continuation
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.system import System
-from wearlab.life.state import WearState
+from wearlab.life.coupled import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import stages, tabulation
 from wearlab.mesh.clock import sampling

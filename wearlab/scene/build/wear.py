@@ -7,8 +7,8 @@ import numpy as np
 
 from wearlab import arrays, compiled, slots
 from wearlab.gears.gear import GearPair
-from wearlab.life import coupled, limits, load
-from wearlab.life.loads import InstantLoad, StaticLoad
+from wearlab.life import coupled, limits
+from wearlab.life.loads import InstantLoad, LoadModel, StaticLoad
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.wear.coefficients import CoefficientModel, standard_film
@@ -95,7 +95,7 @@ def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad |
     return thickness._replace(scale=thickness.scale / composite_rq(where.roughness))
 
 
-def build_load(scene: Scene) -> load.Load:
+def build_load(scene: Scene) -> LoadModel:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
         return StaticLoad() if scene.dynamics is None else InstantLoad()
