@@ -4,7 +4,7 @@ import pytest
 
 from wearlab.scene import Scene
 from wearlab.schema import VARIABLES, attributes
-from wearlab.simulation.provenance import discovery
+from wearlab.simulation.label import discovery
 
 CONTENTS = {"modelResult", "qualityInformation", "auxiliaryInformation", "coordinate"}
 """Of ISO 19115-1's codes, those that a computed run has."""

@@ -95,7 +95,7 @@ def short_text(text: str) -> bytes:
 def command(dice: random.Random) -> bytes:
     """Return a pickle that calls a name, dotted ones among them, with a command."""
     module = dice.choice(
-        ("subprocess", "os", "wearlab.simulation.provenance", "wearlab.life.checkpoint", "builtins")
+        ("subprocess", "os", "wearlab.simulation.label", "wearlab.life.checkpoint", "builtins")
     )
     name = dice.choice(("Popen", "system", "subprocess.Popen", "importlib.import_module", "exec"))
     called = short_text(module) + short_text(name) + pickle.STACK_GLOBAL

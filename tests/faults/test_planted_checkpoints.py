@@ -40,7 +40,7 @@ def planted(module, name, command):
 @pytest.mark.parametrize(
     ("module", "name"),
     [
-        ("wearlab.simulation.provenance", "subprocess.Popen"),
+        ("wearlab.simulation.label", "subprocess.Popen"),
         ("subprocess", "Popen"),
         ("wearlab.life.checkpoint", "importlib.import_module"),
     ],
@@ -63,7 +63,7 @@ def test_a_planted_pickle_calls_nothing(tmp_path, module, name):
     "stored",
     [
         ["record", "subprocess:Popen", {"args": "true"}],
-        ["record", "wearlab.simulation.provenance:subprocess.Popen", {}],
+        ["record", "wearlab.simulation.label:subprocess.Popen", {}],
         ["record", "wearlab.store.store:Store", {"path": "/tmp"}],
         ["record", "wearlab.life.checkpoint:importlib", {}],
         ["record", "wearlab.life.checkpoint:json", {}],

@@ -14,7 +14,7 @@ from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
-from wearlab.simulation.force_errors import LARGEST_SHARE, NEAR, error_of_largest
+from wearlab.simulation.twins import LARGEST_SHARE, NEAR, error_of_largest
 
 SCENE: dict[str, Any] = PAIR | {
     "mesh": {"damping_ratio": 0.05, "normal_backlash": "100 um"},

@@ -22,7 +22,7 @@ from estimate_figure import scores_png
 
 from wearlab.accuracy.study import netcdf
 from wearlab.cli.output import bar, complain, say, show_table
-from wearlab.simulation.provenance import provenance
+from wearlab.simulation.label import provenance
 from wearlab.store.files import write_whole
 
 TABLE, DATASET, FIGURE = "estimates.csv", "estimates.nc", "estimates.png"

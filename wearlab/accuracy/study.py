@@ -12,8 +12,7 @@ from wearlab.accuracy import lives, steady
 from wearlab.accuracy.ladder import Rung, WorkPrecision
 from wearlab.accuracy.steady_curves import missing_peers, peers, steady_study
 from wearlab.scene import Scene
-from wearlab.simulation.label import CONVENTIONS
-from wearlab.simulation.provenance import provenance
+from wearlab.simulation.label import CONVENTIONS, provenance
 
 TARGETS = (1e-3, 1e-6)
 """Relative errors at which wall times are compared."""

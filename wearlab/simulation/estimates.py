@@ -16,12 +16,12 @@ from wearlab.life import limits, record
 from wearlab.life.coupled import WearState
 from wearlab.life.history import History
 from wearlab.scene.build import Parts, wear
-from wearlab.simulation.force_errors import force_errors
 from wearlab.simulation.operating import Stage
 from wearlab.simulation.twins import (
     Rougher,
     finer_twins_of,
     flank_of_nodes,
+    force_errors,
     is_periodic,
     together,
     twins_of,

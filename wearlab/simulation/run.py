@@ -14,12 +14,12 @@ from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.build.modes import build_modes
-from wearlab.simulation import attractors, exact, face, label, over_speed, provenance, trust
+from wearlab.simulation import attractors, exact, face, label, over_speed, trust
 from wearlab.simulation import static as named
 from wearlab.simulation import vibration as vibrating
 from wearlab.simulation.calibration import Calibration, calibrated, calibrated_values
 from wearlab.simulation.estimates import Estimates, estimated, not_estimated
-from wearlab.simulation.face_estimates import estimated_over_face
+from wearlab.simulation.face import estimated_over_face
 from wearlab.simulation.living import inherited_error, initial_wear, live, live_through
 from wearlab.simulation.operating import Stage, along_duty, condition_coordinates, in_order, stages_of
 from wearlab.simulation.rating import rated, rating_flags
@@ -67,8 +67,8 @@ def simulate(scene: Scene) -> xr.Dataset:
         reason = FIRST_STATE.get(stop.reason, stop.reason)
         raise label.Refused(f"the gears cannot run in their first state: {reason}") from stop
     dataset = _dataset(settled, stages, lived, calibration, clock)
-    dataset.attrs = {"Conventions": label.CONVENTIONS, **provenance.discovery(scene, begun)}
-    dataset.attrs |= provenance.provenance(scene, begun, None if calibration is None else calibration.life)
+    dataset.attrs = {"Conventions": label.CONVENTIONS, **label.discovery(scene, begun)}
+    dataset.attrs |= label.provenance(scene, begun, None if calibration is None else calibration.life)
     return dataset
 
 
