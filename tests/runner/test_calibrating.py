@@ -10,7 +10,7 @@ from wearlab.runner import run
 from wearlab.runner.plan import calibrations, plan
 from wearlab.runner.worker import Task
 from wearlab.scene import Scene
-from wearlab.scene.calibration import calibrating
+from wearlab.scene.scene import calibrating
 from wearlab.simulation import calibration
 from wearlab.store import Store
 from wearlab.store.export import export_attributes

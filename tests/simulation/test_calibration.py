@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.scene.calibration import calibrating
+from wearlab.scene.scene import calibrating
 from wearlab.simulation import Refused, calibration, simulate
 
 

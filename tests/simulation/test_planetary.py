@@ -5,8 +5,7 @@ import pytest
 
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
-from wearlab.scene.build import build
-from wearlab.scene.build.modes import build_modes
+from wearlab.scene.build import build, build_modes
 from wearlab.simulation import simulate
 from wearlab.simulation.vibration import modes_table
 

@@ -11,18 +11,17 @@ from scipy.integrate import solve_ivp
 from wearlab.accuracy.equation import Motion, motion, motion_within
 from wearlab.arrays import Array
 from wearlab.dynamics.balance import balance_of, true_derivative
-from wearlab.dynamics.forces.mesh_forces import mesh_forces
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.steps import count, kernel
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import clock, excitation, stages
+from wearlab.mesh import excitation, stages
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.build.vibration import build_friction, fluctuation
+from wearlab.scene.build.vibration import build_friction
 from wearlab.simulation.run import initial_wear
 from wearlab.wear.initials import quadratic
 
@@ -66,14 +65,8 @@ class Steady:
         """Return the dynamics with about ``steps`` steps a mesh period, by ``method`` if one is given."""
         parts, chosen = self.parts, method or self.vibration.method
         grid = stages.stage_grid(parts.edges[:-1], steps)
-        grids, friction = [kind.analysis.grid for kind in self.kinds], build_friction(self.scene, parts.gears)
-        return replace(
-            self.vibration,
-            method=chosen,
-            sampling=clock.sampling(grids, parts.meshes, parts.edges, grid, friction),
-            fluctuation=fluctuation(self.scene, grid, self.vibration.hunting, self.vibration.period),
-            slow=None,
-        )
+        stepped = parts.with_steps(grid, self.vibration.hunting, self.vibration.period)
+        return replace(stepped, method=chosen, slow=None)
 
     def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response, tables included; slow errors are left out."""
@@ -100,13 +93,12 @@ class Steady:
         -------
         (n_periods, n_mesh · n_phases) [N]
         """
-        forces, vibration = [], self.vibration
-        for m, mesh in enumerate(self.parts.meshes):
-            kind = self.kinds[mesh.kind]
-            where = clock.look(kind.analysis.grid, [mesh.lag], phase)
-            own = Deflections(motions.deflection[:, m], motions.rate[:, m])
-            forces.append(mesh_forces(vibration.system, m, kind, where, own, vibration.period).elastic)
-        return np.concatenate(forces, axis=1)
+        parts = self.parts
+        each = (
+            parts.forces(self.kinds, mesh, parts.look(mesh, phase), motions)
+            for mesh in range(len(parts.meshes))
+        )
+        return np.concatenate([own.elastic for own in each], axis=1)
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""

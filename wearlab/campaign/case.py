@@ -221,8 +221,7 @@ def _mesh_frequency(scene: Scene) -> float | None:
 
 def _first_excited(scene: Scene) -> float | None:
     """Return the lowest natural frequency that the mesh excites [Hz]."""
-    from wearlab.scene.build import build
-    from wearlab.scene.build.modes import build_modes
+    from wearlab.scene.build import build, build_modes
 
     modes = build_modes(build(scene)).modes
     excited = modes.frequency[modes.excited()]

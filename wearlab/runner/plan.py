@@ -21,8 +21,8 @@ from wearlab.store import files, outcome
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, reading
-    from wearlab.scene.calibration import CalibrationLife
     from wearlab.store import Store, catalogue
+    from wearlab.wear.coefficients import CalibrationLife
 
 Recompute = Literal["failed", "stale", "all"]
 WITHOUT_DATA = ("failed", "refused")
@@ -86,7 +86,7 @@ def with_parents(tasks: Mapping[str, Task], store: "Store") -> dict[str, Task]:
 
 def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
     """Return the run that calibrates each task, by the id of the task that needs one."""
-    from wearlab.scene.calibration import calibrating  # managing runs needs no scenes
+    from wearlab.scene.scene import calibrating  # managing runs needs no scenes
 
     needed = {task.id: calibrating(task.scene) for task in tasks}
     return {needing: Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
@@ -118,7 +118,7 @@ def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: 
 
 
 def _life(store: "Store", run_id: str) -> "CalibrationLife":
-    from wearlab.scene.calibration import CalibrationLife
+    from wearlab.wear.coefficients import CalibrationLife
 
     run = store.run(run_id)
     error = float(run["error_estimate_life"].values) if "error_estimate_life" in run else 0.0

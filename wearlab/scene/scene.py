@@ -1,4 +1,7 @@
-"""A scene: all sections of one run, typed, frozen and in SI."""
+"""A scene: all sections of one run, typed, frozen and in SI.
+
+The run that a calibrated wear coefficient rests on: one life of the same gears, new, in one condition.
+"""
 
 import json
 import pickle
@@ -11,13 +14,21 @@ from typing import Any, cast
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab import options, slots
+from wearlab.options import Stored
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
 from wearlab.scene import gears, identity, merge, problems, rules, sections
 from wearlab.scene.face import oblique_layers, told_mesh
+from wearlab.scene.identity import canonical
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.wear import InitialWears, StartWear, WearSection
+from wearlab.scene.sections import StoreSection
+from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
 from wearlab.tables import ReadTable, TableError, read_table
-from wearlab.wear.coefficients import CalibrationLife
+from wearlab.wear.coefficients import (
+    UNCALIBRATED,
+    CalibratedCoefficient,
+    CalibrationLife,
+    ConstantCoefficient,
+)
 
 
 def one_line(scene: sections.Sections, written: Mapping[str, Any]) -> str:
@@ -303,3 +314,42 @@ def _renew() -> None:
 
 
 slots.when_changed(_renew)
+
+
+def calibrated_coefficient(scene: Any) -> CalibratedCoefficient | None:
+    """Return the coefficient of a scene that is to be calibrated, None where it is given."""
+    given = getattr(getattr(scene, "wear", None), "coefficient", None)
+    return given if isinstance(given, CalibratedCoefficient) else None
+
+
+def calibrating(scene: Scene) -> Scene | None:
+    """Return the scene whose life is the one given, but for the scale of the wear coefficient.
+
+    New flanks, the one condition, the one limit; None where nothing is calibrated. A realisation of errors is
+    left out: one sample of many does not tell the coefficient. What alters no wear is left out, so that
+    scenes share one calibration.
+    """
+    given = calibrated_coefficient(scene)
+    if given is None:
+        return None
+    wear, dynamics = scene.wear, scene.dynamics
+    assert wear is not None
+    constant = ConstantCoefficient(model="constant", value=Stored(UNCALIBRATED), film=given.film)
+    worn = {
+        "coefficient": constant,
+        "until": Until.model_construct(depth=given.depth, flank=given.flank),
+        "initial": None,
+        "snapshots": SnapshotOptions.model_construct(depth=(given.depth,), flank=given.flank),
+        "wohler_slope": wear.wohler_slope if wear.load.needs_slope else None,
+    }
+    drawn = scene.errors is not None and scene.errors.slow.realised
+    changed = {
+        "wear": wear.model_copy(update=worn),
+        "dynamics": None if dynamics is None else dynamics.model_copy(update={"response": None}),
+        "errors": None if drawn else scene.errors,
+        "lubricant": scene.lubricant if given.film or scene.mesh.damping_law.needs_oil else None,
+        "operation": scene.operation.alone(given.torque, given.speed),
+        "start": None,
+        "store": StoreSection(),
+    }
+    return Scene.from_canonical(canonical(cast(Scene, scene.model_copy(update=changed)).model_dump()))

@@ -1,22 +1,142 @@
-"""The sections of a scene, and what of them stands at a path of the file."""
+"""The sections of a scene, and what of them stands at a path of the file.
+
+``[numerics]``: one tolerance, and what may override what follows from it; ``[store]``: what is kept.
+
+``[rating]``: what ISO 6336 says of the pair, beside what is computed.
+"""
 
 from functools import cache
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, ClassVar, get_args
 
-from pydantic import BeforeValidator, ValidationInfo
+from annotated_types import Ge, Le, Lt, MinLen
+from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
-from wearlab import options, slots
+from wearlab import nearest, options, slots
 from wearlab.dynamics.models import DynamicModel
 from wearlab.options import named
 from wearlab.scene.gears import ALL_TOOTHED, Gears, set_in
 from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection
-from wearlab.scene.numerics import Numerics, StoreSection
 from wearlab.scene.operation import Operation
-from wearlab.scene.rating import Rating
 from wearlab.scene.wear import Start, WearSection
+from wearlab.schema import ON_REQUEST, VARIABLES
+
+STIFFNESS, PITTING = "ISO 6336-1", "ISO 6336-2"
+
+
+class Rating(options.Part):
+    """Mesh stiffness and face load factor by methods B and C of ISO 6336-1, S_H by method B of ISO 6336-2.
+
+    Nothing else asks for it.
+    """
+
+    of_pitting: ClassVar[tuple[str, ...]] = ("allowable_contact_stress", "viscosity_40", "hours")
+    """What S_H takes, besides roughnesses and a misalignment."""
+
+    body_factor: Annotated[options.Number, options.POSITIVE, Le(1.0)] = options.option(
+        1.0, "C_R, 1 for solid bodies", source=STIFFNESS
+    )
+    equivalent_misalignment: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(
+        None,
+        "F_βx before running-in, which the face load factor is for",
+        derived="mesh.misalignment, else no face load factor",
+        source=STIFFNESS,
+    )
+    running_in: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] = options.option(
+        0.15, "share of it that runs in, y_β/F_βx; 0.15 of case-hardened gears", source=STIFFNESS
+    )
+    application_factor: Annotated[options.Number, options.POSITIVE] = options.option(
+        1.0, "K_A K_v on the load of the face load factor", source=STIFFNESS
+    )
+    allowable_contact_stress: Annotated[options.Pressure, options.POSITIVE] | None = options.option(
+        None,
+        "σ_Hlim of both gears, such as '1500 MPa', for the safety against pitting",
+        derived="no safety against pitting",
+        source=PITTING,
+    )
+    viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
+        None, "kinematic viscosity of the oil at 40 °C, for it", derived="none", source=PITTING
+    )
+    hours: Annotated[options.Hours, options.POSITIVE] | None = options.option(
+        None, "life wanted of it", derived="none", source=PITTING
+    )
+    transverse_load_factor: Annotated[options.Number, options.POSITIVE] = options.option(
+        1.0, "K_Hα on the contact stress", source=PITTING
+    )
+
+
+MOST = 1_000_000  # points; a state of the wear would take gigabytes
+DERIVED = "from the tolerance"
+
+
+class Numerics(options.Part):
+    """How accurate a run is."""
+
+    tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] = options.option(
+        1e-3, "relative error in wear depth and life", source="wearlab"
+    )
+    steps_per_period: Annotated[options.Count, Ge(4), Le(MOST)] | None = options.option(
+        None, "integration steps in a mesh period", derived=DERIVED
+    )
+    phase_points: Annotated[options.Count, Ge(8), Le(MOST)] | None = options.option(
+        None, "stored phases of a mesh period", derived=DERIVED
+    )
+    profile_points: Annotated[options.Count, Ge(9), Le(MOST)] | None = options.option(
+        None, "nodes on the path of contact", derived=DERIVED
+    )
+    cycle_tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] | None = options.option(
+        None, "relative error of the steps over cycles", derived=DERIVED
+    )
+    most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = options.option(
+        None,
+        "right-hand sides after which a life ends where it is, to be gone on from",
+        derived="from the tolerance and the coordinates: minutes of work",
+    )
+
+
+ALL = "all"
+"""Stands for every variable that the present parts make without being asked."""
+
+
+def _known(names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        if name not in VARIABLES and name != ALL:
+            raise PydanticCustomError(
+                "variable",
+                "{name} is no variable of a dataset{near}",
+                {"name": repr(name), "near": nearest.meant(name, (*VARIABLES, ALL))},
+            )
+    return tuple(sorted(set(names)))
+
+
+class StoreSection(options.Part):
+    """What is kept of a run."""
+
+    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = options.option(
+        None,
+        "variables to store; 'all' is all that the present parts make, to which those made on request "
+        "(mesh_acceleration, its spectrum and statistics, mesh_deflection_orders) are added by name",
+        derived="all that the present parts make",
+        source="wearlab",
+    )
+
+    results: dict[str, str] = options.option(
+        {},
+        "results of plug-ins that are stored, each with the hash of its source",
+        derived="those of the plug-ins that the file names",
+        source="wearlab",
+    )
+
+    def keeps(self, name: str) -> bool:
+        """Whether a variable that was made is stored."""
+        return self.variables is None or name in self.variables or ALL in self.variables
+
+    @property
+    def requested(self) -> tuple[str, ...]:
+        """The variables that are made because they are named here."""
+        return tuple(name for name in self.variables or () if name in ON_REQUEST)
 
 
 def _of_the_set(value: Any, info: ValidationInfo) -> Any:

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from wearlab.life.limits import WORN_OUT
 from wearlab.options import Stored
-from wearlab.scene import Scene, calibration
+from wearlab.scene import Scene
+from wearlab.scene.scene import calibrated_coefficient, calibrating
 from wearlab.simulation import estimates, label, living, operating
 from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
 
@@ -42,7 +43,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
     Refused
         When these gears do not reach that depth.
     """
-    wear, given = scene.wear, calibration.calibrated_coefficient(scene)
+    wear, given = scene.wear, calibrated_coefficient(scene)
     if wear is None or given is None:
         return scene, None
     life = scene.calibration or _lived(scene)
@@ -68,7 +69,7 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
 
 def _lived(scene: Scene) -> CalibrationLife:
     """Return the life that calibrates a scene, lived here: no store is at hand, or it has none."""
-    alone = calibration.calibrating(scene)
+    alone = calibrating(scene)
     assert alone is not None
     if alone.id not in _LIVES:
         stages = operating.stages_of(alone)

@@ -50,10 +50,10 @@ def continued_wear(scene: Scene, parts: Parts) -> Wear:
             continue
         if name not in given.depth:
             raise Refused(f"run {scene.start.run} has no flank {name!r}: it has {', '.join(given.depth)}")
-        if given.side.get(name) not in ("", None, parts.drive_flank):
+        if given.side.get(name) not in ("", None, scene.operation.drive_flank):
             raise Refused(
                 f"run {scene.start.run} wore the {given.side[name]} flanks, this one loads the "
-                f"{parts.drive_flank} ones: they are new; leave [start] out"
+                f"{scene.operation.drive_flank} ones: they are new; leave [start] out"
             )
         kind, gear = parts.gears.flank(name)
         position = parts.kinds[kind].analysis.grid.position

@@ -38,8 +38,8 @@ ROUNDED = 1e-12
 STATISTICS = {
     "rms": lambda a, w: np.sqrt(_mean(a**2, w)),
     "peak_to_peak": lambda a, w: np.ptp(a, axis=(0, 2)),
-    "crest_factor": lambda a, w: _over(np.abs(a).max(axis=(0, 2)), np.sqrt(_mean(a**2, w))),
-    "kurtosis": lambda a, w: _over(_mean(a**4, w), _mean(a**2, w) ** 2),
+    "crest_factor": lambda a, w: over(np.abs(a).max(axis=(0, 2)), np.sqrt(_mean(a**2, w))),
+    "kurtosis": lambda a, w: over(_mean(a**4, w), _mean(a**2, w) ** 2),
     "harmonic_energy": lambda a, w: _mean(a.mean(axis=0, keepdims=True) ** 2, w),
     "sideband_energy": lambda a, w: _mean((a - a.mean(axis=0)) ** 2, w),
 }
@@ -48,7 +48,7 @@ STATISTICS = {
 
 def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     """Return what was asked for by name, along the wear states and, where there are any, the error angles."""
-    names, vibration = parts.requested, parts.vibration
+    names, vibration = parts.scene.store.requested, parts.vibration
     if not names or vibration is None:
         return {}
     kept = math.lcm(*(_periods(vibration, response) for state in states for response in state.responses))
@@ -128,7 +128,7 @@ def carried_order(vibration: Vibration, response: Response, lines: Array) -> flo
 def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
     """Return in words from where on the steps do not carry the accelerations that were asked for."""
     vibration = parts.vibration
-    if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.requested):
+    if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.scene.store.requested):
         return []
     kept = math.lcm(*(_periods(vibration, response) for state in states for response in state.responses))
     lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
@@ -195,7 +195,8 @@ def _mean(values: Array, weight: Array) -> Array:
     return np.asarray((values @ weight).mean(axis=0))
 
 
-def _over(values: Array, size: Array) -> Array:
+def over(values: Array, size: Array) -> Array:
+    """Return values over a size, NaN where there is none."""
     return np.divide(values, size, out=np.full_like(values, np.nan), where=size > 0.0)
 
 

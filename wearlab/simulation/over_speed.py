@@ -1,18 +1,22 @@
 """The response over speed, named as the dataset names it."""
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces import extremes, mesh_forces
-from wearlab.dynamics.orbits.continuation import JumpOfResponse, Point
-from wearlab.life import vibration
+from wearlab.dynamics.orbits.continuation import Continuation, JumpOfResponse, Point
+from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.system import System
 from wearlab.life.coupled import WearState
+from wearlab.life.vibration import Vibration
+from wearlab.mesh import stages, tabulation
 from wearlab.mesh.force import Deflections
-from wearlab.scene import Scene
-from wearlab.scene.build import Parts, modes
+from wearlab.scene.build import Parts
+from wearlab.scene.build.vibration import steps_grid
 from wearlab.simulation.vibration import transmission_error
 
 Values = dict[str, Any]
@@ -24,10 +28,57 @@ LINES = 24
 ORDERS = 5
 
 
-def over_speed_values(scene: Scene, parts: Parts, state: WearState) -> Values:
+@dataclass(frozen=True)
+class OverSpeed:
+    """What a continuation over speed needs of one wear state.
+
+    Parameters
+    ----------
+    parts, state : the physics of the scene, and the wear state
+    speeds : (n,) ascending speeds of the input member [rad/s]
+    directions : names of the directions, in the order in which they are followed
+    continuation : how
+    """
+
+    parts: Parts
+    state: WearState
+    speeds: Array
+    directions: tuple[str, ...]
+    continuation: Continuation
+
+    def vibration(self, speed: float) -> Vibration:
+        """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
+        scene, parts = self.parts.scene, self.parts
+        assert parts.vibration is not None and scene.operation.speed is not None
+        period = parts.gears.period * scene.operation.speed / speed
+        stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
+        grid = steps_grid(scene, parts.on_clock, parts.vibration.system, stiffest, period)
+        return parts.with_steps(grid, 1, period)
+
+    def mesh_at(self, speed: float) -> tuple[System, stages.StageTables, float]:
+        """Return system, tables and duration of a mesh period at a speed [rad/s]."""
+        moving = self.vibration(speed)
+        tables = tabulation.stage_tables(
+            self.parts.coupling.flanks_of(self.state), moving.sampling, moving.fluctuation
+        )
+        return moving.system, tables, moving.period
+
+
+def _over_speed(parts: Parts, state: WearState) -> OverSpeed:
+    """Return the continuation that ``dynamics.response`` asks for, at one wear state."""
+    assert parts.vibration is not None and isinstance(parts.vibration.method, Periodic)
+    given: Any = parts.scene.dynamics and parts.scene.dynamics.response
+    speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
+    return OverSpeed(
+        parts, state, speeds, given.directions,
+        Continuation(given.transient, given.strobe, parts.vibration.method),
+    )  # fmt: skip
+
+
+def over_speed_values(parts: Parts, state: WearState) -> Values:
     """Follow the response of one wear state over speed and return what is read off it."""
     clock = time.perf_counter()
-    wanted = modes.build_over_speed(scene, parts, state)
+    wanted = _over_speed(parts, state)
     branches = _branches(wanted)
     jumps = [wanted.continuation.jumps(wanted.mesh_at, points) for points in branches]
     ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
@@ -52,7 +103,7 @@ def over_speed_values(scene: Scene, parts: Parts, state: WearState) -> Values:
 ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
-def _branches(wanted: modes.OverSpeed) -> list[list[Point]]:
+def _branches(wanted: OverSpeed) -> list[list[Point]]:
     """Follow each direction; the second one starts where the first has ended."""
     start = _first_state(wanted)
     branches: list[list[Point]] = []
@@ -63,13 +114,13 @@ def _branches(wanted: modes.OverSpeed) -> list[list[Point]]:
     return branches
 
 
-def _first_state(wanted: modes.OverSpeed) -> Array:
+def _first_state(wanted: OverSpeed) -> Array:
     """Return the state from which the first speed starts: the steady response there, (2n,)."""
     first = wanted.speeds[ORDER[wanted.directions[0]]][0]
     return wanted.continuation.method.solve(*wanted.mesh_at(float(first))).end
 
 
-def _described(wanted: modes.OverSpeed, point: Point) -> Values:
+def _described(wanted: OverSpeed, point: Point) -> Values:
     parts, response = wanted.parts, point.response
     vibration = wanted.vibration(point.speed)
     phases = np.arange(SAMPLES) / SAMPLES
@@ -98,7 +149,7 @@ def _described(wanted: modes.OverSpeed, point: Point) -> Values:
     }
 
 
-def _strobed(vibration: vibration.Vibration, point: Point) -> tuple[Array, Array]:
+def _strobed(vibration: Vibration, point: Point) -> tuple[Array, Array]:
     """Return δ and its rate at phase 0 of the strobed states, (n_strobe,) each."""
     response, direction = point.response, vibration.system.direction[0]
     n = len(direction)

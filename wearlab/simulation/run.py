@@ -13,7 +13,7 @@ from wearlab.gears.specification import GearError
 from wearlab.life.history import History
 from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
-from wearlab.scene.build.modes import build_modes
+from wearlab.scene.build import build_modes
 from wearlab.simulation import attractors, exact, face, label, over_speed, trust
 from wearlab.simulation import static as named
 from wearlab.simulation import vibration as vibrating
@@ -172,7 +172,7 @@ def _of_condition(
     others += [one.search for one in coexisting]
     values |= attractors.attractor_values(coexisting)
     if scene.dynamics is not None and scene.dynamics.response is not None:
-        values |= found("response over speed", lambda: over_speed.over_speed_values(scene, parts, states[0]))
+        values |= found("response over speed", lambda: over_speed.over_speed_values(parts, states[0]))
     return values
 
 

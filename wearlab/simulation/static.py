@@ -48,7 +48,7 @@ def coordinates(parts: Parts) -> Values:
         "roll_angle": padded(roll, -2),
         "distance_to_pitch_circle": padded(beyond, -2),
         "characteristic_point": characteristic_points(parts),
-        "flank_side": [parts.drive_flank] * len(parts.gears.flanks),
+        "flank_side": [parts.scene.operation.drive_flank] * len(parts.gears.flanks),
     }
 
 

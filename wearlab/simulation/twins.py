@@ -329,10 +329,6 @@ def _mesh_force(
     parts: Parts, kinds: list[excitation.MeshFlanks], mesh: int, when: Instants, motions: force.Deflections
 ) -> Array:
     """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
-    own_mesh, vibration = parts.meshes[mesh], parts.vibration
-    assert vibration is not None
-    inside = when.phase.reshape(-1, NODES)
-    where = look_within(kinds[own_mesh.kind].analysis.grid, [own_mesh.lag], inside, inside.mean(axis=1))
-    motion = force.Deflections(*(values[:, mesh] for values in motions))
-    flanks = kinds[own_mesh.kind]
-    return mesh_forces.mesh_forces(vibration.system, mesh, flanks, where, motion, vibration.period).elastic
+    own, inside = parts.meshes[mesh], when.phase.reshape(-1, NODES)
+    where = look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
+    return parts.forces(kinds, mesh, where, motions).elastic

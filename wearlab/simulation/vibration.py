@@ -11,24 +11,25 @@ from wearlab.dynamics.forces.energy import energy_balance
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
-from wearlab.life import history, loads, vibration
+from wearlab.life import history, loads
 from wearlab.life.coupled import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, harmonics
 from wearlab.mesh.gear_set import GearSet
 from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build, modes
+from wearlab.scene.build import Parts, SceneModes, build, build_modes
 from wearlab.simulation import label, monitoring, static
 from wearlab.simulation.label import Refused
 
 Values = dict[str, Any]
 
 
-def energy_values(parts: Parts, vibration: Vibration, response: Response) -> Values:
+def energy_values(parts: Parts, response: Response) -> Values:
     """Return every term of the balance of energy [W], its residual and the efficiency, where flanks rub."""
-    if vibration.nominal is None or parts.friction is None:
+    nominal = None if parts.vibration is None else parts.vibration.nominal
+    if nominal is None or parts.friction is None:
         return {}
-    balance = energy_balance(response, vibration.nominal)
+    balance = energy_balance(response, nominal)
     values: Values = {f"energy_{name}": power for name, power in balance._asdict().items()}
     return values | {"residual_energy": balance.residual, "efficiency": balance.efficiency}
 
@@ -38,12 +39,10 @@ def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
     """
-    vibration = parts.vibration
-    assert vibration is not None
     angles = len(states[0].responses)
     each = []
     for angle in range(angles):
-        responses = [_response_values(parts, vibration, state, state.responses[angle]) for state in states]
+        responses = [_response_values(parts, state, state.responses[angle]) for state in states]
         each.append(
             {
                 name: label.padded([np.asarray(response[name]) for response in responses])
@@ -58,29 +57,21 @@ def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     } | asked
 
 
-def _response_values(
-    parts: Parts, vibration: vibration.Vibration, state: WearState, response: Response
-) -> Values:
+def _response_values(parts: Parts, state: WearState, response: Response) -> Values:
+    vibration = parts.vibration
+    assert vibration is not None
     when = vibration.look(parts.phase)
     motions = vibration.motions(response, when)
     position, velocity = vibration.coordinates(response, when)
     kinds = parts.coupling.flanks_of(state)
-    meshes = [
-        _mesh_response(parts, vibration, kinds, mesh, _of_mesh(motions, mesh))
-        for mesh in range(len(parts.meshes))
-    ]
-    pairs = max((each_mesh["pair_force"].shape[0] for each_mesh in meshes if parts.face is None), default=0)
-    for each_mesh in meshes if parts.face is None else ():
-        short = pairs - each_mesh["pair_force"].shape[0]
-        for name in ("pair_force", "pair_normal_force"):
-            each_mesh[name] = np.pad(each_mesh[name], ((0, short), (0, 0), (0, 0)))
-    values: Values = {name: np.stack([each_mesh[name] for each_mesh in meshes]) for name in meshes[0]}
+    meshes = [_mesh_response(parts, kinds, mesh, motions) for mesh in range(len(parts.meshes))]
+    values: Values = {name: label.padded([mesh[name] for mesh in meshes], fill=0.0) for name in meshes[0]}
     transmission = transmission_error(vibration, position) + parts.constant_error[:, None]
     series = [_over_periods(own, parts.phase, parts.harmonics) for own in np.moveaxis(transmission, 1, 0)]
     values["dynamic_transmission_error"] = np.moveaxis(transmission, 1, 0)
     values["dte_harmonics"] = np.stack([own.amplitude for own in series])
     values["dte_rms"] = [own.rms for own in series]
-    means = [mean_moments(parts, vibration, kinds, kind, response) for kind in range(len(kinds))]
+    means = [mean_moments(parts, kinds, kind, response) for kind in range(len(kinds))]
     if parts.gears.shares:
         of_kinds = zip(parts.gears.kinds, means, strict=True)
         values["mesh_load_factor"] = np.concatenate(
@@ -94,7 +85,7 @@ def _response_values(
             parts.gears.kinds, [mine.analysis.load for mine in kinds], means, parts.friction is not None
         ),
         "residual_orbit": response.residual,
-        **energy_values(parts, vibration, response),
+        **energy_values(parts, response),
     }
     if parts.wohler_slope is not None:
         equivalent = [
@@ -174,32 +165,20 @@ def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
     motions = vibration.motions(response, vibration.look(parts.phase))
     kinds = parts.coupling.flanks_of(state)
     each = [
-        mesh_forces.mesh_forces(
-            vibration.system, mesh, kinds[own.kind], parts.look(mesh, parts.phase),
-            _of_mesh(motions, mesh), vibration.period,
-        ).elastic
-        for mesh, own in enumerate(parts.meshes)
-    ]  # fmt: skip
+        parts.forces(kinds, mesh, parts.look(mesh, parts.phase), motions).elastic
+        for mesh in range(len(parts.meshes))
+    ]
     return np.stack(each, axis=1)
 
 
-def _of_mesh(motions: force.Deflections, mesh: int) -> force.Deflections:
-    """Return the motion of one mesh, (n_periods, n) each."""
-    return force.Deflections(motions.deflection[:, mesh], motions.rate[:, mesh])
-
-
 def _mesh_response(
-    parts: Parts,
-    vibration: vibration.Vibration,
-    kinds: list[excitation.MeshFlanks],
-    mesh: int,
-    motion: force.Deflections,
+    parts: Parts, kinds: list[excitation.MeshFlanks], mesh: int, motions: force.Deflections
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = kinds[own_mesh.kind]
-    forces = mesh_forces.mesh_forces(vibration.system, mesh, mine, where, motion, vibration.period)
-    deflection, rate = motion
+    forces = parts.forces(kinds, mesh, where, motions)
+    deflection, rate = motions.deflection[:, mesh], motions.rate[:, mesh]
     values = {
         "dynamic_mesh_force": forces.elastic,
         "normal_mesh_force": forces.normal,
@@ -228,25 +207,17 @@ def extreme_values(parts: Parts, response: Response) -> Values:
     return {
         "mesh_force_min": extremes_found.least,
         "mesh_force_max": extremes_found.largest,
-        "dynamic_factor": np.divide(
-            extremes_found.largest, static, out=np.full(len(static), np.nan), where=static > 0.0
-        ),
-        "normal_force_factor": np.divide(
-            extremes_found.largest_normal, static, out=np.full(len(static), np.nan), where=static > 0.0
-        ),
+        "dynamic_factor": monitoring.over(extremes_found.largest, static),
+        "normal_force_factor": monitoring.over(extremes_found.largest_normal, static),
         "separation_fraction": extremes_found.separated,
     }
 
 
-def mean_moments(
-    parts: Parts,
-    vibration: vibration.Vibration,
-    kinds: list[excitation.MeshFlanks],
-    kind: int,
-    response: Response,
-) -> Array:
+def mean_moments(parts: Parts, kinds: list[excitation.MeshFlanks], kind: int, response: Response) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
-    mine, grid = kinds[kind], vibration.sampling.grid
+    assert parts.vibration is not None
+    mine, vibration = kinds[kind], parts.vibration
+    grid = vibration.sampling.grid
     phase, segment, weight = mesh_forces.within_steps(grid)
     middle = grid.start + 0.5 * grid.width
     motions = vibration.motions(response, clock.Instants(phase, segment))
@@ -255,15 +226,13 @@ def mean_moments(
         where = clock.look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
-        forces = mesh_forces.mesh_forces(
-            vibration.system, mesh, mine, where, _of_mesh(motions, mesh), vibration.period
-        )
+        forces = parts.forces(kinds, int(mesh), where, motions)
         each = mesh_forces.moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
         values.append((each @ weight).mean(axis=1))
     return np.array(values)
 
 
-def transmission_error(vibration: vibration.Vibration, position: Array) -> Array:
+def transmission_error(vibration: Vibration, position: Array) -> Array:
     """Return r_b1 θ1 − r_b2 θ2 of every mesh, (n_periods, n_mesh, n_phases) [m].
 
     What the rotations alone do along each line of action; in a planetary set those beside the carrier's.
@@ -297,7 +266,7 @@ def _as_parts(response: Response, count: int) -> Array:
     return values
 
 
-def mode_values(modes: modes.SceneModes) -> Values:
+def mode_values(modes: SceneModes) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     values = {
         "natural_frequency": modes.modes.frequency,
@@ -338,7 +307,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
     if scene.dynamics is None:
         raise Refused("the scene has no [dynamics]: nothing vibrates")
     try:
-        table = modes.build_modes(build(scene))
+        table = build_modes(build(scene))
     except GearError as error:
         raise Refused(str(error)) from error
     rows, excited = [], table.modes.excited()

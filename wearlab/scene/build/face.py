@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,8 @@ from wearlab.mesh.face.contact import FaceContact, section
 from wearlab.mesh.face.grid import FaceGrid, helical_face, spur_face
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
-from wearlab.scene.build.wear import build_law
+from wearlab.scene.build.wear import KindParts, build_law
 from wearlab.scene.face import face_coupling, face_keys, hands
-from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
 from wearlab.wear.path import WearPath, contact_half_width
 
@@ -166,22 +165,16 @@ class FacePatchSetting(PatchSetting):
         return contact_half_width(self.reference.reshape(self.line_load.shape), self.path)
 
 
-class SectionOfKind(NamedTuple):
-    """The section of one kind of mesh; ``lags``: γ of each of its meshes, by number [1]."""
-
-    analysis: ContactAnalysis
-    path: WearPath
-    law: PreparedLaw | None
-    lags: dict[int, float]
-
-
-def build_face(scene: Scene, kind: PairOfSet, of: SectionOfKind, turned: Helix) -> FaceKind:
+def build_face(
+    scene: Scene, kind: PairOfSet, of: KindParts, lags: dict[int, float], turned: Helix
+) -> FaceKind:
     """Return contact and wear of one kind of mesh whose flanks have a width.
 
     Parameters
     ----------
     scene, kind : the scene and its kind of mesh
-    of : the section
+    of : its physics in a section
+    lags : γ of each of its meshes, by number [1]
     turned : the helix
     """
     contact = build_face_contact(scene, kind, of.analysis, turned)
@@ -189,7 +182,7 @@ def build_face(scene: Scene, kind: PairOfSet, of: SectionOfKind, turned: Helix) 
     if scene.wear is not None:
         unworn = contact.grid.at_nodes(contact.unworn.load)
         patch = scene.wear.contact_patch.build(FacePatchSetting(of.analysis, of.path, over_face, unworn))
-    return FaceKind(contact, over_face, patch, of.lags)
+    return FaceKind(contact, over_face, patch, lags)
 
 
 def repeated(path: WearPath, slices: int) -> WearPath:

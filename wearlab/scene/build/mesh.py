@@ -11,7 +11,6 @@ from wearlab.gears.gear import GearPair
 from wearlab.mesh import clock, gear_set
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.contacts import ContactModel
-from wearlab.mesh.excitation import Excitation
 from wearlab.mesh.face.grid import lattice, nodes_per_pitch
 from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
 from wearlab.mesh.stiffnesses import StiffnessModel
@@ -184,12 +183,6 @@ def profile_points(scene: Scene) -> int:
         nodes = NODES_OF_A_FACE if scene.dynamics is None else moving
         return int(np.clip(nodes * ratio ** (1 / 3), 41, 401))
     return int(np.clip(NODES_AT_DEFAULT * ratio ** (1 / 3), 81, 1601))
-
-
-def build_excitation(scene: Scene, gears: gear_set.GearSet) -> Excitation:
-    """Return how the mesh force reaches the dynamics, the same for every kind of mesh."""
-    excitation: Excitation = scene.mesh.of(gears.kinds[0].section).excitation.build()
-    return excitation
 
 
 def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:

@@ -1,54 +1,36 @@
 """A scene becomes physics: only here do sections of a campaign file meet gears, mesh, dynamics and wear."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, cast
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import GearPair
-from wearlab.gears.helix import Helix
+from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.life.coupled import kinds_of
 from wearlab.life.coupling import Coupling
 from wearlab.life.face import FaceCoupling
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import clock, contact, gear_set, profile
+from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, presence
 from wearlab.scene.build import mesh, sets
 from wearlab.scene.build.contact import class_flags, contact_flags
-from wearlab.scene.build.face import SectionOfKind, build_face, helix_flags, helix_of
-from wearlab.scene.build.vibration import StiffnessOfMeshes, build_vibration
-from wearlab.scene.build.wear import build_film, build_law, build_load, build_path
+from wearlab.scene.build.face import build_face, helix_flags, helix_of
+from wearlab.scene.build.vibration import (
+    OnClock,
+    StiffnessOfMeshes,
+    build_vibration,
+    fluctuation,
+    mean_stiffness,
+)
+from wearlab.scene.build.wear import KindParts, build_kind, build_load
 from wearlab.scene.face import face_keys
-from wearlab.wear.film import Film
-from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import PatchSetting
-from wearlab.wear.path import WearPath
 
-HARMONICS = 10
 PHASE_POINTS = 256
-
-
-@dataclass(frozen=True)
-class KindParts:
-    """The physics of one kind of mesh; what the scene leaves out is ``None``.
-
-    Parameters
-    ----------
-    pair : the gears in their operating position
-    analysis : contact of the worn flanks
-    modification : (2, n) material removed on purpose, (driving, driven) [m]
-    path : velocities and radii along the path
-    law, film : present parts of the wear law
-    """
-
-    pair: GearPair
-    analysis: contact.ContactAnalysis
-    modification: Array
-    path: WearPath
-    law: PreparedLaw | None
-    film: Film | None
 
 
 @dataclass(frozen=True)
@@ -57,38 +39,28 @@ class Parts:
 
     Parameters
     ----------
+    scene : what was asked for
     gears : the gear set in operation
     kinds : the physics of each kind of mesh
     meshes : the meshes, their lags and errors
     edges : breaks of the clock
-    constant_error : (n_mesh,) frozen once-per-revolution errors [m]
-    coupling : contact, dynamics and wear joined
-    phase : (n_phases,) stored phases [1]
-    harmonics : number of harmonics stored
-    drive_flank : "right" or "left"
-    pressure_factor : of the stored pressure to the mean of Hertz's ellipse [1]
-    wohler_slope : exponent of the equivalent load, None: not stored
-    friction : coefficient μ of the flanks, None: they do not rub [1]
-    requested : names of the variables that are made on request
-    validity : assumed values and limits this scene touches, in words
-    face : contact and wear over the face, which is the coupling then; None: flanks have no width
+    coupling : contact, dynamics and wear joined; over the face, where flanks have a width
     """
 
+    harmonics: ClassVar[int] = 10
+
+    scene: Scene
     gears: gear_set.GearSet
     kinds: tuple[KindParts, ...]
     meshes: tuple[clock.Mesh, ...]
     edges: Array
-    constant_error: Array
     coupling: Coupling
-    phase: Array
-    harmonics: int
-    drive_flank: str
-    pressure_factor: float
-    wohler_slope: float | None
-    friction: float | None
-    requested: tuple[str, ...]
-    validity: tuple[str, ...]
-    face: FaceCoupling | None = None
+
+    @property
+    def face(self) -> FaceCoupling | None:
+        """Contact and wear over the face, which is the coupling then; None: flanks have no width."""
+        coupling: Any = self.coupling
+        return coupling if isinstance(coupling, FaceCoupling) else None
 
     @property
     def vibration(self) -> Vibration | None:
@@ -100,10 +72,90 @@ class Parts:
         """Speed of the reference gear relative to the carrier [rad/s]."""
         return self.gears.speed
 
+    @cached_property
+    def phase(self) -> Array:
+        """Stored phases, (n_phases,) [1]."""
+        count = self.scene.numerics.phase_points or PHASE_POINTS
+        return np.arange(count) / count
+
+    @cached_property
+    def constant_error(self) -> Array:
+        """Once-per-revolution errors that are held, (n_mesh,) [m]; others enter elsewhere."""
+        errors = self.scene.errors
+        return np.zeros(len(self.meshes)) if errors is None else errors.slow.constant(self.meshes)
+
+    @property
+    def friction(self) -> float | None:
+        """Coefficient μ of the flanks, None: they do not rub [1]."""
+        given = self.scene.dynamics.friction if self.scene.dynamics is not None else None
+        return None if given is None else given.coefficient
+
+    @property
+    def pressure_factor(self) -> float:
+        """Of the stored pressure to the mean of Hertz's ellipse [1]."""
+        return 1.0 if self.scene.wear is None else self.scene.wear.pressure.factor
+
+    @property
+    def wohler_slope(self) -> float | None:
+        """Exponent of the equivalent load, None: not stored [1]."""
+        return None if self.scene.wear is None else self.scene.wear.wohler_slope
+
+    @property
+    def on_clock(self) -> OnClock:
+        """Contact and meshes on the clock."""
+        return OnClock([kind.analysis for kind in self.kinds], self.meshes, self.edges)
+
     def look(self, mesh: int, phases: Array) -> profile.Lookup:
         """Return the look-up of clock phases (n,) among the nodes of a mesh."""
         own = self.meshes[mesh]
         return clock.look(self.kinds[own.kind].analysis.grid, [own.lag], phases)
+
+    def forces(
+        self, kinds: Sequence[Any], mesh: int, where: profile.Lookup, motions: force.Deflections
+    ) -> force.NormalForces:
+        """Return the forces of a mesh of the flanks ``kinds``; motions of all, (n_periods, n_mesh, n)."""
+        assert self.vibration is not None
+        own, flanks = force.Deflections(*(m[:, mesh] for m in motions)), kinds[self.meshes[mesh].kind]
+        return mesh_forces(self.vibration.system, mesh, flanks, where, own, self.vibration.period)
+
+    def with_steps(self, grid: stages.StageGrid, hunting: int, period: float) -> Vibration:
+        """Return the dynamics by these steps of a mesh period that lasts so long [s]."""
+        assert self.vibration is not None
+        return replace(
+            self.vibration,
+            sampling=self.on_clock.sampled(self.scene, self.gears, grid),
+            period=period,
+            fluctuation=fluctuation(self.scene, grid, hunting, period),
+        )
+
+    @cached_property
+    def validity(self) -> tuple[str, ...]:
+        """Assumed values and limits of validity that the scene touches, one line each."""
+        scene, gears = self.scene, self.gears
+        flags = [*presence.oversights(scene), *gears.assumed]
+        for kind, own in zip(gears.kinds, self.kinds, strict=True):
+            flags += contact_flags(scene, kind.section, kind.pair, own.analysis)
+            stiffness = scene.mesh.of(kind.section).stiffness
+            said = stiffness.flags(kind.pair, kind.key("stiffness"))
+            flags += [flag for flag in said if flag not in flags]
+        if any(own.film is not None for own in self.kinds):
+            flags.append("roughness: R_q = 1.25 R_a assumed")
+        if scene.wear is not None and scene.wear.coefficient is not None:
+            flags.append(
+                "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
+            )
+        wear = scene.wear
+        given: dict[str, Any] = {n: None if wear is None else wear.initial_of(n) for n in gears.flanks}
+        flags += [flag for name, flank in given.items() if flank is not None for flag in flank.flags(name)]
+        flags += class_flags(scene, gears)
+        if scene.lubricant is not None:
+            flags += scene.lubricant.told
+        materials = [scene.gears.material, *(gear.material for gear in scene.gears.gears().values())]
+        flags += [line for material in materials if material is not None for line in material.told]
+        bearings = self.vibration is not None and self.vibration.system.on_bearings
+        loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
+        told = helix_flags(gears, helix_of(scene, gears), loads, bearings=bearings)
+        return (*dict.fromkeys(flags), *told)
 
 
 def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Parts:
@@ -124,38 +176,36 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     turned = helix_of(scene, gears)
-    kinds = tuple(_kind(scene, gears, kind, analysis, turned) for kind, analysis in enumerate(analyses))
-    if face_keys(scene):
-        face = _face(scene, gears, kinds, turned, meshes, edges)
-        return _parts(scene, gears, kinds, meshes, edges, cast("Coupling", face), face)
-    patches = [
-        None
-        if scene.wear is None
-        else scene.wear.contact_patch.build(PatchSetting(mesh_kind.analysis, mesh_kind.path, mesh_kind.law))
-        for mesh_kind in kinds
-    ]
-    vibration = build_vibration(scene, gears, analyses, meshes, edges)
-    coupling = Coupling(
-        kinds_of(analyses, [mesh_kind.law for mesh_kind in kinds], patches, meshes, edges),
-        vibration,
-        build_load(scene),
+    kinds = tuple(
+        build_kind(scene, kind, analysis, turned.cosine)
+        for kind, analysis in zip(gears.kinds, analyses, strict=True)
     )
-    return _parts(scene, gears, kinds, meshes, edges, coupling)
+    join = _over_face if face_keys(scene) else _of_pairs
+    coupling = join(scene, gears, kinds, OnClock(analyses, meshes, edges))
+    return Parts(scene, gears, kinds, meshes, edges, cast("Coupling", coupling))
 
 
-def _face(
-    scene: Scene,
-    gears: gear_set.GearSet,
-    sections: Sequence[KindParts],
-    turned: Helix,
-    meshes: tuple[clock.Mesh, ...],
-    edges: Array,
+def _of_pairs(
+    scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: OnClock
+) -> Coupling:
+    """Return contact, dynamics and wear of flanks without a width, joined."""
+    wear, laws = scene.wear, [own.law for own in kinds]
+    patches = [
+        None if wear is None else wear.contact_patch.build(PatchSetting(own.analysis, own.path, own.law))
+        for own in kinds
+    ]
+    joined = kinds_of(on_clock.analyses, laws, patches, on_clock.meshes, on_clock.edges)
+    return Coupling(joined, build_vibration(scene, gears, on_clock), build_load(scene))
+
+
+def _over_face(
+    scene: Scene, gears: gear_set.GearSet, sections: Sequence[KindParts], on_clock: OnClock
 ) -> FaceCoupling:
     """Return contact, dynamics and wear over the face of a gear set."""
-    kinds = []
+    turned, meshes, kinds = helix_of(scene, gears), on_clock.meshes, []
     for number, (kind, own) in enumerate(zip(gears.kinds, sections, strict=True)):
         lags = {mesh: meshes[mesh].lag for mesh in clock.of_kind(meshes, number)}
-        kinds.append(build_face(scene, kind, SectionOfKind(own.analysis, own.path, own.law, lags), turned))
+        kinds.append(build_face(scene, kind, own, lags, turned))
     if scene.dynamics is None:
         return FaceCoupling(tuple(kinds))
     contacts = [kinds[mesh.kind].contact for mesh in meshes]
@@ -163,96 +213,40 @@ def _face(
         np.array([contact.mean_stiffness for contact in contacts]),
         np.array([contact.unworn.tangent.max() for contact in contacts]),
     )
-    analyses = [own.analysis for own in sections]
-    vibration = build_vibration(scene, gears, analyses, meshes, edges, stiffness)
+    vibration = build_vibration(scene, gears, on_clock, stiffness)
     return FaceCoupling(tuple(kinds), vibration, build_load(scene).moving)
 
 
-def _parts(
-    scene: Scene,
-    gears: gear_set.GearSet,
-    kinds: tuple[KindParts, ...],
-    meshes: tuple[clock.Mesh, ...],
-    edges: Array,
-    coupling: Coupling,
-    face: FaceCoupling | None = None,
-) -> Parts:
-    """Return what is joined, with what the scene says besides."""
-    count = scene.numerics.phase_points or PHASE_POINTS
-    vibration = coupling.vibration
-    bearings = vibration is not None and vibration.system.on_bearings
-    loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
-    told = helix_flags(gears, helix_of(scene, gears), loads, bearings=bearings)
-    wear: Any = scene.wear
-    return Parts(
-        gears=gears,
-        kinds=kinds,
-        meshes=meshes,
-        edges=edges,
-        constant_error=_constant_error(scene, meshes),
-        coupling=coupling,
-        phase=np.arange(count) / count,
-        harmonics=HARMONICS,
-        drive_flank=scene.operation.drive_flank,
-        pressure_factor=1.0 if wear is None else wear.pressure.factor,
-        wohler_slope=None if wear is None else wear.wohler_slope,
-        friction=_friction(scene),
-        requested=scene.store.requested,
-        validity=(*_validity(scene, gears, [kind.analysis for kind in kinds]), *told),
-        face=face,
+class SceneModes(NamedTuple):
+    """The modes of a scene.
+
+    Parameters
+    ----------
+    modes : natural frequencies, shapes and participations
+    critical_speed : (orders, n_modes) speeds of the input member at which harmonic 1, 2 … of the mesh
+        meets a mode [rad/s]
+    coordinates : names of the coordinates
+    kinds : what moves in each mode of a planetary set with translations, None for other models
+    """
+
+    modes: Modes
+    critical_speed: Array
+    coordinates: tuple[str, ...]
+    kinds: tuple[str, ...] | None
+
+
+def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
+    """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
+    assert parts.vibration is not None
+    system = parts.vibration.system
+    mean = [mean_stiffness(kind.analysis) for kind in parts.kinds]
+    if parts.face is not None:
+        mean = [kind.contact.mean_stiffness for kind in parts.face.kinds]
+    stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
+    system_modes = modes(system, stiffness)
+    return SceneModes(
+        system_modes,
+        critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),
+        system.coordinates,
+        mode_kinds(system, system_modes) if (~system.central & ~system.turns).any() else None,
     )
-
-
-def _friction(scene: Scene) -> float | None:
-    given = scene.dynamics.friction if scene.dynamics is not None else None
-    return None if given is None else given.coefficient
-
-
-def _kind(
-    scene: Scene, gears: gear_set.GearSet, kind: int, analysis: contact.ContactAnalysis, turned: Helix
-) -> KindParts:
-    gears_of_kind = gears.kinds[kind]
-    path = build_path(
-        gears_of_kind, analysis.grid.position, scene.mesh.of(gears_of_kind.section).face_load_factor
-    )
-    path = path._replace(equivalent_radius=path.equivalent_radius / turned.cosine)
-    return KindParts(
-        pair=gears_of_kind.pair,
-        analysis=analysis,
-        modification=sets.modifications(gears_of_kind.pair, analysis.grid.position),
-        path=path,
-        law=build_law(scene, gears_of_kind.pair, path),
-        film=build_film(scene, gears_of_kind.pair),
-    )
-
-
-def _constant_error(scene: Scene, meshes: Sequence[clock.Mesh]) -> Array:
-    """Return the once-per-revolution errors that are held [m]; others enter elsewhere."""
-    return np.zeros(len(meshes)) if scene.errors is None else scene.errors.slow.constant(meshes)
-
-
-def _validity(
-    scene: Scene, gears: gear_set.GearSet, analyses: Sequence[contact.ContactAnalysis]
-) -> tuple[str, ...]:
-    """Return assumed values and limits of validity that the scene touches, one line each."""
-    flags = [*presence.oversights(scene), *gears.assumed]
-    for kind, analysis in zip(gears.kinds, analyses, strict=True):
-        flags += contact_flags(scene, kind.section, kind.pair, analysis)
-        stiffness = scene.mesh.of(kind.section).stiffness
-        said = stiffness.flags(kind.pair, kind.key("stiffness"))
-        flags += [flag for flag in said if flag not in flags]
-    if any(build_film(scene, kind.pair) is not None for kind in gears.kinds):
-        flags.append("roughness: R_q = 1.25 R_a assumed")
-    if scene.wear is not None and scene.wear.coefficient is not None:
-        flags.append(
-            "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
-        )
-    wear = scene.wear
-    given: dict[str, Any] = {n: None if wear is None else wear.initial_of(n) for n in gears.flanks}
-    flags += [flag for name, flank in given.items() if flank is not None for flag in flank.flags(name)]
-    flags += class_flags(scene, gears)
-    if scene.lubricant is not None:
-        flags += scene.lubricant.told
-    materials = [scene.gears.material, *(gear.material for gear in scene.gears.gears().values())]
-    flags += [line for material in materials if material is not None for line in material.told]
-    return tuple(dict.fromkeys(flags))

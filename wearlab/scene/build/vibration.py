@@ -16,11 +16,10 @@ from wearlab.dynamics.steps import count, kernel
 from wearlab.gears import gear, specification
 from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages
-from wearlab.mesh.clock import Friction, Mesh, look_within, sampling
+from wearlab.mesh.clock import Friction, Mesh, Sampling, look_within, sampling
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.scene import Scene, mesh, operation
 from wearlab.scene.build.face import helix_of
-from wearlab.scene.build.mesh import build_excitation
 
 ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""
@@ -82,13 +81,13 @@ class OnClock(NamedTuple):
     """
 
     analyses: Sequence[contact.ContactAnalysis]
-    meshes: Sequence[Mesh]
+    meshes: tuple[Mesh, ...]
     edges: Array
 
-    @property
-    def breaks(self) -> Array:
-        """Phases at which something jumps [1]."""
-        return self.edges[:-1]
+    def sampled(self, scene: Scene, gears: gear_set.GearSet, grid: stages.StageGrid) -> Sampling:
+        """Return what is read off the meshes at every step."""
+        grids = [analysis.grid for analysis in self.analyses]
+        return sampling(grids, self.meshes, self.edges, grid, build_friction(scene, gears))
 
 
 class StiffnessOfMeshes(NamedTuple):
@@ -98,48 +97,39 @@ class StiffnessOfMeshes(NamedTuple):
     largest: Array
 
 
-def _of_analyses(analyses: Sequence[contact.ContactAnalysis], meshes: Sequence[Mesh]) -> StiffnessOfMeshes:
-    mean = [mean_stiffness(contact) for contact in analyses]
-    largest = [float(analyses[mesh.kind].unworn[1].tangent.max()) for mesh in meshes]
-    return StiffnessOfMeshes(np.array([mean[mesh.kind] for mesh in meshes]), np.array(largest))
-
-
 def build_vibration(
-    scene: Scene,
-    gears: gear_set.GearSet,
-    analyses: Sequence[contact.ContactAnalysis],
-    meshes: tuple[Mesh, ...],
-    edges: Array,
-    stiffness: StiffnessOfMeshes | None = None,
+    scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: StiffnessOfMeshes | None = None
 ) -> Vibration | None:
     """Return the dynamics of the gear set, None when the scene has none.
 
     Parameters
     ----------
-    scene, gears, analyses, meshes, edges : what moves, and its clock
-    stiffness : of the meshes; None: that of the analyses
+    scene, gears, clock : what moves, and its clock
+    stiffness : of the meshes of flanks with a width; None: that of the analyses
     """
     if scene.dynamics is None:
         return None
-    mean, stiffest = stiffness or _of_analyses(analyses, meshes)
+    unworn = [clock.analyses[mesh.kind] for mesh in clock.meshes]
+    mean, stiffest = stiffness or StiffnessOfMeshes(
+        np.array([mean_stiffness(analysis) for analysis in unworn]),
+        np.array([analysis.unworn[1].tangent.max() for analysis in unworn]),
+    )
     system = build_system(scene, gears, mean)
     _check_definite(system, mean)
     system = system._replace(damping_law=damping_law(scene, gears, system))
-    clock = OnClock(analyses, meshes if stiffness is None else (), edges)
-    grid = steps_grid(scene, clock, system, stiffest, gears.period)
-    slow = slow_errors(scene, gears, meshes, system)
-    hunting = hunting_period(scene, gears, meshes)
-    grids, friction = [contact.grid for contact in analyses], build_friction(scene, gears)
+    by_pairs = clock if stiffness is None else clock._replace(meshes=())
+    grid = steps_grid(scene, by_pairs, system, stiffest, gears.period)
+    hunting = hunting_period(scene, gears, clock.meshes)
     return Vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
-        excitation=build_excitation(scene, gears),
-        sampling=sampling(grids, meshes, edges, grid, friction),
+        excitation=scene.mesh.of(gears.kinds[0].section).excitation.build(),
+        sampling=clock.sampled(scene, gears, grid),
         period=gears.period,
         fluctuation=fluctuation(scene, grid, hunting, gears.period),
         hunting=hunting,
         revolving=scene.errors is not None and scene.errors.slow.turns,
-        slow=slow,
+        slow=slow_errors(scene, gears, clock.meshes, system),
         nominal=nominal_motion(gears, system),
     )
 
@@ -164,7 +154,7 @@ def steps_grid(
     scene: Scene, clock: OnClock, system: system.System, stiffness: Array, period: float
 ) -> stages.StageGrid:
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
-    breaks, tolerance, given = clock.breaks, scene.numerics.tolerance, scene.numerics.steps_per_period
+    breaks, tolerance, given = clock.edges[:-1], scene.numerics.tolerance, scene.numerics.steps_per_period
     turned = count.fastest_rate(system, stiffness) * period
     exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not kernel.is_small(system)
     slow = count.graded_steps(system, stiffness, period, tolerance, breaks, given) if exact else None

@@ -1,5 +1,6 @@
 """``[wear]`` and ``[lubricant]`` → wear law, film, load, limits, snapshots and the step over cycles."""
 
+from dataclasses import dataclass
 from types import FunctionType
 from typing import Any
 
@@ -9,13 +10,45 @@ from wearlab import arrays, compiled, slots
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits
 from wearlab.life.loads import InstantLoad, LoadModel, StaticLoad
+from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
+from wearlab.scene.build.sets import modifications
 from wearlab.wear.coefficients import CoefficientModel, standard_film
 from wearlab.wear.film import Film, composite_rq
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
 from wearlab.wear.setting import PowerOfLoad, Setting
+
+
+@dataclass(frozen=True)
+class KindParts:
+    """The physics of one kind of mesh; what the scene leaves out is ``None``.
+
+    Parameters
+    ----------
+    pair : the gears in their operating position
+    analysis : contact of the worn flanks
+    modification : (2, n) material removed on purpose, (driving, driven) [m]
+    path : velocities and radii along the path
+    law, film : present parts of the wear law
+    """
+
+    pair: GearPair
+    analysis: ContactAnalysis
+    modification: arrays.Array
+    path: WearPath
+    law: PreparedLaw | None
+    film: Film | None
+
+
+def build_kind(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis, cosine: float) -> KindParts:
+    """Return the physics of one kind of mesh; ``cosine``: of the base helix angle, which flattens flanks."""
+    position = analysis.grid.position
+    path = build_path(kind, position, scene.mesh.of(kind.section).face_load_factor)
+    path = path._replace(equivalent_radius=path.equivalent_radius / cosine)
+    law, film = build_law(scene, kind.pair, path), build_film(scene, kind.pair)
+    return KindParts(kind.pair, analysis, modifications(kind.pair, position), path, law, film)
 
 
 def build_film(scene: Scene, pair: GearPair) -> Film | None:
