@@ -21,8 +21,8 @@ from wearlab.store import files, outcome
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, reading
+    from wearlab.scene.scene import CalibrationLife
     from wearlab.store import Store, catalogue
-    from wearlab.wear.coefficients import CalibrationLife
 
 Recompute = Literal["failed", "stale", "all"]
 WITHOUT_DATA = ("failed", "refused")
@@ -118,7 +118,7 @@ def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: 
 
 
 def _life(store: "Store", run_id: str) -> "CalibrationLife":
-    from wearlab.wear.coefficients import CalibrationLife
+    from wearlab.scene.scene import CalibrationLife
 
     run = store.run(run_id)
     error = float(run["error_estimate_life"].values) if "error_estimate_life" in run else 0.0

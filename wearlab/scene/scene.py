@@ -18,9 +18,7 @@ from wearlab.options import Stored
 from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
 from wearlab.scene import gears, identity, merge, problems, rules, sections
 from wearlab.scene.face import oblique_layers, told_mesh
-from wearlab.scene.identity import canonical
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.sections import StoreSection
 from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
 from wearlab.tables import ReadTable, TableError, read_table
 from wearlab.wear.coefficients import (
@@ -350,6 +348,8 @@ def calibrating(scene: Scene) -> Scene | None:
         "lubricant": scene.lubricant if given.film or scene.mesh.damping_law.needs_oil else None,
         "operation": scene.operation.alone(given.torque, given.speed),
         "start": None,
-        "store": StoreSection(),
+        "store": sections.StoreSection(),
     }
-    return Scene.from_canonical(canonical(cast(Scene, scene.model_copy(update=changed)).model_dump()))
+    return Scene.from_canonical(
+        identity.canonical(cast(Scene, scene.model_copy(update=changed)).model_dump())
+    )
