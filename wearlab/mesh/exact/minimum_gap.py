@@ -13,7 +13,11 @@ from numpy.typing import ArrayLike
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import FlankContact, corner_gap, rotation_gap
-from wearlab.mesh.exact.trace import may_lie_lower, smallest_within, trace, traced_gap
+
+SAFETY = 0.5  # on the quadratic by which unworn flanks part
+GOLDEN = 0.3819660112501051
+MINIMISER_STEPS = 80
+MINIMISER_TOLERANCE = 3e-9  # [m]: the gap is quadratic in it
 
 
 def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact:
@@ -33,21 +37,31 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
     """
     x = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
     contact = FlankContact(np.full(len(x), np.nan), np.full(len(x), np.nan), x.copy(), np.empty(len(x)))
-    _search(driving, driven, trace(driving, driven), x, contact.driving, contact.driven, contact.x_driven)
+    _search(
+        driving, driven, gap_curvature(driving, driven), x, contact.driving, contact.driven, contact.x_driven
+    )
     return contact
 
 
+def gap_curvature(driving: Flank, driven: Flank) -> float:
+    """Return the smallest c of ``½ c Δs²``, by which unworn flanks part Δs from their contact [1/m].
+
+    ``c = (ρ1/r_b1)² (1/ρ1 + 1/ρ2)`` external, ``1/ρ1 − 1/ρ2`` for internal pairs.
+    """
+    s = np.concatenate([driving.start, [driving.start[-1] + driving.width[-1]]])
+    rho1 = np.maximum(driving.curvature + driving.side * s, 1e-3 * driving.base_radius)
+    rho2 = driven.curvature + driven.side * s
+    inverse = np.divide(1.0, rho2, out=np.zeros_like(rho2), where=rho2 > 0.0)
+    relative = driving.side / rho1 - driven.side * inverse
+    return float(np.min((rho1 / driving.base_radius) ** 2 * relative))
+
+
 @jit
-def _search(driving, driven, traced, x, s1, s2, x2):  # type: ignore[no-untyped-def]
+def _search(driving, driven, parts, x, s1, s2, x2):  # type: ignore[no-untyped-def]
     m = len(driving.start)
     left, right = np.empty(m), np.empty(m)
     below, above = _deepest(driving, driven)
-    least, parts = (-driving.shift.max(), driven.shift.min()), traced.parts
     for i in range(len(x)):
-        gap, s1[i], s2[i] = traced_gap(traced, driving, driven, least, x[i])
-        if gap < math.inf:
-            x2[i] = x[i] - gap
-            continue
         middle = interval_of(driving, x[i])
         left[middle] = _at_end(driving, driven, x[i], middle, 0)
         right[middle] = _at_end(driving, driven, x[i], middle, 1)
@@ -86,6 +100,12 @@ def _deepest(driving, driven):  # type: ignore[no-untyped-def]
         least = min(least, -driving.shift[k, 0], -driving.shift[k, 1])
         above[k] = least + mate
     return below, above
+
+
+@jit_inner
+def may_lie_lower(away, parts, deepest, best):  # type: ignore[no-untyped-def]
+    """Whether points further away than this from x may lie lower than the best found so far."""
+    return not best < math.inf or SAFETY * 0.5 * parts * away * away + deepest < best
 
 
 @jit_inner
@@ -145,3 +165,47 @@ def _sag(left, right, low, high, k):  # type: ignore[no-untyped-def]
         return abs(rise)
     bend = max(abs(rise - (right[k - 1] - left[k - 1])), abs(right[k + 1] - left[k + 1] - rise))
     return bend if bend < math.inf else math.inf
+
+
+@jit_inner
+def smallest_within(driving: Flank, driven: Flank, x: float, k: int) -> tuple[float, float]:
+    """Return the smallest rotation gap at x within interval k of the driving flank, and its point [m]."""
+    a, b = driving.start[k], driving.start[k] + driving.width[k]
+    s = a + GOLDEN * (b - a)
+    g, _ = rotation_gap(driving, driven, x, s, shift_at(driving, k, s)[0])
+    v, g_v, r, g_r = s, g, s, g
+    step, before = 0.0, 0.0
+    for _ in range(MINIMISER_STEPS):
+        middle = 0.5 * (a + b)
+        if abs(s - middle) <= 2.0 * MINIMISER_TOLERANCE - 0.5 * (b - a):
+            break
+        step, before = _next_step(a, b, s, g, r, g_r, v, g_v, middle, step, before)
+        u = s + step if abs(step) >= MINIMISER_TOLERANCE else s + math.copysign(MINIMISER_TOLERANCE, step)
+        g_u, _ = rotation_gap(driving, driven, x, u, shift_at(driving, k, u)[0])
+        if g_u <= g:
+            a, b = (s, b) if u >= s else (a, s)
+            v, g_v, r, g_r, s, g = r, g_r, s, g, u, g_u
+            continue
+        a, b = (u, b) if u < s else (a, u)
+        if g_u <= g_r or r == s:
+            v, g_v, r, g_r = r, g_r, u, g_u
+        elif g_u <= g_v or v == s or v == r:
+            v, g_v = u, g_u
+    return g, s
+
+
+@jit_inner
+def _next_step(a, b, s, g, r, g_r, v, g_v, middle, step, before):  # type: ignore[no-untyped-def]
+    """Return the parabolic step where it can be trusted, else the golden section, and the step before."""
+    if abs(before) > MINIMISER_TOLERANCE:
+        p1 = (s - r) * (g - g_v)
+        q1 = (s - v) * (g - g_r)
+        p = (s - v) * q1 - (s - r) * p1
+        q = 2.0 * (q1 - p1)
+        p, q = (-p, q) if q > 0.0 else (p, -q)
+        if abs(p) < abs(0.5 * q * before) and q * (a - s) < p < q * (b - s):
+            trial = p / q
+            near = s + trial - a < 2.0 * MINIMISER_TOLERANCE or b - s - trial < 2.0 * MINIMISER_TOLERANCE
+            return (math.copysign(MINIMISER_TOLERANCE, middle - s) if near else trial), step
+    rest = (a - s) if s >= middle else (b - s)
+    return GOLDEN * rest, rest
