@@ -14,7 +14,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.compiled import jit
 from wearlab.mesh.contact import Quasistatic
-from wearlab.mesh.damping import forces_by_law
+from wearlab.mesh.damping import apart_force, contact_force
 from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.profile import Lookup
 from wearlab.mesh.stages import Springs
@@ -22,8 +22,6 @@ from wearlab.mesh.tabulation import pair_springs
 
 AT_ONCE = 100_000
 """Pair forces that are found at once: what they take has to fit the memory."""
-FAR = -1.0
-"""Compression of a pair that is out of the path [m]."""
 
 
 class Deflections(NamedTuple):
@@ -74,8 +72,6 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     ----------
     L16 Eq. 6, recentred: contact at δ > 0; W23 Eq. 36: the gaps of worn pairs.
     """
-    if dashpot.law is not None:
-        return _nonlinear_forces(springs, motion, dashpot)
     springs_at = springs.stiffness.shape
     shape = np.broadcast_shapes(motion.deflection.shape, springs_at[:-1])
     at = shape[len(shape) - len(springs_at) + 1 :]  # instants and meshes that have springs of their own
@@ -90,28 +86,30 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     values, each_pair = np.empty((3, len(moved[0]), count)), np.empty((2, len(moved[0]), count, pairs))
     stiffness, gap, pair_rate = (flat(each, pairs) for each in springs[:3])
     own = Springs(stiffness, gap, pair_rate, flat(springs.lead_rate), part)
-    beside = Dashpot(flat(dashpot.damping), dashpot.always, flat(dashpot.backlash))
-    _viscous_forces(own, Deflections(*moved), beside, values, each_pair)
+    always, meshes = dashpot.always and dashpot.law is None, at[-1] if np.ndim(dashpot.damping) else 1
+    beside = Dashpot(flat(dashpot.damping), always, flat(dashpot.backlash), dashpot.law)
+    _fill(own, Deflections(*moved), beside, meshes, values, each_pair)
     elastic, normal, reserve = values.reshape(3, *shape)
     pair, pair_normal = each_pair.reshape(2, *shape, pairs)
     return NormalForces(elastic, normal, pair, pair_normal, reserve)
 
 
 @jit
-def _viscous_forces(springs: Any, motion: Any, dashpot: Any, values: Any, each_pair: Any) -> None:
+def _fill(springs: Any, motion: Any, dashpot: Any, meshes: int, values: Any, each_pair: Any) -> None:
     """Fill elastic and normal force, reserve (3, m, n) of m motions, and forces of pairs (2, m, n, n_pairs).
 
-    The back flank, ``k max(0, −j_bn − δ)``, begins where drive contact ends at −j_bn.
+    The back flank, ``k max(0, −j_bn − δ)``, begins where drive contact ends at −j_bn; ``meshes``: of the
+    damping law, they take turns among the n.
     """
     stiffness, gap, pair_rate, lead_rate, part = springs
     deflection, rate = motion
-    damping, always, backlash, _ = dashpot
+    damping, always, backlash, law = dashpot
     pairs = stiffness.shape[1]
     spring, tangent = np.empty(pairs), np.empty(pairs)
     for i in range(deflection.shape[0]):
         for j in range(deflection.shape[1]):
-            moved, speed, c = deflection[i, j], rate[i, j], damping[j]
-            far, whole = -np.inf, 0.0
+            moved, speed, c, m = deflection[i, j], rate[i, j], damping[j], j % meshes
+            far, least, lead, whole = -np.inf, np.inf, -1, 0.0
             for p in range(pairs):
                 k, x = stiffness[j, p], moved - gap[j, p]
                 touches = k > 0.0 and x > 0.0
@@ -119,6 +117,7 @@ def _viscous_forces(springs: Any, motion: Any, dashpot: Any, values: Any, each_p
                 whole += k
                 if k > 0.0:
                     far = max(far, k * x)
+                    least, lead = (-x, p) if -x < least else (least, lead)
             pair, pressed = each_pair[0, i, j], each_pair[1, i, j]
             total = 0.0
             for p in range(pairs):
@@ -132,50 +131,26 @@ def _viscous_forces(springs: Any, motion: Any, dashpot: Any, values: Any, each_p
             elastic, normal, reserve = 0.0, 0.0, -np.inf
             for p in range(pairs):
                 elastic += pair[p]
-                own = pressed[p]
-                pressed[p] = pair[p] if always else 0.0
+                own, push, approach = pressed[p], 0.0, speed - pair_rate[j, p]
                 if not always and own != 0.0:
-                    push = pair[p] + c * (own / total if total > 0.0 else 0.0) * (speed - pair_rate[j, p])
-                    reserve, pressed[p] = max(reserve, push), max(push, 0.0)
+                    share = c * (own / total if total > 0.0 else 0.0)
+                    push = contact_force(law, m, pair[p], own, share, approach)[0]
+                    reserve = max(reserve, push)
+                elif not always and total == 0.0 and p == lead:
+                    push = apart_force(law, m, least, approach)[0]
+                    reserve = push if push > 0.0 else reserve
+                pressed[p] = pair[p] if always else max(push, 0.0)
                 normal += pressed[p]
-            back = whole * max(0.0, -backlash[j] - moved)
-            damped = 0.0 if always else c * speed
+            clearance = backlash[j] + moved
+            back = whole * max(0.0, -clearance)
+            behind = back
+            if not always and back > 0.0:
+                behind = max(0.0, contact_force(law, m, back, whole, c, -speed)[0])
+            elif not always and 0.0 <= clearance < np.inf and whole > 0.0:
+                behind = apart_force(law, m, clearance, -speed)[0]
             values[0, i, j] = elastic - back
-            values[1, i, j] = normal - (max(0.0, back - damped) if back > 0.0 else 0.0)
-            if always:
-                values[1, i, j] += c * (speed - lead_rate[j])
+            values[1, i, j] = normal - behind + (c * (speed - lead_rate[j]) if always else 0.0)
             values[2, i, j] = far if reserve == -np.inf else reserve
-
-
-def _far(stiffness: Array, x: Array) -> Array:
-    """Return how far the nearest pair of a mesh is from contact, as a force, (…) [N]."""
-    far = stiffness * np.where(stiffness > 0.0, x, FAR)
-    return np.asarray(np.where(stiffness > 0.0, far, -np.inf).max(axis=-1))
-
-
-def _nonlinear_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> NormalForces:
-    """Return the forces of meshes whose damping law is not viscous."""
-    single = np.ndim(dashpot.damping) == 0  # of one mesh at instants (…, n)
-    backlash = np.inf if dashpot.backlash is None else dashpot.backlash
-    forces = forces_by_law(
-        dashpot.law,
-        springs.each(lambda values: values[:, None]) if single else springs,
-        (motion.deflection[..., None], motion.rate[..., None]) if single else motion,
-        np.asarray(backlash, float),
-        np.asarray(dashpot.damping, float),
-    )
-    pair, normal, back, back_normal = forces
-    if single:
-        pair, normal, back, back_normal = (
-            pair[..., 0, :],
-            normal[..., 0, :],
-            back[..., 0],
-            back_normal[..., 0],
-        )
-    pushed, total = normal.max(axis=-1), normal.sum(axis=-1) - back_normal
-    far = _far(springs.stiffness, motion.deflection[..., None] - springs.gap)
-    reserve = np.where(pushed > 0.0, pushed, np.minimum(far, 0.0))
-    return NormalForces(pair.sum(axis=-1) - back, total, pair, normal, reserve)
 
 
 def flank_forces(
