@@ -9,7 +9,8 @@ from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.damping import register
 from wearlab.mesh.damping_laws import hunt_crossley
 from wearlab.mesh.errors import mesh_error
-from wearlab.mesh.excitation import Fourier, MeshFlanks, Modulated, Pairs, combined_error
+from wearlab.mesh.excitation import MeshFlanks, combined_error
+from wearlab.mesh.excitations import FourierExcitation, ModulatedExcitation, PairsExcitation
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stages import stage_grid
@@ -47,7 +48,7 @@ def test_steps_land_on_breaks_in_pairs():
 def test_pairs_are_tabulated_with_both_sides_of_every_jump(pair, grid, analysis, nodes):
     meshes = (Mesh(0, 0.0, mesh_error((), ((2, 1e-6, 0.3),))),)
     at = sampling([grid], meshes, grid.breaks, stage_grid(grid.breaks[:-1], 60))
-    tables = stage_tables([MeshFlanks(analysis, nodes, Pairs().prepare(analysis, nodes))], at, None)
+    tables = stage_tables([MeshFlanks(analysis, nodes, PairsExcitation().prepare(analysis, nodes))], at, None)
     phase = at.grid.phase
     for slot, ahead in ((0, 1), (1, 0)):
         s = pair.path.A + (phase + ahead) * pair.base_pitch
@@ -80,7 +81,7 @@ def test_fourier_series_tends_to_the_contact_analysis(grid, analysis, nodes):
     state = analysis.quasistatic(nodes, analysis.at_nodes)
     misfit = []
     for count in (3, 9, 27):
-        series = Fourier(count, count).prepare(analysis, nodes)
+        series = FourierExcitation(stiffness_harmonics=count, error_harmonics=count).prepare(analysis, nodes)
         misfit.append(weight @ (series.stiffness.value(phase) - state.tangent) ** 2)
         assert len(series.stiffness.amplitude) == count == len(series.error.amplitude)
         assert series.error.mean == pytest.approx(weight @ state.unloaded, rel=1e-12, abs=0.0)
@@ -97,7 +98,9 @@ def test_combination_rules(analysis, nodes):
     np.testing.assert_array_equal(combined_error(state, "min", "loaded"), state.deflection)
 
 
-@pytest.mark.parametrize("excitation", [Fourier(5, 4), Modulated()])
+@pytest.mark.parametrize(
+    "excitation", [FourierExcitation(stiffness_harmonics=5, error_harmonics=4), ModulatedExcitation()]
+)
 def test_series_forces_are_one_spring_split_by_the_static_share(grid, analysis, nodes, excitation):
     series = excitation.prepare(analysis, nodes)
     meshes = (Mesh(0, 0.0, mesh_error((), ((1, 1e-6, 0.0),))),)

@@ -11,7 +11,8 @@ from wearlab.dynamics.orbits.response import Response, coordinates_at, deflectio
 from wearlab.dynamics.system import System
 from wearlab.mesh.between import Between
 from wearlab.mesh.clock import Instants, Sampling, instants
-from wearlab.mesh.excitation import Excitation, MeshFlanks
+from wearlab.mesh.excitation import MeshFlanks
+from wearlab.mesh.excitations import ExcitationModel
 from wearlab.mesh.force import Deflections
 from wearlab.mesh.stages import StageGrid, StageTables
 from wearlab.mesh.tabulation import stage_tables
@@ -40,7 +41,7 @@ class Vibration:
 
     system: System
     method: Any
-    excitation: Excitation
+    excitation: ExcitationModel
     sampling: Sampling
     period: float
     fluctuation: Array | None

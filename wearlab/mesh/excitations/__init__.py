@@ -9,7 +9,9 @@ from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Number,
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
-    from wearlab.mesh.excitation import Excitation
+    from wearlab.arrays import Array
+    from wearlab.mesh.contact import ContactAnalysis, Nodes
+    from wearlab.mesh.excitation import AlongPhase
 
 Combination = Literal["min", "max", "mean"]
 Error = Literal["unloaded", "loaded"]
@@ -23,9 +25,13 @@ class ExcitationModel(Variant):
     slot: ClassVar[Slot] = Slot("mesh.excitation", __name__)
     by_pairs: ClassVar[bool] = False
 
-    def build(self) -> "Excitation":
-        """Return what makes a mesh force of the contact analysis."""
-        raise NotImplementedError(f"{type(self).__name__} has no build")
+    def build(self) -> "ExcitationModel":
+        """Return what makes a mesh force of the contact analysis: by default this itself."""
+        return self
+
+    def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> "AlongPhase | None":
+        """Return the series fitted to the contact analysis of a wear state; None: pair by pair."""
+        raise NotImplementedError(f"{type(self).__name__} has no prepare")
 
 
 class PairsExcitation(ExcitationModel):
@@ -35,27 +41,42 @@ class PairsExcitation(ExcitationModel):
 
     model: Literal["pairs"] = option("pairs", "pair by pair", source="wearlab")
 
-    def build(self) -> "Excitation":
-        """Return pair by pair."""
-        from wearlab.mesh.excitation import Pairs
-
-        return Pairs()
+    def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> None:
+        """Return None: nothing is fitted, the tables come straight from the nodes."""
 
 
-class FourierExcitation(ExcitationModel):
+class SeriesExcitation(ExcitationModel):
+    """Any series of mesh stiffness and transmission error over the phase, as published."""
+
+    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
+    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
+
+    def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> "AlongPhase":
+        """Fit both series to the contact analysis of a wear state."""
+        from wearlab.mesh.excitation import AlongPhase, combined_error
+
+        state, samples = analysis.quasistatic(nodes, analysis.at_nodes), analysis.grid.phase_nodes
+        error = combined_error(state, self.combination, self.error)
+        return AlongPhase(*self.fitted(*samples, state.tangent, error))
+
+    def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
+        """Return the series of stiffness and error, sampled at phases (n,) of some weights."""
+        raise NotImplementedError(f"{type(self).__name__} has no fitted")
+
+
+class FourierExcitation(SeriesExcitation):
     """Truncated series of mesh stiffness and transmission error (as published)."""
 
     model: Literal["fourier"] = option("fourier", "truncated Fourier series", source="W23, L16 Eqs. 7–8")
     stiffness_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l of the mesh stiffness")
     error_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l_e of the transmission error")
-    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
-    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
 
-    def build(self) -> "Excitation":
-        """Return both series."""
-        from wearlab.mesh.excitation import Fourier
+    def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
+        """Return both series, truncated."""
+        from wearlab.mesh.harmonics import harmonics
 
-        return Fourier(self.stiffness_harmonics, self.error_harmonics, self.combination, self.error)
+        yield harmonics(phase, weight, stiffness, self.stiffness_harmonics)
+        yield harmonics(phase, weight, error, self.error_harmonics)
 
 
 class ModulationOptions(Part):
@@ -82,14 +103,12 @@ class ErrorModulation(ModulationOptions):
     carrier: Depth = option(..., "amplitude of the fundamental harmonic, e_1", source="L16 Eq. 12")
 
 
-class ModulatedExcitation(ExcitationModel):
+class ModulatedExcitation(SeriesExcitation):
     """One harmonic with amplitude and frequency modulation (as published)."""
 
     model: Literal["modulated"] = option(
         "modulated", "amplitude and frequency modulation", source="L16 Eqs. 10–13"
     )
-    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
-    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
     stiffness_modulation: StiffnessModulation | None = option(
         None, "given modulation of the stiffness", derived="fitted to the contact analysis"
     )
@@ -97,23 +116,12 @@ class ModulatedExcitation(ExcitationModel):
         None, "given modulation of the error", derived="fitted to the contact analysis"
     )
 
-    def build(self) -> "Excitation":
-        """Return the modulations, given or to be fitted."""
-        from wearlab.mesh.excitation import Modulated as Excited
+    def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
+        """Return the modulations, given or fitted."""
+        from wearlab.mesh.harmonics import Modulation, fit
 
-        return Excited(
-            self.combination,
-            self.error,
-            _modulation(self.stiffness_modulation),
-            _modulation(self.error_modulation),
-        )
-
-
-def _modulation(given: Any) -> Any:
-    if given is None:
-        return None
-    from wearlab.mesh.harmonics import Modulation
-
-    return Modulation(
-        given.mean, given.carrier, given.carrier_phase, given.am, given.am_phase, given.fm, given.fm_phase
-    )
+        for given, values in ((self.stiffness_modulation, stiffness), (self.error_modulation, error)):
+            if given is None:
+                yield fit(phase, weight, values)
+            else:
+                yield Modulation(**{name: getattr(given, name) for name in Modulation._fields})
