@@ -21,8 +21,7 @@ from wearlab.mesh.finite_element import (
 from wearlab.mesh.finite_element import compliance as remembered
 from wearlab.mesh.finite_element import pair_compliance as compliance
 from wearlab.mesh.finite_element.outline import LoadedFlank
-from wearlab.mesh.hertz import weber_compliance
-from wearlab.mesh.stiffness import ConstantContact
+from wearlab.mesh.hertz import ConstantContact, WeberContact
 
 QUICK = Options(refinement=2, samples=11)
 HEIGHTS = np.linspace(1.1, 1.9, 9)
@@ -79,9 +78,7 @@ def test_solid_gear_near_iso_6336():
     )[0]
     steel = gears.driving.material
     rho = gears.equivalent_curvature(0.0)
-    hertz = weber_compliance(
-        4800.0, float(rho), depth, depth, *2 * (steel.youngs_modulus,), *2 * (steel.poisson_ratio,), 0.020
-    )
+    hertz = WeberContact(rho, np.array([depth, depth]), (steel, steel), 0.020).compliance(4800.0)
     stiffness = 1.0 / (total[0] + hertz) / 0.020 * 1e-9
     assert 13.0 < stiffness < 16.0
 

@@ -22,7 +22,7 @@ from wearlab.mesh.body import (
     mode_compliance,
     sainsot_coefficients,
 )
-from wearlab.mesh.hertz import weber_compliance, yang_sun
+from wearlab.mesh.hertz import WeberContact, yang_sun
 from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
 
 
@@ -302,9 +302,9 @@ def test_weber_contact_of_a_ring_flank():
     y = float(involute_point(pair.driven, lam)[1])
     assert depth == pytest.approx(math.hypot(y, y * math.tan(lam)))
     rho = float(pair.equivalent_curvature(0.0))
-    moduli = (STEEL.youngs_modulus,) * 2 + (STEEL.poisson_ratio,) * 2 + (0.05,)
-    concave = weber_compliance(1e4, rho, depth, depth, *moduli)
-    convex = weber_compliance(1e4, 0.5 * rho, depth, depth, *moduli)
+    depths = np.array([depth, depth])
+    concave = WeberContact(rho, depths, (STEEL, STEEL), 0.05).compliance(1e4)
+    convex = WeberContact(0.5 * rho, depths, (STEEL, STEEL), 0.05).compliance(1e4)
     assert concave < convex
 
 

@@ -25,7 +25,7 @@ from wearlab.gears.outline import contact_depth
 from wearlab.mesh.finite_element.compliance import wheel_compliance
 from wearlab.mesh.finite_element.elements import Options, flank_loads, half_plane_compliance, sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
-from wearlab.mesh.hertz import weber_compliance
+from wearlab.mesh.hertz import WeberContact
 
 Array = NDArray[np.float64]
 
@@ -138,18 +138,9 @@ class Contacts:
     def compliance(self, force: Array) -> Array:
         """Return the secant compliance under forces (n,), (n,) [m/N]."""
         pair, s = self.pair, self.position
-        first, second = (gear.material for gear in pair.gears)
-        depth = [contact_depth(gear, pair.radius(i, s)) for i, gear in enumerate(pair.gears)]
-        return np.array(
-            [
-                weber_compliance(
-                    one, radius, t1, t2,
-                    first.youngs_modulus, second.youngs_modulus, first.poisson_ratio, second.poisson_ratio,
-                    pair.face_width,
-                )
-                for one, radius, t1, t2 in zip(force, pair.equivalent_curvature(s), *depth, strict=True)
-            ]
-        )  # fmt: skip
+        depth = np.stack([contact_depth(gear, pair.radius(i, s)) for i, gear in enumerate(pair.gears)])
+        materials = pair.driving.material, pair.driven.material
+        return WeberContact(pair.equivalent_curvature(s), depth, materials, pair.face_width).compliance(force)
 
 
 def balance(C: Array, contacts: Contacts, touches: Sequence[Touch], load: float) -> tuple[Array, float]:

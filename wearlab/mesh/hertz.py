@@ -1,10 +1,13 @@
 """Contact compliance of two flanks: a constant, or a load-dependent line contact."""
 
 import math
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from wearlab.compiled import jit
+from wearlab.arrays import Array
 from wearlab.gears.specification import Material
 
 
@@ -31,88 +34,73 @@ def yang_sun(first: Material, second: Material, face_width: float) -> float:
     return 2.0 / (math.pi * face_width) * compliances
 
 
-@jit
-def weber_compliance(
-    force: float,
-    equivalent_radius: float,
-    depth1: float,
-    depth2: float,
-    modulus1: float,
-    modulus2: float,
-    poisson1: float,
-    poisson2: float,
-    face_width: float,
-) -> float:
-    """Return the secant compliance δ/F of a loaded line contact, after Weber and Banaschek.
-
-    ``δ/F = 2/(π B) Σ_i (1 − ν_i²)/E_i [ln(2 t_i/a) − ν_i / (2 (1 − ν_i))]`` with the half width
-    ``a² = 4 F ρ / (π B) [(1 − ν1²)/E1 + (1 − ν2²)/E2]`` and t_i the depth from the contact point along the
-    line of action to the tooth's centre line. It grows without bound, as −ln F, towards zero load: the
-    half width is kept above a millionth of the depth. A contact wider than the tooth is deep has no
-    such form: each bracket is kept at 0 or above.
+@dataclass(frozen=True)
+class ConstantContact:
+    """A contact that yields in proportion to its force.
 
     Parameters
     ----------
-    force : F, normal force on the pair [N]
-    equivalent_radius : ρ, 1/ρ = 1/ρ1 + 1/ρ2 [m]
-    depth1, depth2 : t1, t2 [m]
-    modulus1, modulus2 : Young's moduli [Pa]
-    poisson1, poisson2 : Poisson's ratios [1]
+    value : compliance [m/N]
+    """
+
+    load_dependent: ClassVar[bool] = False
+    softening: ClassVar[float] = 0.0
+
+    value: float
+
+    def compliance(self, force: ArrayLike | None) -> float:
+        """Return the compliance, whatever the force [m/N]."""
+        return self.value
+
+
+@dataclass(frozen=True)
+class WeberContact:
+    """Load-dependent line contact after Weber and Banaschek.
+
+    Parameters
+    ----------
+    equivalent_radius : (n,) ρ, 1/ρ = 1/ρ1 + 1/ρ2 [m]
+    depth : (2, n) t_i, from the contact point along the line of action to each tooth's centre line [m]
+    materials : of the two gears
     face_width : B [m]
-
-    Returns
-    -------
-    compliance [m/N]
-
-    References
-    ----------
-    Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und schrägverzahnten Rädern,
-    Schriftenreihe Antriebstechnik 11, Vieweg 1953; Johnson, Contact Mechanics, 1985, Eq. 5.57.
     """
-    c1 = (1.0 - poisson1 * poisson1) / modulus1
-    c2 = (1.0 - poisson2 * poisson2) / modulus2
-    half_width = math.sqrt(4.0 * max(force, 0.0) * equivalent_radius / (math.pi * face_width) * (c1 + c2))
-    half_width = max(half_width, 1e-6 * max(depth1, depth2))
-    term1 = max(math.log(2.0 * depth1 / half_width) - 0.5 * poisson1 / (1.0 - poisson1), 0.0)
-    term2 = max(math.log(2.0 * depth2 / half_width) - 0.5 * poisson2 / (1.0 - poisson2), 0.0)
-    return 2.0 / (math.pi * face_width) * (c1 * term1 + c2 * term2)
 
+    load_dependent: ClassVar[bool] = True
 
-@jit
-def weber_compliances(
-    force: np.ndarray,
-    equivalent_radius: np.ndarray,
-    depth: np.ndarray,
-    modulus1: float,
-    modulus2: float,
-    poisson1: float,
-    poisson2: float,
-    face_width: float,
-    out: np.ndarray,
-) -> None:
-    """Fill ``out`` (n,) [m/N] with :func:`weber_compliance` at every node.
+    equivalent_radius: ArrayLike
+    depth: ArrayLike
+    materials: tuple[Material, Material]
+    face_width: float
 
-    Parameters
-    ----------
-    force : (n,) force on the pair at each node [N]
-    equivalent_radius : (n,) [m]
-    depth : (2, n) depths on the two gears [m]
-    modulus1, modulus2, poisson1, poisson2, face_width : as in :func:`weber_compliance`
-    out : (n,) [m/N]
+    def compliance(self, force: ArrayLike | None) -> Array:
+        """Return the secant compliance δ/F under pair forces (n,), (n,) [m/N].
 
-    References
-    ----------
-    Weber & Banaschek 1953.
-    """
-    for i in range(force.size):
-        out[i] = weber_compliance(
-            force[i],
-            equivalent_radius[i],
-            depth[0, i],
-            depth[1, i],
-            modulus1,
-            modulus2,
-            poisson1,
-            poisson2,
-            face_width,
+        ``δ/F = 2/(π B) Σ_i (1 − ν_i²)/E_i [ln(2 t_i/a) − ν_i / (2 (1 − ν_i))]`` with the half width
+        ``a² = 4 F ρ / (π B) [(1 − ν1²)/E1 + (1 − ν2²)/E2]``. It grows without bound, as −ln F, towards zero
+        load: the half width is kept above a millionth of the depth. A contact wider than the tooth is deep
+        has no such form: each bracket is kept at 0 or above.
+
+        References
+        ----------
+        Weber & Banaschek, Formänderung und Profilrücknahme bei gerad- und schrägverzahnten Rädern,
+        Schriftenreihe Antriebstechnik 11, Vieweg 1953; Johnson, Contact Mechanics, 1985, Eq. 5.57.
+        """
+        F, depth = np.asarray(force, float), np.asarray(self.depth)
+        c1, c2 = (1.0 / each.plane_strain_modulus for each in self.materials)
+        square = 4.0 * np.maximum(F, 0.0) * self.equivalent_radius / (math.pi * self.face_width) * (c1 + c2)
+        a = np.maximum(np.sqrt(square), 1e-6 * depth.max(axis=0))
+        t1, t2 = (
+            np.maximum(np.log(2.0 * t / a) - 0.5 * each.poisson_ratio / (1.0 - each.poisson_ratio), 0.0)
+            for t, each in zip(depth, self.materials, strict=True)
         )
+        return np.asarray(2.0 / (math.pi * self.face_width) * (c1 * t1 + c2 * t2))
+
+    @property
+    def softening(self) -> float:
+        """The same under all forces, ``1/(π B) Σ (1 − ν²)/E``: the compliance goes with −ln √F [m/N]."""
+        return sum(1.0 / each.plane_strain_modulus for each in self.materials) / (math.pi * self.face_width)
+
+
+HertzContact = ConstantContact | WeberContact
+"""How the contact itself yields: ``load_dependent`` says whether that takes the force; ``softening`` by how
+much the compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""

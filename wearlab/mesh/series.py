@@ -11,9 +11,9 @@ from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh.body import body_compliance, body_coupling, foundation_compliance
 from wearlab.mesh.finite_element import FiniteElement, Options, Plane, pair_compliance
-from wearlab.mesh.hertz import yang_sun
+from wearlab.mesh.hertz import ConstantContact, HertzContact, WeberContact, yang_sun
 from wearlab.mesh.profile import ProfileGrid
-from wearlab.mesh.stiffness import ConstantContact, HertzContact, PotentialEnergy, WeberContact
+from wearlab.mesh.stiffness import PotentialEnergy
 from wearlab.mesh.tooth import tooth_flexibility
 
 REFINEMENT = 2
@@ -85,21 +85,13 @@ def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> HertzContact:
 
 
 def _constant(pair: GearPair, grid: ProfileGrid) -> HertzContact:
-    first, second = (gear.material for gear in pair.gears)
-    return ConstantContact(yang_sun(first, second, pair.face_width))
+    return ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width))
 
 
 def _load_dependent(pair: GearPair, grid: ProfileGrid) -> HertzContact:
-    first, second = (gear.material for gear in pair.gears)
-    return WeberContact(
-        equivalent_radius=pair.equivalent_curvature(grid.loaded),
-        depth=np.stack(
-            [contact_depth(gear, pair.radius(i, grid.loaded)) for i, gear in enumerate(pair.gears)]
-        ),
-        modulus=(first.youngs_modulus, second.youngs_modulus),
-        poisson=(first.poisson_ratio, second.poisson_ratio),
-        face_width=pair.face_width,
-    )
+    depth = [contact_depth(gear, pair.radius(i, grid.loaded)) for i, gear in enumerate(pair.gears)]
+    materials = pair.driving.material, pair.driven.material
+    return WeberContact(pair.equivalent_curvature(grid.loaded), np.stack(depth), materials, pair.face_width)
 
 
 CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}

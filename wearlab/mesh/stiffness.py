@@ -5,12 +5,12 @@ given wear, the compliance of the contact itself, and what neighbouring pairs sh
 """
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh.hertz import weber_compliances
+from wearlab.mesh.hertz import HertzContact
 from wearlab.mesh.profile import Lookup, ProfileGrid, lookup
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
@@ -144,76 +144,6 @@ class PairStiffness(Protocol):
 
 class SectionVanished(ValueError):
     """The wear is deeper than the tooth can bear: a section of it is gone."""
-
-
-class HertzContact(Protocol):
-    """How the contact itself yields; ``load_dependent`` says whether that takes the force."""
-
-    load_dependent: ClassVar[bool]
-
-    def compliance(self, force: Array | None) -> Array | float:
-        """Return the secant compliance under pair forces (n,), (n,) [m/N]."""
-        ...
-
-    @property
-    def softening(self) -> float:
-        """By how much the compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""
-        ...
-
-
-@dataclass(frozen=True)
-class ConstantContact:
-    """A contact that yields in proportion to its force.
-
-    Parameters
-    ----------
-    value : compliance [m/N]
-    """
-
-    load_dependent: ClassVar[bool] = False
-    softening: ClassVar[float] = 0.0
-
-    value: float
-
-    def compliance(self, force: Array | None) -> float:
-        """Return the compliance, whatever the force [m/N]."""
-        return self.value
-
-
-@dataclass(frozen=True)
-class WeberContact:
-    """Load-dependent line contact after Weber and Banaschek.
-
-    Parameters
-    ----------
-    equivalent_radius : (n,) [m]
-    depth : (2, n) from the contact point along the line of action to each tooth's centre line [m]
-    modulus, poisson : of the two gears [Pa], [1]
-    face_width : B [m]
-    """
-
-    load_dependent: ClassVar[bool] = True
-
-    equivalent_radius: Array
-    depth: Array
-    modulus: tuple[float, float]
-    poisson: tuple[float, float]
-    face_width: float
-
-    def compliance(self, force: Array | None) -> Array:
-        """Return the secant compliance under pair forces (n,), (n,) [m/N]."""
-        assert force is not None
-        out = np.empty_like(force)
-        weber_compliances(
-            force, self.equivalent_radius, self.depth, *self.modulus, *self.poisson, self.face_width, out
-        )
-        return out
-
-    @property
-    def softening(self) -> float:
-        """The same under all forces, ``1/(π B) Σ (1 − ν²)/E``: the compliance goes with −ln √F [m/N]."""
-        halves = [(1.0 - nu**2) / E for E, nu in zip(self.modulus, self.poisson, strict=True)]
-        return float(sum(halves) / (np.pi * self.face_width))
 
 
 @dataclass(frozen=True, kw_only=True)
