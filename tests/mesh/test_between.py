@@ -5,9 +5,8 @@ import pytest
 from made_pair import PAIR as MADE
 
 from wearlab.accuracy.steady import steady
-from wearlab.mesh.between import Between
 from wearlab.mesh.stages import parabola
-from wearlab.mesh.tabulation import stage_tables
+from wearlab.mesh.tabulation import Between, stage_tables
 from wearlab.scene import Scene
 
 PAIR = MADE | {"errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]}}
@@ -24,13 +23,13 @@ def test_it_is_the_table_at_the_stages_and_smooth_between(excitation) -> None:
     steps = len(tables.width)
     for stage, x in enumerate((0.0, 0.5, 1.0)):
         at = np.arange(steps), np.full(steps, x)
-        for found, known in zip(between.springs(*at)[:4], tables.springs[:4], strict=True):
+        for found, known in zip(between.springs_at(*at)[:4], tables.springs[:4], strict=True):
             np.testing.assert_allclose(found, known[:, stage], rtol=1e-9, atol=1e-15)
-        error, rate = between.errors(*at)
+        error, rate = between.errors_at(*at)
         np.testing.assert_allclose(error - slow, tables.error[:, stage], atol=1e-18)
         np.testing.assert_allclose(rate, tables.error_rate[:, stage], atol=1e-16)
     step, x = np.arange(steps), np.linspace(0.1, 0.9, steps)
-    error, _ = between.errors(step, x)
-    for found, table in ((between.springs(step, x)[0], tables.stiffness), (error - slow, tables.error)):
+    error, _ = between.errors_at(step, x)
+    for found, table in ((between.springs_at(step, x)[0], tables.stiffness), (error - slow, tables.error)):
         apart = np.abs(found - parabola(table, step, x)).max() / np.abs(table).max()
         assert 0.0 < apart < 2e-2

@@ -9,13 +9,12 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
-from wearlab.mesh.between import Between
 from wearlab.mesh.clock import Instants, Sampling, instants
 from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.excitations import ExcitationModel
 from wearlab.mesh.force import Deflections
 from wearlab.mesh.stages import StageGrid, StageTables
-from wearlab.mesh.tabulation import stage_tables
+from wearlab.mesh.tabulation import Between, stage_tables
 
 Responses = tuple[Response, ...]
 

@@ -7,8 +7,7 @@ A `Sampling` holds at which phases an integration asks for the meshes, and what 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,6 @@ from wearlab.arrays import Array, Index
 from wearlab.mesh.errors import MeshError
 from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, interpolate, lookup
 from wearlab.mesh.stages import StageGrid
-from wearlab.mesh.stiffness import PairStiffness
 
 INSIDE = 1e-6
 """How far into its segment a phase is moved to find the segment of the clock it belongs to, of its width."""
@@ -164,24 +162,6 @@ class Sampling:
     meshes: tuple[Mesh, ...]
     where: tuple[Lookup, ...]
     rubbing: Rubbing | None = None
-    _given: dict[int, tuple[PairStiffness, Array]] = field(default_factory=dict, repr=False, compare=False)
-
-    def given(self, kind: int, stiffness: PairStiffness) -> Array:
-        """Return the pair stiffnesses of a kind that wear does not change, (n_looked, n_pairs), or (0, 0)."""
-        known = self._given.get(kind)
-        if known is None or known[0] is not stiffness:
-            springs = stiffness.at_phases(self.where[kind])
-            known = stiffness, np.empty((0, 0)) if springs is None else springs
-            self._given[kind] = known
-        return known[1]
-
-    @cached_property
-    def errors(self) -> tuple[Array, Array]:
-        """Prescribed errors of all meshes and their rates at the stages, (n_steps, 3, n_mesh) each [m]."""
-        phases = [self.grid.phase - mesh.lag for mesh in self.meshes]
-        values = [mesh.error.value(phase) for mesh, phase in zip(self.meshes, phases, strict=True)]
-        rates = [mesh.error.rate(phase) for mesh, phase in zip(self.meshes, phases, strict=True)]
-        return np.stack(values, axis=-1), np.stack(rates, axis=-1)
 
 
 def sampling(

@@ -97,15 +97,11 @@ class MeshError(NamedTuple):
 
     def value(self, phase: Array) -> Array:
         """Return the mesh-periodic part at phases (…) [m]."""
-        if not len(self.order):
-            return np.zeros(np.shape(phase))
         angle = 2 * np.pi * np.multiply.outer(phase, self.order) + self.phase
         return np.sin(angle) @ self.amplitude
 
     def rate(self, phase: Array) -> Array:
         """Return d/dφ of the mesh-periodic part at phases (…) [m]."""
-        if not len(self.order):
-            return np.zeros(np.shape(phase))
         angle = 2 * np.pi * np.multiply.outer(phase, self.order) + self.phase
         return np.cos(angle) @ (2 * np.pi * self.order * self.amplitude)
 

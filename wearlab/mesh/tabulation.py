@@ -1,13 +1,14 @@
 """Meshes tabulated at the stages of an integration: their pairs as springs, or the series fitted to them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
-from wearlab.mesh.clock import Mesh, Sampling, of_kind
+from wearlab.mesh.clock import Mesh, Sampling, look_within, of_kind
 from wearlab.mesh.excitation import MeshFlanks
 from wearlab.mesh.face.curves import FaceFlanks
 from wearlab.mesh.profile import Lookup
@@ -28,34 +29,25 @@ def stage_tables(kinds: Sequence[Flanks], sampling: Sampling, fluctuation: Array
     fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
     """
     steps, meshes = len(sampling.grid.width), sampling.meshes
-    flanks = kinds[0]
-    if len(kinds) == 1 and not isinstance(flanks, FaceFlanks) and uncoupled(flanks):
-        where = sampling.where[0]
-        shape = (steps, 3, len(meshes), flanks.analysis.grid.n_pairs)
-        stiffness, gap, pair_rate = np.empty((3, *shape))
-        lead_rate = np.empty(shape[:3])
-        springs_at_stages(
-            flanks.analysis.grid.first, where.segment, where.offset, where.weight,
-            flanks.analysis.grid.intervals, np.diff(flanks.analysis.grid.breaks), flanks.nodes.compliance,
-            flanks.nodes.gap,
-            sampling.given(0, flanks.analysis.stiffness), stiffness, gap, pair_rate, lead_rate,
-        )  # fmt: skip
-        springs, error, rate = Springs(stiffness, gap, pair_rate, lead_rate, None), *sampling.errors
-    else:
-        springs = of_meshes(kinds, meshes, sampling.where, (steps, 3))
-        error, rate = (values.copy() for values in sampling.errors)
-        for mesh, this in enumerate(meshes):
-            series = kinds[this.kind].series
-            if series is not None:
-                own = sampling.grid.phase - this.lag
-                error[:, :, mesh] += series.error.value(own)
-                rate[:, :, mesh] += series.error.rate(own)
+    springs = of_meshes(kinds, meshes, sampling.where, (steps, 3))
+    error, rate = errors_of(kinds, meshes, sampling.grid.phase)
     rubbing = sampling.rubbing
     return StageTables(
         sampling.grid.width, springs.stiffness, springs.gap, error, rate, fluctuation,
         None if rubbing is None else rubbing.sliding, None if rubbing is None else rubbing.moment,
         springs.pair_rate, springs.lead_rate, springs.part,
     )  # fmt: skip
+
+
+def errors_of(kinds: Sequence[Flanks], meshes: Sequence[Mesh], phase: Array) -> tuple[Array, Array]:
+    """Return prescribed errors and their rates by phase, series' own among them, (…, n_mesh) each [m]."""
+    error, rate = np.zeros((2, *phase.shape, len(meshes)))
+    for at, mesh in enumerate(meshes):
+        own, series = phase - mesh.lag, kinds[mesh.kind].series
+        for part in (mesh.error,) if series is None else (mesh.error, series.error):
+            error[..., at] += part.value(own)
+            rate[..., at] += part.rate(own)
+    return error, rate
 
 
 def of_meshes(
@@ -97,47 +89,6 @@ def of_meshes(
             part = np.broadcast_to(np.eye(count), (*springs.stiffness.shape, count))
             table.part[..., own, :count, :count] = placed(part if springs.part is None else springs.part)
     return table
-
-
-def uncoupled(flanks: MeshFlanks) -> bool:
-    """Whether a mesh is a number of springs on their own, one a pair."""
-    return flanks.series is None and len(flanks.nodes.cross) == 0 and flanks.analysis.engagement_gap == np.inf
-
-
-@jit
-def springs_at_stages(
-    first: Any, segment: Any, offset: Any, weight: Any, intervals: Any, width: Any, compliance: Any, gap: Any,
-    given: Any, stiffness_out: Any, gap_out: Any, pair_rate_out: Any, lead_rate_out: Any,
-) -> None:  # fmt: skip
-    """Fill stiffness, gap and its rate of uncoupled pairs, (n_steps, 3, n_mesh, n_pairs), see `interpolate`.
-
-    ``given``: (n_looked, n_pairs) stiffnesses; (0, 0): they are read off the nodes.
-    """
-    steps, stages, meshes, pairs = stiffness_out.shape
-    for mesh in range(meshes):
-        for step in range(steps):
-            for stage in range(stages):
-                i = (mesh * steps + step) * stages + stage
-                least, leads = np.inf, 0.0
-                for p in range(pairs):
-                    node = first[segment[i], p]
-                    soft, apart, moves = np.inf, np.inf, 0.0
-                    if node >= 0:
-                        count, per_node = intervals[segment[i]], intervals[segment[i]] / width[segment[i]]
-                        soft, apart = 0.0, 0.0
-                        for q in range(4):
-                            at = offset[i] + q
-                            soft += weight[i, q] * compliance[node + at]
-                            apart += weight[i, q] * gap[node + at]
-                            moves += weight[i, q] * per_node * slope_at_node(gap, node, count, at)
-                    present = soft < np.inf and apart < np.inf
-                    hard = given[i, p] if len(given) > 0 else 1.0 / soft
-                    stiffness_out[step, stage, mesh, p] = hard if present else 0.0
-                    gap_out[step, stage, mesh, p] = apart if present else 0.0
-                    pair_rate_out[step, stage, mesh, p] = moves if present else 0.0
-                    if present and apart < least:
-                        least, leads = apart, moves
-                lead_rate_out[step, stage, mesh] = leads
 
 
 @jit_inner
@@ -218,3 +169,48 @@ def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
     apart = np.where(np.isfinite(compliance), gap, np.inf)
     lead = np.take_along_axis(rates, apart.argmin(axis=1)[:, None], axis=1)[:, 0]
     return Springs(stiffness, gaps, rates, lead, part)
+
+
+@dataclass(frozen=True)
+class Between:
+    """The meshes of one wear state anywhere within the steps of an integration.
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    sampling : the steps, and where they look
+    slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m]; None: none
+    """
+
+    kinds: Sequence[MeshFlanks]
+    sampling: Sampling
+    slow: Array | None = None
+
+    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return prescribed errors and their rates by phase at fractions of steps, both (n, n_mesh) [m]."""
+        error, rate = errors_of(self.kinds, self.sampling.meshes, self._phase(step, fraction))
+        return (error if self.slow is None else error + self.slow), rate
+
+    def springs_at(self, step: Index, fraction: Array) -> Springs:
+        """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs).
+
+        Pairs that share a gear body have the order of engagement of the step's middle, as in the tables.
+        """
+        grid, meshes = self.sampling.grid, self.sampling.meshes
+        phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
+        ordered = any(share_a_body(flanks) for flanks in self.kinds)
+        looks = np.stack([phase, middle] if ordered else [phase], axis=1)
+        where = [
+            look_within(
+                flanks.analysis.grid,
+                [mesh.lag for mesh in meshes if mesh.kind == kind],
+                looks,
+                middle,
+            )
+            for kind, flanks in enumerate(self.kinds)
+        ]
+        return of_meshes(self.kinds, meshes, where, looks.shape).each(lambda table: table[:, 0])
+
+    def _phase(self, step: Index, fraction: Array) -> Array:
+        grid = self.sampling.grid
+        return np.asarray(grid.start[step] + fraction * grid.width[step])

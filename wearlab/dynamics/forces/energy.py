@@ -155,12 +155,12 @@ def _mesh_at(response: Response, x: Array) -> _Mesh:
     def shaped(values: Array) -> Array:
         return values.reshape(len(x), steps, *values.shape[1:])
 
-    before, here, after = (between.springs(step, fraction + moved) for moved in (-NEARBY, 0.0, NEARBY))
+    before, here, after = (between.springs_at(step, fraction + moved) for moved in (-NEARBY, 0.0, NEARBY))
     duration = 2.0 * NEARBY * period * tables.width[:, None, None]
     rates = [
         (shaped(late) - shaped(early)) / duration for early, late in zip(before[:2], after[:2], strict=True)
     ]
-    error, error_rate = (shaped(values) for values in between.errors(step, fraction))
+    error, error_rate = (shaped(values) for values in between.errors_at(step, fraction))
     return _Mesh(
         here.per(period).each(shaped),
         rates[0],

@@ -164,8 +164,8 @@ def mesh_acceleration_at(
     x = (phase - grid.start[step]) / grid.width[step]
     state = np.concatenate(coordinates_at(response, grid, phase, segment), axis=1).transpose(0, 2, 1)
     tables = response.tables
-    error, error_rate = response.within.errors(step, x)
-    given = response.within.springs(step, x)._asdict() | {"error": error, "error_rate": error_rate}
+    error, error_rate = response.within.errors_at(step, x)
+    given = response.within.springs_at(step, x)._asdict() | {"error": error, "error_rate": error_rate}
     given |= {name: parabola(table, step, x) for name in ("fluctuation", "sliding", "moment")
               if (table := getattr(tables, name)) is not None}  # fmt: skip
     at_points = {

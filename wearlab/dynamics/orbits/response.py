@@ -94,27 +94,13 @@ def path(position: Array, velocity: Array, acceleration: Array, length: Array) -
 class Within(Protocol):
     """The meshes anywhere within steps (n,), at fractions of them."""
 
-    def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return prescribed errors and their rates by phase, (n, n_mesh) [m]."""
         ...
 
-    def springs(self, step: Index, fraction: Array) -> Springs:
+    def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs of all meshes, (n, n_mesh, n_pairs)."""
         ...
-
-
-class _Tables(NamedTuple):
-    """The meshes by parabolas through the stages, where nothing else is known of them."""
-
-    tables: StageTables
-
-    def errors(self, step: Index, fraction: Array) -> tuple[Array, Array]:
-        """Return prescribed errors and their rates by phase."""
-        return self.tables.errors_at(step, fraction)
-
-    def springs(self, step: Index, fraction: Array) -> Springs:
-        """Return the springs of all meshes."""
-        return self.tables.springs_at(step, fraction)
 
 
 class Verdict(NamedTuple):
@@ -194,8 +180,8 @@ class Response:
 
     @property
     def within(self) -> Within:
-        """The meshes between the stages of their tables."""
-        return _Tables(self.tables) if self.between is None else self.between
+        """The meshes between the stages of their tables; parabolas through these where nothing else is known."""
+        return self.tables if self.between is None else self.between
 
     @property
     def end(self) -> Array:
@@ -274,7 +260,7 @@ def deflection_at(
     x = (phase - grid.start[step]) / grid.width[step]
     approach = response.approach
     position, velocity = approach._replace(coefficient=approach.coefficient[..., meshes]).at(step, x)
-    error, slope = (values[:, meshes] for values in response.within.errors(step, x))
+    error, slope = (values[:, meshes] for values in response.within.errors_at(step, x))
     delta, rate = position - error, velocity - slope / response.mesh_period
     return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
 
@@ -303,7 +289,7 @@ def motion_at(response: Response, step: Index, fraction: Array, kept: slice = sl
     approach = response.approach
     approach = approach._replace(coefficient=approach.coefficient[:, kept])
     place, speed = approach.at(step, fraction)
-    error, slope = response.within.errors(step, fraction)
+    error, slope = response.within.errors_at(step, fraction)
     return Deflections(place - error, speed - slope / response.mesh_period)
 
 
@@ -318,7 +304,7 @@ def forces_at(response: Response, step: Index, fraction: Array, kept: slice = sl
     step, fraction : where, (n,) [1]
     kept : which of the kept periods
     """
-    springs = response.within.springs(step, fraction).per(response.mesh_period)
+    springs = response.within.springs_at(step, fraction).per(response.mesh_period)
     return normal_forces(springs, motion_at(response, step, fraction, kept), dashpot_of(response.system))
 
 
