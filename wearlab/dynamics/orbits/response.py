@@ -180,7 +180,7 @@ class Response:
 
     @property
     def within(self) -> Within:
-        """The meshes between the stages of their tables; parabolas through these where nothing else is known."""
+        """The meshes between the stages of their tables: parabolas where nothing else is known."""
         return self.tables if self.between is None else self.between
 
     @property
