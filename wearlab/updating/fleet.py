@@ -16,7 +16,6 @@ from wearlab.units import HOUR
 from wearlab.updating import population as shared
 from wearlab.updating.decision import changes
 from wearlab.updating.draws import ALARM
-from wearlab.updating.kalman import Filtered
 from wearlab.updating.layout import P, calendar_of, dataset, dated, limit_of, lives, sample, stacked, variable
 from wearlab.updating.likelihood import Block
 from wearlab.updating.lives import Passage
@@ -33,7 +32,7 @@ from wearlab.updating.population import (
     population,
     seen_by,
 )
-from wearlab.updating.run_curves import RunCurve, RunHistory, risen
+from wearlab.updating.run_curves import Asked, RunCurve, RunHistory, risen
 from wearlab.updating.scores import held_by
 from wearlab.updating.study import MeasuredCase
 from wearlab.updating.templates import rendered
@@ -51,15 +50,18 @@ class UnitState:
     unit : with what had been measured by then
     shared : what units share, lanes (n, 1)
     factor : (n,) on the wear coefficient, at the reference time
-    block : what is asked, at first the block that last told how far the wear has strayed; None without any
-    seen : what the filter knows of it, None without a measurement
+    block : what is asked, at first what was measured last; None of a unit without any block
+    strayed, variance : (n,) mean and variance of W after the last inspection
+    since : (n,) equal wear time of that
     """
 
     unit: FleetMember
     shared: Shared
     factor: Array
     block: int | None
-    seen: Filtered | None
+    strayed: Array
+    variance: Array
+    since: Array
 
     @property
     def now(self) -> float:
@@ -67,52 +69,33 @@ class UnitState:
         return self.unit.now
 
     @property
-    def curve(self) -> RunCurve:
-        """What the block measures, over the cycles of the run; what ends the life without one."""
-        return self.unit.run.limit if self.block is None else self.unit.run.asked[self.block].curve
+    def _limit(self) -> Asked:
+        """What ends the life, as a block asks it of the run."""
+        return Asked(self.unit.run.limit, np.zeros(0, np.intp), np.zeros(0))
+
+    @property
+    def _asked(self) -> Asked:
+        """What the block measures; what ends the life without one."""
+        return self._limit if self.block is None else self.unit.run.asked[self.block]
 
     def _equal(self, cycle: float) -> Array:
         equal = self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0]
         return np.broadcast_to(equal, self.factor.shape)
 
-    @cached_property
-    def _since(self) -> Array:
-        """Equal wear time of the last inspection of the block, (n,)."""
-        since = np.zeros(1) if self.seen is None else np.asarray(self.seen.cycle)[:, 0]
-        return np.broadcast_to(since, self.factor.shape)
+    def _worn(self, curve: RunCurve) -> Array:
+        """Return what W of a quantity is told in, (n,)."""
+        return self.shared.worn(self.unit.run, curve, self.factor)
 
-    def _rate(self, curve: RunCurve) -> Array:
-        """Return the variance of W of a quantity per unit of equal wear time, (n,)."""
-        drift = self.shared.drift(self.unit.run, curve, self.factor[:, None])[:, 0]
-        return np.asarray(drift**2 / self.shared.reference)
-
-    def _strayed(self, curve: RunCurve) -> tuple[Array, Array]:
-        """Return mean and variance of W of a quantity at the last inspection, (n,)."""
-        if self.seen is None:
-            return np.zeros(len(self.factor)), np.zeros(len(self.factor))
-        ratio: Array = np.ones(1)
-        if curve is not self.curve:
-            ratio = np.sqrt(self._rate(curve) / np.maximum(self._rate(self.curve), 1e-300))
-        return ratio * self.seen.mean[:, 0], ratio**2 * self.seen.variance[:, 0]
-
-    def of(self, block: int) -> "UnitState":
-        """Return the state where another block is asked."""
-        if self.seen is None or block == self.block:
-            return replace(self, block=block)
-        mean, variance = (part[:, None] for part in self._strayed(self.unit.run.asked[block].curve))
-        return replace(self, block=block, seen=replace(self.seen, mean=mean, variance=variance))
-
-    def wear(self, cycle: float, curve: RunCurve | None = None) -> tuple[Array, Array]:
+    def wear(self, cycle: float, asked: Asked | None = None) -> tuple[Array, Array]:
         """Return mean and variance of a quantity at a cycle, (n,); of what ends the life by default."""
-        run, own = self.unit.run, self.unit.run.limit if curve is None else curve
-        w, variance = self._strayed(own)
-        left = np.maximum(self._equal(cycle) - self._since, 0.0)
-        mean = own.at(run.start + self._equal(cycle) * self.factor / run.factor)
-        return mean + w, variance + self._rate(own) * left
+        own, at = self._limit if asked is None else asked, np.array([cycle])
+        mean = self.shared.mean(self.unit.run, own.curve, self.factor[:, None], at, own.clock)[:, 0, 0]
+        left, worn = np.maximum(self._equal(cycle) - self.since, 0.0), self._worn(own.curve)
+        return mean + worn * self.strayed, worn**2 * (self.variance + self.shared.rate[:, 0] * left)
 
     def measured(self, cycle: float, count: int = 1) -> tuple[Array, Array]:
         """Return mean and standard deviation of the mean of some values of the block, (n,) [SI]."""
-        mean, variance = self.wear(cycle, self.curve)
+        mean, variance = self.wear(cycle, self._asked)
         if self.block is not None:
             block = self.unit.blocks[self.block]
             column = float(np.median(block.seen.sd)) if len(block.seen) else 0.0
@@ -140,13 +123,12 @@ class UnitState:
 
     @cached_property
     def _passage(self) -> Passage:
-        run, (nodes, heights) = self.unit.run, STATES
-        w, variance = self._strayed(run.limit)
-        w = (w + nodes[:, None] * np.sqrt(variance)).ravel()
+        run, (nodes, heights), worn = self.unit.run, STATES, self._worn(self.unit.run.limit)
+        w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
         weight = np.repeat(heights, len(self.factor))
         factor, rate, since = (
             np.tile(each, len(nodes))
-            for each in (self.factor / run.factor, self._rate(run.limit), self._since)
+            for each in (self.factor / run.factor, worn**2 * self.shared.rate[:, 0], self.since)
         )
         own = run.start + since * factor
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
@@ -183,21 +165,20 @@ def states_of(
     theta, log_factor : (cycles, n, parameters), (cycles, n) draws of what units share and of ln f
     cycles : (cycles,) up to which measurements count
     """
-    asked, n, whole = unit.run.asked, log_factor.shape[1], unit.whole
+    n, whole, none = log_factor.shape[1], unit.whole, np.zeros(log_factor.shape[1])
     lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
-    told = any(len(unit.blocks[k].rows) for k in whole)
-    seen = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True) if told else []
+    told = len(unit.inspections) > 0
+    seen = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True).steps if told else []
     states = []
-    for k, cycle in enumerate(cycles):
-        held, shared, known = unit.up_to(cycle), found.law.shared(theta[k]), None
-        last = {b: float(asked[b].cycle[held.blocks[b].rows].max(initial=-np.inf)) for b in whole}
-        block = max(whole, key=last.__getitem__, default=None)
-        if block is not None and np.isfinite(last[block]):
-            step = seen[block].steps[int(unit.inspected(block, cycle)) - 1]
-            mean, variance = (part[k * n : (k + 1) * n] for part in (step.mean, step.variance))
-            since: Any = shared.equal(unit.run.equal(np.array(last[block])))
-            known = Filtered(np.zeros(1), mean, variance, since)
-        states.append(UnitState(held, shared, np.exp(log_factor[k]), block, known))
+    for k, (cycle, count) in enumerate(zip(cycles, unit.inspected(cycles), strict=True)):
+        before = unit.inspections[:count]
+        shared, state = found.law.shared(theta[k]), (none, none, none)
+        block = next((number for number, _ in reversed(before) if number in whole), next(iter(whole), None))
+        if before:
+            mine, step = slice(k * n, (k + 1) * n), seen[count - 1]
+            since = shared.equal(unit.run.equal(np.array(before[-1][1].cycle)))[:, 0]
+            state = step.mean[mine, 0], step.variance[mine, 0], np.broadcast_to(since, (n,))
+        states.append(UnitState(unit.up_to(cycle), shared, np.exp(log_factor[k]), block, *state))
     return states
 
 
@@ -422,11 +403,11 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
             later = [at for at, *_ in values[new:]]
             states = [blank] * new + (after(found, number, later, rng, FEW, n) if later else [])
             for known, (cycle, value, count) in zip(states, values, strict=True):
-                state = known.of(n)
+                state = replace(known, block=n)
                 row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}
                 row |= {"what": _named(unit, n), "against": ""}
                 row |= {"foreseen": state.value(cycle, P), "check_p": np.nan, "crps": np.nan}
-                if known.block not in (None, n) and known.seen is not None:
+                if known.block not in (None, n) and len(known.unit.cycles):
                     row["against"] = _named(unit, known.block)
                 if np.isfinite(value):
                     row["check_p"] = _two_sided(state, cycle, value, count)

@@ -162,9 +162,7 @@ def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHisto
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
-    # a fleet has one clock a unit, by which its wear strays
     weighed = [n for n, seen in enumerate(study.seen) if seen.data.quantity == "worn_mass" and len(seen)]
-    weighed = [] if study.spec.fleet else weighed
     for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
         clocks = [clock_of(study.record, own, conditions, float(factor)) for factor in factors]
         ends = [clock.equal[-2] - own.start for clock in clocks]

@@ -1,11 +1,12 @@
 """How probable measurements are when their errors are shared or accumulate: a scalar Kalman filter.
 
 The wear strays from the model's by a Wiener process W whose variance grows by ``rate`` a cycle; an inspection
-sees it with one offset of its own and one independent error a value, y = m + W + offset + error. The values
-of one inspection are replaced by their weighted mean, which is sufficient for W. Values below a limit of
-detection come after the others: given what an inspection's values share, u, they are independent, so that
-p(y) = p(those seen) E[Π Φ((limit − m − u)/σ)], one integral over u for each inspection. Afterwards u is
-replaced by the normal law of equal mean and variance, which is exact without a drift.
+sees it with one offset of its own and one independent error a value, y = m + a W + offset + error; a is the
+scale of what is measured, by which quantities of one unit stray together. The values of one inspection are
+replaced by their weighted mean, which is sufficient for W. Values below a limit of detection come after the
+others: given what an inspection's values share, u, they are independent, so that p(y) = p(those seen)
+E[Π Φ((limit − m − u)/σ)], one integral over u for each inspection. Afterwards u is replaced by the normal law
+of equal mean and variance, which is exact without a drift.
 """
 
 from dataclasses import dataclass, field
@@ -26,10 +27,20 @@ PANELS, POINTS, FINEST = 14, 6, 280  # of the integral over u; the last for u th
 
 
 class Inspection(NamedTuple):
-    """The values taken at one time: when [cycles], of each lane where they differ, and which."""
+    """The values taken at one time, of one quantity.
+
+    Parameters
+    ----------
+    cycle : when [cycles], of each lane where they differ
+    values : which
+    offset_variance : of the error that they share
+    scale : of the quantity over W, of each lane where they differ
+    """
 
     cycle: Any
     values: NDArray[np.intp]
+    offset_variance: float = 0.0
+    scale: Any = 1.0
 
 
 class Hidden(NamedTuple):
@@ -37,14 +48,6 @@ class Hidden(NamedTuple):
 
     which: Flags
     room: Array
-
-
-class SharedError(NamedTuple):
-    """What values have in common: variance of an inspection's offset, of W per cycle, and where W is 0."""
-
-    offset_variance: float
-    rate: Array
-    start: float
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,8 @@ def filtered(
     residual: Array,
     variance: Array,
     inspections: list[Inspection],
-    shared_error: SharedError,
+    rate: Array,
+    start: float,
     *,
     hidden: Hidden | None = None,
     steps: bool = False,
@@ -103,20 +107,21 @@ def filtered(
     residual : (…, n) measured minus model; leading dimensions are lanes
     variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
     inspections : in order of time
-    shared_error : what values have in common
+    rate, start : variance of W per cycle, and the cycle at which it is 0
     hidden : values of which only a limit is known
     steps : whether each inspection's innovation is kept
     """
-    offset_variance, rate, last = shared_error
+    last: Any = start
     lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
     total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
     kept: list[Innovation] = []
     for inspection in inspections:
-        before, before_spread = mean, spread + rate * (inspection.cycle - last)
-        last, values = inspection.cycle, inspection.values
+        scale, values = inspection.scale, inspection.values
+        before, before_spread = scale * mean, scale**2 * (spread + rate * (inspection.cycle - last))
+        last = inspection.cycle
         under = values[:0] if hidden is None else values[hidden.which[values]]
         told = values if not len(under) else np.setdiff1d(values, under)
-        whole = before_spread + offset_variance  # of W and the offset together
+        whole = before_spread + inspection.offset_variance  # of W and the offset together
         shared, shared_spread = before, whole
         off, chi, gained = (np.zeros(()) for _ in range(3))
         if len(told):
@@ -134,8 +139,8 @@ def filtered(
         with np.errstate(invalid="ignore"):
             gain = np.where(whole > 0.0, before_spread / whole, 0.0)
         total = total + gained
-        mean = before + gain * (shared - before)
-        spread = before_spread * (1.0 - gain) + gain**2 * shared_spread
+        mean = (before + gain * (shared - before)) / scale
+        spread = (before_spread * (1.0 - gain) + gain**2 * shared_spread) / scale**2
         if steps:
             each = (off, chi, gained, mean, spread)
             kept.append(Innovation(len(told), *(np.broadcast_to(np.asarray(e, float), lanes) for e in each)))
@@ -168,7 +173,7 @@ def with_gain(
     total, g, steps = np.zeros(v.shape[:-1]), np.zeros(v.shape[:-1]), []
     spread = np.full(v.shape[:-1], gain_sd**2)
     until = np.zeros(0, np.intp)
-    for _, values in inspections:
+    for values in (inspection.values for inspection in inspections):
         m, y = np.broadcast_to(model, v.shape)[..., values], value[..., values]
         weight = 1.0 / (v[..., values] + (relative * (1.0 + g[..., None]) * m) ** 2)
         sums = (np.sum(each * weight, axis=-1) for each in (y * y, m * y, m * m))

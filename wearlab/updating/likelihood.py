@@ -21,7 +21,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from wearlab.arrays import Array, Flags
+from wearlab.arrays import Array
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
@@ -31,7 +31,6 @@ from wearlab.updating.kalman import (
     Hidden,
     Innovation,
     Inspection,
-    SharedError,
     filtered,
     gain_after,
     with_gain,
@@ -187,7 +186,8 @@ def inspections_of(block: Block, history: RunHistory, number: int) -> list[Inspe
         return []
     order = np.argsort(inverse, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(inverse, minlength=len(times)))[:-1])
-    return [Inspection(float(t), part.astype(np.intp)) for t, part in zip(times, parts, strict=True)]
+    own, offset = zip(times, parts, strict=True), block.data.error.offset_sd**2
+    return [Inspection(float(t), part.astype(np.intp), offset) for t, part in own]
 
 
 class Lanes(NamedTuple):
@@ -198,33 +198,43 @@ class Lanes(NamedTuple):
     factor : on the wear coefficient [1]
     sd : standard deviation of a value [SI]
     drift : standard deviation of W in `PER` cycles [SI]
-    passed : what of cycles of equal wear from the start has passed by a clock of the lanes [the cycles]
     """
 
     factor: Array
     sd: Array
     drift: Array
-    passed: Callable[[Array], Array] | None = None
 
 
-def modelled(block: Block, run: RunHistory, number: int, factor: Array, passed: Array | None = None) -> Array:
-    """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…).
-
-    Parameters
-    ----------
-    block, run, number : what was measured, the run, the block's place
-    factor : on the wear coefficient
-    passed : cycles of equal wear from the start to each value [those of the run's clock]
-    """
+def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array:
+    """Return what the model says of each value that counts, (…, n), for factors on the coefficient (…)."""
     asked, f = run.asked[number], np.asarray(factor)[..., None]
     cycle, column, since = asked.cycle[block.rows], asked.column[block.rows], block.data.since
-    if passed is not None:
-        return asked.curve.at(run.start + passed * (f / run.factor), column)
     depth = asked.curve.at(run.own_cycle(cycle, f, asked.clock), column)
     if since is None:
         return depth
     first = _previous(cycle, run.begin(number)) if since == PREVIOUS else np.full_like(cycle, float(since))
     return np.asarray(depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column))
+
+
+def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, Hidden | None]:
+    """Return measured minus model, the variance of independent errors, and what is known by a limit alone.
+
+    Parameters
+    ----------
+    block : what was measured
+    model : what is said of each value that counts, (…, n)
+    sd : (…) of a value
+    """
+    seen, rows = block.seen, block.rows
+    own, variance = seen.sd[rows], np.asarray(sd**2)[..., None]
+    variance = variance + own**2 if own.any() else variance
+    relative = block.numerical if block.data.error.gain_sd else block.relative
+    variance = variance + (relative * model) ** 2 if relative else variance
+    which, residual = seen.censored[rows], seen.value[rows] - model
+    if not which.any():
+        return residual, variance, None
+    room = np.where(which, seen.below[rows], 0.0) - model
+    return np.where(which, 0.0, residual), variance, Hidden(which, room)
 
 
 def _previous(cycle: Array, start: float) -> Array:
@@ -241,10 +251,10 @@ def log_likelihood_of_runs(
     ----------
     block, number : what was measured, and its place
     pairs : each run with the lanes that are its own
-    lanes, steps : as for one run, the lanes' shapes of equal length, without a clock
+    lanes, steps : as for one run, the lanes' shapes of equal length
     """
     run = pairs[0][0]
-    first, begin, size = run.asked[number], run.begin(number), max(map(len, lanes[:3]))
+    first, begin, size = run.asked[number], run.begin(number), max(map(len, lanes))
     shared = all(
         (one.asked[number].cycle is first.cycle or np.array_equal(one.asked[number].cycle, first.cycle))
         and one.begin(number) == begin
@@ -258,7 +268,7 @@ def log_likelihood_of_runs(
         return log_likelihood(block, run, number, lanes, steps=steps, model=model)
     parts = []
     for one, mine in pairs:
-        own, sd, drift = (each[mine] if len(each) > 1 else each for each in lanes[:3])
+        own, sd, drift = (each[mine] if len(each) > 1 else each for each in lanes)
         parts.append(log_likelihood(block, one, number, Lanes(own, sd, drift), steps=steps))
     order = np.argsort(np.concatenate([mine for _, mine in pairs]), kind="stable")
 
@@ -291,61 +301,49 @@ def log_likelihood(
     steps : whether each inspection's surprise is kept
     model : what the model says of each value [that of the run]
     """
-    factor, sd, drift, passed = lanes
+    factor, sd, drift = lanes
     rate = drift**2 / PER
     data, rows, asked, start = block.data, block.rows, run.asked[number], run.begin(number)
-    cycle, hidden, offset = asked.cycle[rows], block.seen.censored[rows], data.error.offset_sd
-    last: Any = float(cycle.max(initial=start))
-    shares = bool(np.any(rate > 0.0)) or offset > 0.0
-    if not steps and not shares and passed is None and model is None and condenses(block, asked, sd):
+    cycle = asked.cycle[rows]
+    last = float(cycle.max(initial=start))
+    shares = bool(np.any(rate > 0.0)) or data.error.offset_sd > 0.0
+    if not steps and not shares and model is None and condenses(block, asked, sd):
         zero = np.zeros(np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape))
         total, gain, spread = (part + zero for part in _condensed(block, run, asked, factor, sd))
         return Filtered(total, gain, spread, last)
-    since_start = None if passed is None else passed(run.equal(cycle))
-    model = modelled(block, run, number, factor, since_start) if model is None else model
-    variance, own = np.asarray(sd**2)[..., None], block.seen.sd[rows]
-    variance = variance + own**2 if own.any() else variance
-    unknown_gain = data.error.gain_sd
-    relative = block.numerical if unknown_gain else block.relative
-    variance = variance + (relative * model) ** 2 if relative else variance
-    if passed is not None:
-        start, last = 0.0, passed(run.equal(np.array(last)))
-    elif data.since == PREVIOUS:
+    model = modelled(block, run, number, factor) if model is None else model
+    residual, variance, hidden = compared(block, model, sd)
+    if data.since == PREVIOUS:
         variance = variance + rate[..., None] * (cycle - _previous(cycle, start))
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
-    if unknown_gain:
+    if unknown_gain := data.error.gain_sd:
         at_once = [Inspection(last, np.arange(len(rows)))][: len(rows)]
         times = inspections_of(block, run, number) if steps else at_once
         return with_gain(block.seen.value[rows], model, variance, times, unknown_gain, data.error.relative)
-    residual, below = block.seen.value[rows] - model, np.where(hidden, block.seen.below[rows], 0.0)
     if not steps and not shares:
-        total = _independent(residual, variance, below - model, hidden)
+        total = _independent(residual, variance, hidden)
         zero = np.zeros_like(total)
         return Filtered(total, zero, zero, last)
     times = inspections_of(block, run, number)
-    if passed is not None:
-        times = [Inspection(passed(run.equal(np.array(t.cycle))), t.values) for t in times]
-    room = Hidden(hidden, below - model) if hidden.any() else None
-    residual = np.where(hidden, 0.0, residual)
-    return filtered(residual, variance, times, SharedError(offset**2, rate, start), hidden=room, steps=steps)
+    return filtered(residual, variance, times, rate, start, hidden=hidden, steps=steps)
 
 
-def _independent(residual: Array, variance: Array, room: Array, hidden: Flags) -> Array:
+def _independent(residual: Array, variance: Array, hidden: Hidden | None) -> Array:
     """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
     n = residual.shape[-1]
-    if variance.shape[-1] == 1 and not hidden.any():
+    if variance.shape[-1] == 1 and hidden is None:
         square = np.einsum("...i,...i->...", residual, residual)
         v = variance[..., 0]
         return np.asarray(-0.5 * (square / v + n * (np.log(v) + LOG_TWO_PI)))
     total = np.zeros(np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1]))
     for part in (slice(begin, begin + PIECE) for begin in range(0, n, PIECE)):
-        r, under = residual[..., part], hidden[part]
+        r = residual[..., part]
         v = variance if variance.shape[-1] == 1 else variance[..., part]
-        each = -0.5 * (np.where(under, 0.0, r) ** 2 / v + np.log(v) + LOG_TWO_PI)
-        if under.any():
-            each = np.where(under, log_ndtr(room[..., part] / np.sqrt(v)), each)
+        each = -0.5 * (r**2 / v + np.log(v) + LOG_TWO_PI)
+        if hidden is not None:
+            each = np.where(hidden.which[part], log_ndtr(hidden.room[..., part] / np.sqrt(v)), each)
         total = total + each.sum(axis=-1)
     return total
 

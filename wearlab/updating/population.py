@@ -1,8 +1,9 @@
 """Units of one population: what each tells of the others, integrated over a lattice.
 
 The wear coefficient of unit i is f_i times that of its run, ln f_i ~ N(m, s²); m, s, and the errors θ that
-all units share are unknown. At equal wear time Λ = T (N/T)^b a unit has worn h_i(f_i Λ) + W; W is a Wiener
-process whose standard deviation at T is ρ h_i(f_i T): wear strays by a share of itself. Then
+all units share are unknown. At equal wear time Λ = T (N/T)^b a unit has worn h_i(f_i Λ) + h_i(f_i T) W; W is
+a Wiener process whose standard deviation at T is ρ: wear strays by a share of itself, one for all that is
+measured of a unit, each by the clock of its own wear. Then
 
     p(θ, m, s | y) ∝ p(θ) p(m) p(s) Π_i Z_i,   Z_i = ∫ L_i(u; θ) N(u; m, s²) du,
 
@@ -13,7 +14,7 @@ dimensions, is summed over a lattice in the scores of a normal law fitted to the
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -24,10 +25,10 @@ from scipy.stats import qmc
 
 from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import Distribution
-from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import PER, Block, Lanes, held, log_density, log_likelihood
+from wearlab.updating.kalman import Filtered, Hidden, Inspection, filtered
+from wearlab.updating.likelihood import Block, compared, held, inspections_of, log_density
 from wearlab.updating.posterior import even_weights, peak
-from wearlab.updating.run_curves import RunCurve, RunHistory
+from wearlab.updating.run_curves import Clock, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES, FINER = 65, 2  # of a unit's grid; times as fine as it is integrated
@@ -76,13 +77,15 @@ class FleetMember:
         return float(max(self.cycles, default=self.run.start))
 
     @cached_property
-    def _each(self) -> list[Array]:
-        return [np.unique(self.run.asked[n].cycle[block.rows]) for n, block in enumerate(self.blocks)]
+    def inspections(self) -> list[tuple[int, Inspection]]:
+        """The inspections and the block of each, in order of time; those of one time in order of blocks."""
+        each = [(n, own) for n, block in enumerate(self.blocks) for own in inspections_of(block, self.run, n)]
+        return sorted(each, key=lambda one: one[1].cycle)
 
     @cached_property
     def cycles(self) -> Array:
-        """The inspections, rising [cycles]."""
-        return np.unique(np.concatenate([np.zeros(0), *self._each]))
+        """The times of inspections, rising [cycles]."""
+        return np.unique([own.cycle for _, own in self.inspections])
 
     @property
     def whole(self) -> list[int]:
@@ -91,10 +94,12 @@ class FleetMember:
         curves = [asked.curve is not self.run.limit for asked in self.run.asked]
         return sorted(found, key=lambda n: (not len(self.blocks[n].seen), curves[n]))
 
-    def inspected(self, number: int, cycles: Array) -> Index:
-        """Return how many inspections of a block there had been by cycles."""
-        counts = self.asked is None or number < self.asked
-        return np.searchsorted(self._each[number], cycles, "right" if counts else "left")
+    def inspected(self, cycles: Array) -> Index:
+        """Return how many inspections there had been by cycles."""
+        count = len(self.blocks) if self.asked is None else self.asked
+        before = np.array([(own.cycle, number >= count) for number, own in self.inspections]).reshape(-1, 2)
+        at = cycles[:, None]
+        return np.sum((before[:, 0] < at) | ((before[:, 0] == at) & (before[:, 1] == 0.0)), axis=1)
 
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
@@ -125,21 +130,65 @@ class Shared(NamedTuple):
         power = self.power[..., None] if np.ndim(cycle) else self.power
         return np.asarray(self.reference * (cycle / self.reference) ** power)
 
-    def drift(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
-        """Return the standard deviation of W of a quantity at T."""
-        worn = curve.at(run.start + self.reference * factor / run.factor)
-        return np.asarray(self.straying * worn)
+    @property
+    def rate(self) -> Array:
+        """The variance of W per unit of equal wear time, (p, 1)."""
+        return np.asarray(self.straying**2 / self.reference)
+
+    def worn(self, run: RunHistory, curve: RunCurve, factor: Array) -> Array:
+        """Return what is worn of a quantity at T, of a profile in the mean."""
+        own = run.start + self.reference * factor[..., None] / run.factor
+        return np.maximum(curve.at(own, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100)
+
+    def mean(
+        self,
+        run: RunHistory,
+        curve: RunCurve,
+        factor: Array,
+        cycle: Array,
+        clock: Clock | None,
+        column: Any = 0,
+    ) -> Array:
+        """Return the mean course of a quantity at cycles, (…, n), for factors (…)."""
+        equal = self.equal(run.equal(cycle, clock))
+        return curve.at(run.start + equal * (factor[..., None] / run.factor), column)
 
 
-def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> list[Filtered]:
-    """Return how probable each block of a unit is, and what is known of its W, for lanes (p, nodes)."""
-    run, factor, found = unit.run, np.exp(log_factor), []
-
+def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> Filtered:
+    """Return how probable a unit's measurements are, and what is known of its W, for lanes (p, nodes)."""
+    run, factor = unit.run, np.exp(log_factor)
+    begins, parts = [0], []
     for number, block in enumerate(unit.blocks):
-        drift = shared.drift(run, run.asked[number].curve, factor) * np.sqrt(PER / shared.reference)
-        lanes = Lanes(factor, shared.sd[number], drift, shared.equal)
-        found.append(log_likelihood(block, run, number, lanes, steps=steps))
-    return found
+        asked, rows = run.asked[number], block.rows
+        model = shared.mean(run, asked.curve, factor, asked.cycle[rows], asked.clock, asked.column[rows])
+        parts.append(compared(block, model, shared.sd[number]))
+        begins.append(begins[-1] + len(rows))
+    worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
+    times = [
+        own._replace(cycle=shared.equal(run.equal(own.cycle)), values=own.values + begins[n], scale=worn[n])
+        for n, own in unit.inspections
+    ]
+    residual, variance, hidden = parts[0] if len(parts) == 1 else _side_by_side(parts)
+    return filtered(residual, variance, times, shared.rate, 0.0, hidden=hidden, steps=steps)
+
+
+def _side_by_side(parts: Sequence[tuple[Array, Array, Hidden | None]]) -> tuple[Array, Array, Hidden | None]:
+    """Return residuals, variances and limits of several blocks as those of one."""
+    shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part[:2]))
+
+    def joined(each: Sequence[Array]) -> Array:
+        lanes = [
+            np.broadcast_to(one, (*shape, part[0].shape[-1])) for one, part in zip(each, parts, strict=True)
+        ]
+        return np.concatenate(lanes, axis=-1)
+
+    residuals, variances, limits = zip(*parts, strict=True)
+    hidden = None
+    if any(limit is not None for limit in limits):
+        none = [Hidden(np.zeros(r.shape[-1], bool), np.zeros(1)) for r in residuals]
+        each = [own or empty for own, empty in zip(limits, none, strict=True)]
+        hidden = Hidden(np.concatenate([one.which for one in each]), joined([one.room for one in each]))
+    return joined(residuals), joined(variances), hidden
 
 
 class Law(NamedTuple):
@@ -186,12 +235,9 @@ def _table(
     def log_likelihood(lanes: Shared, u: Array, cycles: Array | None = None) -> Array:
         shape, seen = (len(lanes.straying), u.shape[1]), seen_by(unit, lanes, u, steps=cycles is not None)
         if cycles is None:
-            return np.asarray(sum(np.broadcast_to(s.log_likelihood, shape) for s in seen))
-        total = np.zeros((len(cycles), *shape))
-        for number, each in enumerate(seen):
-            gained = [np.broadcast_to(step.log_likelihood, shape) for step in each.steps]
-            total += np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(number, cycles)]
-        return total
+            return np.broadcast_to(seen.log_likelihood, shape)
+        gained = [np.broadcast_to(step.log_likelihood, shape) for step in seen.steps]
+        return np.asarray(np.cumsum([np.zeros(shape), *gained], axis=0)[unit.inspected(cycles)])
 
     low, high = ends
     middle = shared.middle  # the top moves little with what the units share
