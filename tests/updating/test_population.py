@@ -1,7 +1,10 @@
 """A population of units: liners of engines that were measured, and a sampler that shares no code with it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from made import ErrorModel, blocks, observed
 from scipy import stats
 from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, quantile, simulated, unit
 
@@ -9,6 +12,7 @@ import wearlab
 from wearlab.updating import population as room
 from wearlab.updating.fleet import DRAWS, after, joint, states_now
 from wearlab.updating.population import factors, population
+from wearlab.updating.run_curves import Asked, Clock, RunCurve
 
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 
@@ -91,6 +95,64 @@ def test_five_units_agree_with_emcee():
     found, together = beside_emcee(pytest.importorskip("emcee"))
     assert len(found) == 9 and max(found.values()) < 0.1, found
     assert together < 0.1
+
+
+def mixed():
+    """A unit whose depth, mass and profile were measured; its masses have a clock of their own.
+
+    With it the model's values, what is worn at T of each, equal wear time, and own variance, in closed form.
+    """
+    factor, power, faster = 1.1, 0.9, 1.04
+    cycles = (np.array([1e4, 3e4, 4e4]), np.array([1e4, 2e4]), np.repeat([1.5e4, 3e4], 2))
+    values = (
+        np.array([1.1e-3, 3.6e-3, 4.9e-3]),
+        np.array([0.028, 0.049]),
+        np.array([1.5, 3.2, 3.1, 6.4]) * 1e-3,
+    )
+    errors = (ErrorModel(5e-5), ErrorModel(1e-3, offset_sd=2e-3), ErrorModel(8e-5))
+    column, ends = [np.zeros(3, int), np.zeros(2, int), np.array([0, 1, 0, 1])], np.array([0.0, 1e5])
+    # slope and bend of each column
+    bends = [
+        np.array([[RATE, 2.5e-6]]),
+        np.array([[3e-6, -1.25e-6]]),
+        np.array([[RATE, 0.0], [2 * RATE, 0.0]]),
+    ]
+    asked, model, worn, equal, own = [], [], [], [], []
+    for n, (slope, bend) in enumerate(each.T for each in bends):
+        run = RunCurve(
+            ends,
+            slope * ends[:, None] * (1.0 + bend * ends[:, None]),
+            slope * (1.0 + 2.0 * bend * ends[:, None]),
+        )
+        clock = Clock(ends, faster * ends) if n == 1 else None
+        asked.append(Asked(run, column[n], cycles[n], clock))
+        x = factor * 1.5e4 * ((faster if clock else 1.0) * cycles[n] / 1.5e4) ** power
+        s, c = slope[column[n]], bend[column[n]]
+        model.append(s * x * (1.0 + c * x))
+        worn.append(np.full(len(x), np.mean(slope * factor * 1.5e4 * (1.0 + bend * factor * 1.5e4))))
+        equal.append(1.5e4 * (cycles[n] / 1.5e4) ** power)
+        own.append(np.full(len(x), errors[n].sd ** 2 + errors[n].offset_sd ** 2))
+    one = unit("a", cycles[0], values[0])
+    seen = tuple(observed(*each) for each in zip(cycles, values, errors, strict=True))
+    one = replace(one, run=replace(one.run, asked=tuple(asked)), blocks=blocks(seen))
+    return one, *map(np.concatenate, (values, model, worn, equal, own))
+
+
+def test_what_is_measured_of_a_unit_strays_together():
+    """Against one normal law of all values: every file strayed by itself before."""
+    one, value, model, worn, equal, own = mixed()
+    rate, lane = 0.2**2 / 1.5e4, np.ones((1, 1))
+    shared = room.Shared(0.9 * lane, 0.2 * lane, (5e-5 * lane, 1e-3 * lane, 8e-5 * lane), 1.5e4)
+    seen = room.seen_by(one, shared, np.log([[1.1]]), steps=True)
+    cov = rate * np.minimum(equal[:, None], equal) * worn[:, None] * worn + np.diag(own)
+    exact = stats.multivariate_normal(model, cov).logpdf(value)
+    assert seen.log_likelihood[0, 0] == pytest.approx(exact, abs=1e-9)
+    gain = np.linalg.solve(cov, rate * equal * worn)
+    assert seen.mean[0, 0] == pytest.approx(gain @ (value - model))
+    assert seen.variance[0, 0] == pytest.approx(rate * (equal.max() - gain @ (equal * worn)))
+    times = [(number, each.cycle) for number, each in one.inspections]
+    assert times == [(0, 1e4), (1, 1e4), (2, 1.5e4), (1, 2e4), (0, 3e4), (2, 3e4), (0, 4e4)]
+    assert replace(one, asked=1).inspected(np.array([1e4, 2e4, 3e4])).tolist() == [1, 3, 5]
 
 
 def test_a_finer_lattice_changes_nothing(monkeypatch):

@@ -76,6 +76,19 @@ def test_a_record_gives_the_life_that_stages_have(staged, tmp_path):
     assert any("wear" in line for line in text_of(tree))
 
 
+def test_a_unit_of_a_fleet_has_the_record_and_the_clocks_of_a_lone_one(staged, tmp_path):
+    hours = staged.operating_hours.values / 3600.0
+    mass = 1e6 * staged.worn_mass.isel(member=0).values
+    weighed = [
+        f"A,{h},{float(np.interp(ran, hours, mass))!r}\n" for h, ran in ((200, 200), (500, 450), (600, 550))
+    ]
+    text = RECORDED.replace("5 mg", "0.5 mg").replace(", value =", ', unit = "box", value =')
+    made = campaign(tmp_path, [(100, 1.0)], text=text + "[update.population]\nstraying = 0.01\n")
+    (tmp_path / "weighings.csv").write_text("box,hours,loss\n" + "".join(weighed))
+    tree = update(made, wl.Store(tmp_path / "store"), progress=False)
+    assert float(tree["predictions"]["factor_quantile"][0, 2]) == pytest.approx(1.3, rel=0.005)
+
+
 def block(folder, text, **columns):
     (folder / "record.csv").write_text(text)
     units = {"torque": "N*m", "speed": "rpm"} | ({"hours": "h"} if "hours" in columns else {})
@@ -156,7 +169,8 @@ def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_c
     assert record.excess(a_year) is None
 
 
-def test_masses_are_mixed_at_equal_mass():
+@pytest.mark.parametrize("fleet", [None, "a unit of one"])
+def test_masses_are_mixed_at_equal_mass(fleet):
     """Were mixed at equal depth, at which a harder load has worn less: k came out 2 % off."""
     cycles = np.array([1e5, 2e5])
     seen = (observed(cycles, 1.05 * RATE * cycles, ErrorModel(1e-5)),)
@@ -165,6 +179,7 @@ def test_masses_are_mixed_at_equal_mass():
     )
     record = OperatingRecord(np.array([0.0, 2e5]), np.ones(1), np.ones(1), None, False, "")
     asked = replace(study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen), record=record)
+    asked = replace(asked, spec=asked.spec.model_copy(update={"fleet": fleet}))
     found = _clocked(asked, own, [replace(deep, asked=heavy.asked)])
     assert found.equal(cycles) == pytest.approx(1.1 * cycles)
     assert found.equal(cycles, found.asked[0].clock) == pytest.approx(1.05 * cycles)
