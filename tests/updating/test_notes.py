@@ -23,7 +23,16 @@ def notes(values, prior=WIDE, cycles=CYCLES, more=()):
         ([], {"cycles": np.zeros(0)}, "nothing was measured"),
         (RATE * CYCLES * [1.0, 1.0, -1.0], {}, "negative by more than its error"),
         (RATE * CYCLES * [1.0, 1.0, 0.3], {}, "less than before"),
-        (RATE * CYCLES, {"prior": {"uniform": [0.01, 0.02]}}, "the prior hardly allows these data"),
+        (
+            RATE * CYCLES,
+            {"prior": {"uniform": [0.01, 0.02]}},
+            "the prior hardly allows these data (prior predictive p at most 0.005",
+        ),
+        (
+            RATE * CYCLES[[0, 1, 1]],
+            {"cycles": CYCLES[[0, 1, 1]]},
+            "line 4 repeats another line, time and worn_mass",
+        ),
         (RATE * CYCLES * 30, {"cycles": CYCLES * 30}, "lies beyond the stored runs"),
         (RATE * CYCLES * 10, {}, "the end of life has passed with a probability of 100 %"),
         (

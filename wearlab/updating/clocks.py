@@ -22,6 +22,7 @@ WIDE = 4.0  # standard deviations of ln r that are looked at first
 EARLIEST = 1e-3  # of the cycles inspected at which running-in may be over
 ROUNDS, DEPTH = 6, 12.0  # of narrowing ln r; of ln of the weight below its top that counts
 ENDS = (0.05, 0.5, 0.95)
+WITHIN = 30  # cycles that a point of the grid is spread over when their interval is told
 SWEEPS = 25  # through bins, whose order is not known
 
 Judge = Callable[[tuple[RunHistory, ...]], Posterior]
@@ -65,14 +66,17 @@ def clock_of(
     return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
 
 
-def stepped(run: RunHistory, at: float, ratio: float) -> RunHistory:
-    """Return a run with k ``ratio`` times what it is until a cycle, and as it is from then on."""
+def stepped(run: RunHistory, at: float, ratio: float, width: float = 0.0) -> RunHistory:
+    """Return a run with k ``ratio`` times what it is until a cycle, and as it is from then on.
+
+    ``width`` is that of the cycles which this one stands for.
+    """
     ends = np.array([run.start, run.end])
     own = Clock(ends, ends) if run.clock is None else run.clock
     knots = np.unique(np.append(own.cycle, [at, max(at, float(own.cycle[-1])) + run.end]))
     equal, until = run.equal(knots), float(run.equal(np.array(at)))
     passed = ratio * np.minimum(equal, until) + np.maximum(equal - until, 0.0)
-    return replace(run, clock=Clock(knots, run.start + passed, own.off), change=(at, 1.0 / ratio))
+    return replace(run, clock=Clock(knots, run.start + passed, own.off), change=(at, 1.0 / ratio, width))
 
 
 def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory, ...], Array]:
@@ -94,7 +98,9 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory
     early = kind == "running-in"
     if early:
         at = run.start + (cycles[-1] - run.start) * np.geomspace(EARLIEST, 1.0, TIMES + 2)[1:-1]
+        width = 2.0 * np.sinh(-0.5 * np.log(EARLIEST) / (TIMES + 1)) * (at - run.start)
     else:
+        width = np.repeat(np.diff(cycles) / IN_GAP, IN_GAP)
         at = (cycles[:-1, None] + np.diff(cycles)[:, None] * (np.arange(IN_GAP) + 0.5) / IN_GAP).ravel()
     n, least = len(at), 0.0 if early else -WIDE
     low, high, moved = np.full(n, least), np.full(n, WIDE), np.arange(n)
@@ -119,7 +125,7 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory
     scale = (2.0 if early else 1.0) / np.sqrt(2.0 * np.pi) / n
     before = np.log(0.5 * scale * step[:, None]) - 0.5 * grid**2
     kept = np.argwhere(before + evidence > (before + evidence).max() - DEPTH)
-    runs = (run, *(stepped(run, float(at[t]), float(np.exp(grid[t, r]))) for t, r in kept))
+    runs = (run, *(stepped(run, float(at[t]), float(np.exp(grid[t, r])), float(width[t])) for t, r in kept))
     return runs, -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
 
 
@@ -130,9 +136,11 @@ def facts_of(post: Posterior) -> dict[str, float]:
         return {}
     relative = post.log_evidence - post.log_proposal
     gain = float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))
-    at, ratio = np.array([run.change for run in post.histories if run.change is not None]).T
+    at, ratio, width = np.array([run.change for run in post.histories if run.change is not None]).T
     found = {"log_evidence_of_change": gain}
-    for name, values in (("change_cycle", at), ("change_ratio", ratio)):
-        for p, value in zip((5, 50, 95), weighted_quantiles(values, post.weight[changed], ENDS), strict=True):
+    inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)
+    for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
+        weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
+        for p, value in zip((5, 50, 95), weighted_quantiles(values.ravel(), weight, ENDS), strict=True):
             found[f"{name}_{p}"] = float(value)
     return found

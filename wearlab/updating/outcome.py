@@ -224,6 +224,7 @@ def _notes(
         "widened": _widens(answer, runs),
         "endless": np.isinf(runs[0].limit_cycle),
         "scene": study.scene,
+        "draws": study.spec.draws,
         "resolved": answer.posterior.resolved,
         "oddities": [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])],
         "hours": study.record and study.record.excess(a_year),
@@ -247,12 +248,17 @@ def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> Iter
 
 
 def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
-    """Yield what is odd about the values of a block: there are none, or below nothing, or falling."""
+    """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
     seen, data, error = block.seen, block.data, block.data.error
     if not len(seen):
         yield {"what": "empty", "data": data}
         return
-    value = np.where(seen.censored, 0.0, seen.value)
+    value, asked = np.where(seen.censored, 0.0, seen.value), run.asked[number]
+    whole = np.column_stack([asked.cycle, asked.column, np.where(seen.censored, -seen.below, value)])
+    order = np.lexsort(whole.T)
+    again = np.sort(order[1:][np.all(whole[order[1:]] == whole[order[:-1]], axis=1)])
+    if len(again):
+        yield {"what": "copied", "data": data, "line": seen.row[again[0]], "count": len(again)}
     parts = np.broadcast_arrays(block.sd.known, seen.sd, error.offset_sd, error.relative * value)
     own = np.linalg.norm(parts, axis=0)
     far = norm.isf(FALSE_ALARM / len(seen))  # standard errors beyond which one of so many values is odd
@@ -262,7 +268,7 @@ def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, A
     if len(negative):
         yield {"what": "negative", "data": data, "line": seen.row[negative[0]]}
     if seen.place_kind is None and data.since is None and not seen.censored.any():
-        order = np.argsort(run.asked[number].cycle, kind="stable")
+        order = np.argsort(asked.cycle, kind="stable")
         falls = np.flatnonzero(np.diff(value[order]) < -far * np.hypot(own[order][1:], own[order][:-1]))
         if len(falls):
             yield {"what": "falls", "data": data, "line": seen.row[order[falls[0] + 1]]}

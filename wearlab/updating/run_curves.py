@@ -222,7 +222,8 @@ class RunHistory:
     numerical : relative error of the depth anywhere along the flanks, as the run estimates it
     numerical_whole : of the largest depth and of masses, where the run tells the error of its life
     clock : where coefficient or load change in time: cycles of equal wear
-    change : at which cycle the coefficient changed, and the ratio of that after it to that before
+    change : at which cycle the coefficient changed, the ratio of that after it to that before, and the width
+        of the cycles that this one stands for
     """
 
     id: str
@@ -239,7 +240,7 @@ class RunHistory:
     numerical: float
     numerical_whole: float
     clock: Clock | None = None
-    change: tuple[float, float] | None = None
+    change: tuple[float, float, float] | None = None
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
