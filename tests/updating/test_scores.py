@@ -5,8 +5,11 @@ import pytest
 from made import LIMIT, RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 from scipy.integrate import quad
+from units import law, unit
 
+from wearlab.updating.fleet import joint, states_now
 from wearlab.updating.outcome import answered
+from wearlab.updating.population import population
 from wearlab.updating.scores import EVEN, crps, interval_score, replayed, scored, scores_of
 from wearlab.updating.twins import calibrated
 
@@ -27,6 +30,24 @@ def test_the_interval_score_is_proper():
     means = [interval_score(-z, z, draws).mean() for z in (1.2, law.ppf(0.95), 2.2)]
     assert means[1] == min(means)
     assert interval_score(0.0, 1.0, np.array([1.5]))[0] == pytest.approx(1.0 + 20.0 * 0.5)
+
+
+@pytest.mark.slow
+def test_scores_are_those_of_a_library():
+    """scoringrules compiles for three seconds when it is imported: an update cannot wait for it."""
+    library = pytest.importorskip("scoringrules")
+    rng = np.random.default_rng(1)
+    quantile, truth = np.sort(rng.standard_normal((20, len(EVEN))), axis=1), 2.0 * rng.standard_normal(20)
+    mine = np.array([scores_of(q, y) for q, y in zip(quantile, truth, strict=True)])
+    assert mine[:, 0] == pytest.approx(library.crps_quantile(truth, quantile, EVEN))
+    low, high = np.array([np.interp([0.05, 0.95], EVEN, q) for q in quantile]).T
+    assert mine[:, 1] == pytest.approx(library.interval_score(truth, low, high, 0.1))
+    one = unit("a", [1e4], [1.3e-3])
+    states = states_now(found := population([one], law(), 0), *joint(found, 400, rng))
+    mean, sd = states[0].measured(2e4)
+    draws = mean + sd * np.random.default_rng(2).standard_normal(len(mean))
+    theirs = float(library.crps_ensemble(2e-3, draws))
+    assert states[0].crps(2e4, 2e-3, np.random.default_rng(2)) == pytest.approx(theirs)
 
 
 def made(seed):
