@@ -71,7 +71,7 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
         When a block is empty or malformed, two names clash, or the product is beyond `MOST_CASES`.
     """
     if not is_list_of(blocks, dict):
-        raise CampaignError([f"sweep: {shown(blocks)} is no list of tables: write [[sweep]]"])
+        raise CampaignError(f"sweep: {shown(blocks)} is no list of tables: write [[sweep]]")
     axes: list[Axis] = []
     swept: dict[str, str] = {}
     for number, block in enumerate(blocks):
@@ -81,13 +81,13 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
         for key in axis.written:
             for other in swept:
                 if overlap(key, other):
-                    raise CampaignError([f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already"])
+                    raise CampaignError(f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already")
             swept[key] = f"sweep[{number}]"
         axes.append(axis)
     count = math.prod(len(axis.values) for axis in axes)
     if count > MOST_CASES:
         listed = " × ".join(f"{axis.name} {len(axis.values)}" for axis in axes)
-        raise CampaignError([f"sweep: {listed} = {too_many(count)}"])
+        raise CampaignError(f"sweep: {listed} = {too_many(count)}")
     return tuple(axes)
 
 
@@ -106,10 +106,10 @@ def overlap(key: str, other: str) -> bool:
 
 def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     if "exclude" in block:
-        raise CampaignError([f"{where}.exclude: write it at the top of the file, before its first table"])
+        raise CampaignError(f"{where}.exclude: write it at the top of the file, before its first table")
     keys = swept_keys({key: value for key, value in block.items() if key not in OWN_WORDS})
     if not keys:
-        raise CampaignError([f'{where}: an empty sweep: give a dotted key a list, such as "operation.speed"'])
+        raise CampaignError(f'{where}: an empty sweep: give a dotted key a list, such as "operation.speed"')
     if "sample" in block:
         written = _sampled(block["sample"], keys, where)
     else:
@@ -117,7 +117,7 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     lengths = {key: len(values) for key, values in written.items()}
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-        raise CampaignError([f"{where}: keys of one block advance together, but {listed} values"])
+        raise CampaignError(f"{where}: keys of one block advance together, but {listed} values")
     first = next(iter(written))
     if "sample" in block:
         return _drawn(block, written, where, taken)
@@ -128,7 +128,7 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
     else:
         along = _coordinate(written[first], first, where)
     if len(set(along.values)) < len(along.values):
-        raise CampaignError([f"{where}.{first}: a value stands twice in {shown(list(along.values))}"])
+        raise CampaignError(f"{where}.{first}: a value stands twice in {shown(list(along.values))}")
     return Axis(name, along.values, along.units, first, _others(written, name, taken, where), written)
 
 
@@ -162,7 +162,7 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[A
     if not drawn:
         first, value = next(iter(keys.items()))
         known = ", ".join(DISTRIBUTIONS)
-        raise CampaignError([f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from"])
+        raise CampaignError(f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from")
     values = draw(_bounded(sample, len(drawn), where), drawn, where)
     return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
 
@@ -170,7 +170,7 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[A
 def _bounded(given: Any, width: int, where: str) -> Sample:
     sample = read_sample(given, where, MOST_CASES)
     if sample.method == INDICES and (count := sample.n * (width + 2)) > MOST_CASES:
-        raise CampaignError([f"{where}.sample.n: {sample.n} pairs of points are {too_many(count)}"])
+        raise CampaignError(f"{where}.sample.n: {sample.n} pairs of points are {too_many(count)}")
     return sample
 
 
@@ -178,9 +178,9 @@ def _values(value: Any, where: str) -> tuple[Any, ...]:
     if isinstance(value, dict):
         return _generated(value, where)
     if not isinstance(value, list):
-        raise CampaignError([f"{where}: {shown(value)} is no list of values"])
+        raise CampaignError(f"{where}: {shown(value)} is no list of values")
     if not value:
-        raise CampaignError([f"{where}: an empty sweep, [] has no values"])
+        raise CampaignError(f"{where}: an empty sweep, [] has no values")
     return tuple(value)
 
 
@@ -188,11 +188,11 @@ def _generated(value: dict[str, Any], where: str) -> tuple[Any, ...]:
     for word in DISTRIBUTIONS:
         if word in value:
             remedy = 'add sample = {method = "sobol", n = …, seed = …} to the block'
-            raise CampaignError([f"{where}.{word}: a distribution is drawn from: {remedy}"])
+            raise CampaignError(f"{where}.{word}: a distribution is drawn from: {remedy}")
     generator = next(word for word in GENERATORS if word in value)
     extra = [key for key in value if key not in (generator, "unit")]
     if extra or (generator == "integers" and "unit" in value):
-        raise CampaignError([f"{where}: {(extra or ['unit'])[0]!r} does not belong to {{{generator} = …}}"])
+        raise CampaignError(f"{where}: {(extra or ['unit'])[0]!r} does not belong to {{{generator} = …}}")
     numbers = _numbers(generator, value[generator], where)
     unit = value.get("unit")
     return numbers if unit is None else tuple(f"{number!r} {unit}" for number in numbers)
@@ -206,21 +206,21 @@ def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
     )
     if not plain or len(given) != count or not all(math.isfinite(x) for x in given):
         shape = "[first, last]" if count == 2 else "[first, last, how many]"
-        raise CampaignError([f"{where}.{generator}: {shown(given)} is not {shape}"])
+        raise CampaignError(f"{where}.{generator}: {shown(given)} is not {shape}")
     low, high = given[:2]
     if generator == "integers":
         if low != int(low) or high != int(high) or high < low:
-            raise CampaignError([f"{where}.integers: {shown(given)} is not [first, last] in whole numbers"])
+            raise CampaignError(f"{where}.integers: {shown(given)} is not [first, last] in whole numbers")
         if high - low >= MOST_CASES:
-            raise CampaignError([f"{where}.integers: {too_many(int(high - low) + 1)}"])
+            raise CampaignError(f"{where}.integers: {too_many(int(high - low) + 1)}")
         return tuple(range(int(low), int(high) + 1))
     n = given[2]
     if n != int(n) or n < 1 or (n == 1 and low != high):
-        raise CampaignError([f"{where}.{generator}: {n!r} values from {low!r} to {high!r} do not exist"])
+        raise CampaignError(f"{where}.{generator}: {n!r} values from {low!r} to {high!r} do not exist")
     if n > MOST_CASES:
-        raise CampaignError([f"{where}.{generator}: {too_many(int(n))}"])
+        raise CampaignError(f"{where}.{generator}: {too_many(int(n))}")
     if generator == "logspace" and (low <= 0 or high <= 0):
-        raise CampaignError([f"{where}.logspace: both ends of {shown(given)} must be greater than 0"])
+        raise CampaignError(f"{where}.logspace: both ends of {shown(given)} must be greater than 0")
     shares = [i / (n - 1) if n > 1 else 0.0 for i in range(int(n))]
     spaced = [low + (high - low) * x if generator == "linspace" else low * (high / low) ** x for x in shares]
     return tuple(float(f"{x:.{DIGITS}g}") for x in spaced)
@@ -234,28 +234,28 @@ def _coordinate(written: tuple[Any, ...], key: str, where: str) -> Coordinate:
         try:
             values = tuple(float(x) if u == unit else convert(float(x), u, unit) for x, u in parts)
         except UnitError as error:
-            raise CampaignError([f"{where}.{key}: values of one axis need one unit: {error}"]) from None
+            raise CampaignError(f"{where}.{key}: values of one axis need one unit: {error}") from None
         return Coordinate(values, unit, key)
     kinds = {
         bool if isinstance(v, bool) else float if isinstance(v, int | float) else type(v) for v in written
     }
     if kinds - {str, bool, float}:
-        raise CampaignError([f"{where}.{key}: values that are tables or lists need names: labels = [...]"])
+        raise CampaignError(f"{where}.{key}: values that are tables or lists need names: labels = [...]")
     if len(kinds) > 1:
-        raise CampaignError([f"{where}.{key}: {shown(list(written))} mixes texts, numbers and true or false"])
+        raise CampaignError(f"{where}.{key}: {shown(list(written))} mixes texts, numbers and true or false")
     if any(isinstance(value, float) and not math.isfinite(value) for value in written):
-        raise CampaignError([f"{where}.{key}: {shown(list(written))} has a number that is not finite"])
+        raise CampaignError(f"{where}.{key}: {shown(list(written))} has a number that is not finite")
     return Coordinate(written, None, key)
 
 
 def _name(given: Any, key: str, where: str, taken: set[str]) -> str:
     name = key.rpartition(".")[2] if given is None else given
     if not isinstance(name, str) or not name.isidentifier():
-        raise CampaignError([f"{where}.name: {shown(name)} is no name: letters, digits and _ only"])
+        raise CampaignError(f"{where}.name: {shown(name)} is no name: letters, digits and _ only")
     if name in taken or name in RESERVED:
         owner = "another axis" if name in taken else "a dimension or variable of the dataset"
         raise CampaignError(
-            [f"{where}: the name {name!r} of the axis is that of {owner}: give the block another name"]
+            f"{where}: the name {name!r} of the axis is that of {owner}: give the block another name"
         )
     return name
 
@@ -268,9 +268,7 @@ def _labels(given: Any, count: int, where: str) -> tuple[str, ...] | None:
         or not all(isinstance(label, str) for label in given)
         or len(given) != count
     ):
-        raise CampaignError(
-            [f"{where}.labels: {shown(given)} is no list of {count} texts, one for each value"]
-        )
+        raise CampaignError(f"{where}.labels: {shown(given)} is no list of {count} texts, one for each value")
     return tuple(given)
 
 
@@ -287,7 +285,7 @@ def _others(
         used = taken | RESERVED | set(named) | {name}
         free = next((known_name for known_name in names if known_name not in used), None)
         if free is None:
-            raise CampaignError([f"{where}.{key}: no free name for this coordinate"])
+            raise CampaignError(f"{where}.{key}: no free name for this coordinate")
         if all(isinstance(value, str | bool | int | float) for value in written[key]):
             named[free] = _coordinate(written[key], key, where)
     return named

@@ -73,7 +73,7 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
     if given is None:
         return None
     if not isinstance(given, dict):
-        raise CampaignError([f"{where}: {shown(given)} is no table: write [expect]"])
+        raise CampaignError(f"{where}: {shown(given)} is no table: write [expect]")
     problems: list[str] = []
     verdict, reason = given.get("verdict"), given.get("end_reason")
     if verdict is not None and verdict not in VERDICTS:
@@ -260,9 +260,7 @@ def read_conditions(given: Any) -> tuple[str, ...]:
     """Return the conditions of ``exclude``, one text or a list of them."""
     texts = [given] if isinstance(given, str) else given
     if not isinstance(texts, list) or not all(isinstance(text, str) and text.strip() for text in texts):
-        raise CampaignError(
-            [f"exclude: {problems.shown(given)} is no condition, such as 'speed_ratio > 1.2'"]
-        )
+        raise CampaignError(f"exclude: {problems.shown(given)} is no condition, such as 'speed_ratio > 1.2'")
     return tuple(texts)
 
 
@@ -290,7 +288,7 @@ def without_excluded(
         else:
             excluded.append(Excluded(case.label, case.position, met))
     if not kept:
-        raise CampaignError([f"exclude: every one of {len(cases)} cases is excluded"])
+        raise CampaignError(f"exclude: every one of {len(cases)} cases is excluded")
     return tuple(kept), tuple(excluded)
 
 
@@ -303,5 +301,5 @@ def _bound(conditions: Sequence[str], values: Sequence[dict[str, Any]]) -> list[
             bound.append(read_condition(text, vocabulary))
         except QueryError as error:
             where = f"at character {error.position + 1} of {error.text!r}"
-            raise CampaignError([f"exclude[{number}]: {error.reason} ({where})"]) from None
+            raise CampaignError(f"exclude[{number}]: {error.reason} ({where})") from None
     return bound

@@ -32,7 +32,7 @@ def named_start(table: merge.Table, read: Reader) -> merge.Table:
     if not isinstance(start, dict) or "campaign" not in start:
         return table
     if "run" in start:
-        raise CampaignError(["start: give one of 'run' and 'campaign', not both"])
+        raise CampaignError("start: give one of 'run' and 'campaign', not both")
     case = _selected(_campaign(start["campaign"], read), start.get("select", {}))
     kept = {key: value for key, value in start.items() if key not in ("campaign", "select")}
     return {**table, "start": {**kept, "run": case.id}}
@@ -40,11 +40,11 @@ def named_start(table: merge.Table, read: Reader) -> merge.Table:
 
 def _campaign(given: Any, read: Reader) -> campaign.Campaign:
     if not isinstance(given, str):
-        raise CampaignError([f"start.campaign: {shown(given)} is no campaign file"])
+        raise CampaignError(f"start.campaign: {shown(given)} is no campaign file")
     file = Path(given).expanduser().resolve()
     if file in _in_progress or len(_in_progress) > DEEPEST:
         circle = " → ".join(path.name for path in (*_in_progress, file))
-        raise CampaignError([f"start.campaign: campaigns continue each other in a circle: {circle}"])
+        raise CampaignError(f"start.campaign: campaigns continue each other in a circle: {circle}")
     _in_progress.append(file)
     try:
         return read(file)
@@ -54,13 +54,13 @@ def _campaign(given: Any, read: Reader) -> campaign.Campaign:
 
 def _selected(campaign: campaign.Campaign, select: Any) -> case.Case:
     if not isinstance(select, dict):
-        raise CampaignError([f"start.select: {shown(select)} is no table of axis = value"])
+        raise CampaignError(f"start.select: {shown(select)} is no table of axis = value")
     axes = {axis.name: axis for axis in campaign.axes}
     valid = [*axes, "case"]
     for key in select:
         if key not in valid:
             raise CampaignError(
-                [f"start.select.{key}: no axis of {campaign.title!r}; there are {', '.join(valid)}"]
+                f"start.select.{key}: no axis of {campaign.title!r}; there are {', '.join(valid)}"
             )
     wanted = {key: _index(axes[key], value) for key, value in select.items() if key != "case"}
     label = select.get("case", campaign.cases[0].label)
@@ -71,9 +71,9 @@ def _selected(campaign: campaign.Campaign, select: Any) -> case.Case:
     }
     if len(selected) != 1:
         raise CampaignError(
-            [f"start.select: {shown(select)} means {len(selected)} runs of {campaign.title!r}; name one: "
-             f"{', '.join(valid)}"]
-        )  # fmt: skip
+            f"start.select: {shown(select)} means {len(selected)} runs of {campaign.title!r}; name one: "
+            f"{', '.join(valid)}"
+        )
     return next(iter(selected.values()))
 
 
@@ -86,7 +86,7 @@ def _index(axis: Axis, wanted: Any) -> int:
             f"{value:.12g}" if isinstance(value, float) else str(value) for value in axis.values
         )
         raise CampaignError(
-            [f"start.select.{axis.name}: {shown(wanted)} is not on the axis; there are {listed}{units}"]
+            f"start.select.{axis.name}: {shown(wanted)} is not on the axis; there are {listed}{units}"
         )
     return index
 
@@ -115,13 +115,13 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
         When a block is malformed, a label is missing or stands twice, or a swept case sets what is swept.
     """
     if not is_list_of(blocks, dict):
-        raise CampaignError([f"case: {shown(blocks)} is no list of tables: write [[case]]"])
+        raise CampaignError(f"case: {shown(blocks)} is no list of tables: write [[case]]")
     differences = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
     labels = [case.BASE, *(difference.label for difference in differences)]
     for number, label in enumerate(labels[1:]):
         if label in labels[: number + 1]:
             taken = "is the file without its [[case]] blocks" if label == case.BASE else "stands twice"
-            raise CampaignError([f"case[{number}].label: {label!r} {taken}: choose another"])
+            raise CampaignError(f"case[{number}].label: {label!r} {taken}: choose another")
     for number, difference in enumerate(differences):
         swept = (
             [key for axis in axes for key in axis.written if _sets(difference.own, key)]
@@ -129,19 +129,19 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
             else []
         )
         if swept:
-            raise CampaignError([f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true"])
+            raise CampaignError(f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true")
     return differences
 
 
 def _difference(block: dict[str, Any], where: str) -> Difference:
     label, drop, sweep = block.get("label"), block.get("drop", []), block.get("sweep", False)
     if not isinstance(label, str) or not label:
-        raise CampaignError([f"{where}.label: required: a name for the case, such as 'static'"])
+        raise CampaignError(f"{where}.label: required: a name for the case, such as 'static'")
     drop = [drop] if isinstance(drop, str) else drop
     if not is_list_of(drop, str):
-        raise CampaignError([f"{where}.drop: {shown(drop)} is no list of sections or dotted keys"])
+        raise CampaignError(f"{where}.drop: {shown(drop)} is no list of sections or dotted keys")
     if not isinstance(sweep, bool):
-        raise CampaignError([f"{where}.sweep: {shown(sweep)} is neither true nor false"])
+        raise CampaignError(f"{where}.sweep: {shown(sweep)} is neither true nor false")
     own: merge.Table = {}
     for key, value in block.items():
         if key not in OWN_WORDS:
@@ -153,7 +153,7 @@ def _section(key: str, value: Any, where: str) -> merge.Table:
     section = key.partition(".")[0]
     valid = [*Scene.model_fields, EXPECT, *OWN_WORDS]
     if section not in (*Scene.model_fields, EXPECT):
-        raise CampaignError([f"{where}.{key}: {unknown_key(section, valid)}"])
+        raise CampaignError(f"{where}.{key}: {unknown_key(section, valid)}")
     return merge.nested(key, value)
 
 
@@ -179,7 +179,7 @@ def expand(
     """
     swept = sum(difference.sweep for difference in differences) + 1
     if (count := swept * prod(len(axis.values) for axis in axes)) > MOST_CASES:
-        raise CampaignError([f"sweep: {swept} swept cases make {too_many(count)}"])
+        raise CampaignError(f"sweep: {swept} swept cases make {too_many(count)}")
     if count > MANY:
         _look_at_the_far_end(table, axes)
     cases: list[case.Case] = []
@@ -221,7 +221,7 @@ def _scenes(
             try:
                 reduced = merge.without(reduced, key)
             except merge.DropError as error:
-                raise CampaignError([f"case[{number}].drop: {error}"]) from None
+                raise CampaignError(f"case[{number}].drop: {error}") from None
         changed = merge.merge(reduced, difference.own)
         if (expected := case.merged(reduced.get(EXPECT), difference.own.get(EXPECT))) is not None:
             changed[EXPECT] = expected

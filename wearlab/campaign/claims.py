@@ -92,7 +92,7 @@ def read_claims(blocks: Any) -> tuple[ClaimSpec, ...]:
     CampaignError : one is malformed, its formula cannot be read, or its name stands twice
     """
     if not is_list_of(blocks, dict):
-        raise CampaignError([f"claim: {shown(blocks)} is no list of tables: write [[claim]]"])
+        raise CampaignError(f"claim: {shown(blocks)} is no list of tables: write [[claim]]")
     claims = tuple(modelled(ClaimSpec, block, f"claim[{number}]") for number, block in enumerate(blocks))
     problems = [line for number, claim in enumerate(claims) for line in _wrong(number, claim, claims)]
     if problems:

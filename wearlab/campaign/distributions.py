@@ -149,7 +149,7 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     kind = next(word for word in WORDS if word in given)
     extra = [key for key in given if key not in (kind, TRUNCATE)]
     if extra:
-        raise CampaignError([f"{where}: {extra[0]!r} does not belong here; units stand in the values"])
+        raise CampaignError(f"{where}: {extra[0]!r} does not belong here; units stand in the values")
     numbers, unit = _numbers(WORDS[kind], given[kind], f"{where}.{kind}")
     _check(kind, numbers, f"{where}.{kind}")
     whole = Distribution(kind, tuple(numbers), unit)
@@ -158,12 +158,12 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     ends = given[TRUNCATE]
     place = f"{where}.{TRUNCATE}"
     if not isinstance(ends, list) or len(ends) != 2:
-        raise CampaignError([f"{place}: {shown(ends)} is not [low, high]"])
+        raise CampaignError(f"{place}: {shown(ends)} is not [low, high]")
     low, high = (_in(value, unit, place) for value in ends)
     if not low < high:
-        raise CampaignError([f"{place}: from {low:g} to {high:g} there is nothing to draw"])
+        raise CampaignError(f"{place}: from {low:g} to {high:g} there is nothing to draw")
     if whole.below(high) - whole.below(low) < LEAST_KEPT:
-        raise CampaignError([f"{place}: practically nothing of the distribution lies within {shown(ends)}"])
+        raise CampaignError(f"{place}: practically nothing of the distribution lies within {shown(ends)}")
     return whole._replace(low=low, high=high)
 
 
@@ -174,7 +174,7 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
     if not isinstance(given, dict) or set(given) != set(word.names):
         keys = ", ".join(f"{name} = …" for name in word.names)
         wanted = f"[{', '.join(word.names)}]" if word.listed else f"{{{keys}}}"
-        raise CampaignError([f"{where}: {shown(given)} is not {wanted}"])
+        raise CampaignError(f"{where}: {shown(given)} is not {wanted}")
     first, unit = number_of(given[word.names[0]], f"{where}.{word.names[0]}")
     numbers = [first]
     for name in word.names[1:]:
@@ -182,7 +182,7 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
         if name != word.plain:
             value = in_unit(value, own, unit, where)
         elif own is not None:
-            raise CampaignError([f"{where}.{name}: a plain number, {word.about}"])
+            raise CampaignError(f"{where}.{name}: a plain number, {word.about}")
         numbers.append(value)
     return numbers, unit
 
@@ -198,7 +198,7 @@ def number_of(value: Any, where: str) -> tuple[float, str | None]:
         number, unit = split(value)
         return float(number), unit
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise CampaignError([f"{where}: {shown(value)} is neither a number nor a quantity with its unit"])
+        raise CampaignError(f"{where}: {shown(value)} is neither a number nor a quantity with its unit")
     return float(value), None
 
 
@@ -207,11 +207,11 @@ def in_unit(value: float, own: str | None, unit: str | None, where: str) -> floa
     if own == unit:
         return value
     if own is None or unit is None:
-        raise CampaignError([f"{where}: one value has a unit, the other has none"])
+        raise CampaignError(f"{where}: one value has a unit, the other has none")
     try:
         return convert(value, own, unit)
     except UnitError as error:
-        raise CampaignError([f"{where}: {error}"]) from None
+        raise CampaignError(f"{where}: {error}") from None
 
 
 def _check(word: str, numbers: Sequence[float], where: str) -> None:
@@ -219,17 +219,17 @@ def _check(word: str, numbers: Sequence[float], where: str) -> None:
     said: tuple[Any, ...] = (word, *numbers)
     match said:
         case ["uniform" | "loguniform", low, high] if not low < high:
-            raise CampaignError([f"{where}: from {low:g} to {high:g} there is nothing to draw"])
+            raise CampaignError(f"{where}: from {low:g} to {high:g} there is nothing to draw")
         case ["loguniform", low, _] if low <= 0.0:
-            raise CampaignError([f"{where}.low: {low:g} must be greater than 0"])
+            raise CampaignError(f"{where}.low: {low:g} must be greater than 0")
         case ["triangular", low, mode, high] if not (low <= mode <= high and low < high):
-            raise CampaignError([f"{where}: {low:g}, {mode:g}, {high:g} are not in rising order"])
+            raise CampaignError(f"{where}: {low:g}, {mode:g}, {high:g} are not in rising order")
         case ["normal" | "lognormal", _, spread] if spread <= 0.0:
             name = WORDS[word].names[1]
-            raise CampaignError([f"{where}.{name}: {spread:g} must be greater than 0; or write a value"])
+            raise CampaignError(f"{where}.{name}: {spread:g} must be greater than 0; or write a value")
         case ["lognormal" | "weibull", *several] if min(several) <= 0.0:
             name, number = next((n, x) for n, x in zip(WORDS[word].names, several, strict=True) if x <= 0.0)
-            raise CampaignError([f"{where}.{name}: {number:g} must be greater than 0"])
+            raise CampaignError(f"{where}.{name}: {number:g} must be greater than 0")
 
 
 class Correlation(NamedTuple):
@@ -253,14 +253,14 @@ def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
     CampaignError : an entry is malformed
     """
     if not isinstance(given, list):
-        raise CampaignError([f"{where}: {shown(given)} is no list of [key, key, ρ]"])
+        raise CampaignError(f"{where}: {shown(given)} is no list of [key, key, ρ]")
     correlations = []
     for number, block in enumerate(given):
         fits = isinstance(block, list) and len(block) == 3 and all(isinstance(key, str) for key in block[:2])
         rank = block[2] if fits else None
         if isinstance(rank, bool) or not isinstance(rank, int | float) or not -1.0 < rank < 1.0:
             raise CampaignError(
-                [f"{where}[{number}]: {shown(block)} is not [key, key, ρ] with ρ within −1 and 1"]
+                f"{where}[{number}]: {shown(block)} is not [key, key, ρ] with ρ within −1 and 1"
             )
         correlations.append(Correlation(block[0], block[1], float(rank)))
     return tuple(correlations)
@@ -292,17 +292,17 @@ def coupled(
         for key in correlation[:2]:
             if key not in keys:
                 raise CampaignError(
-                    [f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"]
+                    f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"
                 )
         i, j = keys.index(correlation.first), keys.index(correlation.second)
         if i == j:
-            raise CampaignError([f"{where}[{number}]: {correlation.first!r} stands beside itself"])
+            raise CampaignError(f"{where}[{number}]: {correlation.first!r} stands beside itself")
         matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * correlation.rank / 6.0)
     try:
         lower = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
         raise CampaignError(
-            [f"{where}: no inputs can be correlated like this: the ρ contradict each other"]
+            f"{where}: no inputs can be correlated like this: the ρ contradict each other"
         ) from None
     uniform = np.clip(np.asarray(points), 2.0**-40, 1.0 - 2.0**-40)
     shares: list[list[float]] = ndtr(ndtri(uniform) @ lower.T).tolist()
@@ -334,20 +334,18 @@ def read_sample(given: Any, where: str, most: int) -> Sample:
     """
     wanted = "{method = …, n = …, seed = …}, with correlation = [[key, key, ρ], …] where inputs go together"
     if not isinstance(given, dict) or set(given) - {"correlation"} != {"method", "n", "seed"}:
-        raise CampaignError([f"{where}.sample: {shown(given)} is not {wanted}"])
+        raise CampaignError(f"{where}.sample: {shown(given)} is not {wanted}")
     if given["method"] not in METHODS:
-        raise CampaignError([f"{where}.sample.method: {not_a_choice(given['method'], METHODS)}"])
+        raise CampaignError(f"{where}.sample.method: {not_a_choice(given['method'], METHODS)}")
     for key, least in (("n", 1), ("seed", 0)):
         number = given[key]
         if isinstance(number, bool) or not isinstance(number, int) or number < least:
-            raise CampaignError([f"{where}.sample.{key}: {shown(number)} is no whole number from {least} on"])
+            raise CampaignError(f"{where}.sample.{key}: {shown(number)} is no whole number from {least} on")
     if given["n"] > most:
-        raise CampaignError([f"{where}.sample.n: {given['n']} points are more than {most}; draw fewer"])
+        raise CampaignError(f"{where}.sample.n: {given['n']} points are more than {most}; draw fewer")
     correlation = read_correlations(given.get("correlation", []), f"{where}.sample.correlation")
     if correlation and given["method"] == INDICES:
-        raise CampaignError(
-            [f"{where}.sample.correlation: Sobol' indices are of independent inputs: drop it"]
-        )
+        raise CampaignError(f"{where}.sample.correlation: Sobol' indices are of independent inputs: drop it")
     return Sample(given["method"], given["n"], given["seed"], correlation)
 
 

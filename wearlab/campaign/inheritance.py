@@ -209,7 +209,7 @@ def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
     """
     if file in children:
         circle = " → ".join(name.name for name in (*children[children.index(file) :], file))
-        raise CampaignError([f"{file}: extends: files extend each other in a circle: {circle}"])
+        raise CampaignError(f"{file}: extends: files extend each other in a circle: {circle}")
     return _over_parents(_read(file), file, file.parent, (*children, file))
 
 
@@ -237,16 +237,14 @@ def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ..
         table, layers = merge(table, above.table), layers + above.layers
         if len(layers) > MOST_FILES:
             raise CampaignError(
-                [
-                    f"{file}: extends: more than {MOST_FILES} files, each counted as often as it is reached: "
-                    "name each once, in the file that needs it"
-                ]
+                f"{file}: extends: more than {MOST_FILES} files, each counted as often as it is reached: "
+                "name each once, in the file that needs it"
             )
     for key in drops:
         try:
             table = without(table, key)
         except DropError as error:
-            raise CampaignError([f"{file}: drop: {error}"]) from None
+            raise CampaignError(f"{file}: drop: {error}") from None
     own = _anchored(own, folder)
     return Inherited(merge(table, own), (*layers, Layer(file, own)))
 
@@ -255,16 +253,16 @@ def _read(file: Path) -> Table:
     try:
         text = files.read_regular(file, LARGEST).decode("utf-8-sig")
         if deep := too_deep(text):
-            raise CampaignError([f"{file}: {deep}"])
+            raise CampaignError(f"{file}: {deep}")
         return tomllib.loads(text)
     except RecursionError:
-        raise CampaignError([f"{file}: brackets or keys nested too deeply"]) from None
+        raise CampaignError(f"{file}: brackets or keys nested too deeply") from None
     except OSError as error:
-        raise CampaignError([f"{file}: cannot read it: {error.strerror or error}"]) from None
+        raise CampaignError(f"{file}: cannot read it: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        raise CampaignError([f"{file}: no TOML file: {error}"]) from None
+        raise CampaignError(f"{file}: no TOML file: {error}") from None
     except tomllib.TOMLDecodeError as error:
-        raise CampaignError([f"{file}: no TOML file: {error}{_remedy(text, str(error))}"]) from None
+        raise CampaignError(f"{file}: no TOML file: {error}{_remedy(text, str(error))}") from None
 
 
 def _remedy(text: str, problem: str) -> str:
@@ -285,9 +283,9 @@ def _names(value: Any, key: str, file: Path) -> list[str]:
     names = [value] if isinstance(value, str) else value
     if not is_list_of(names, str):
         wanted = "a file or a list of files" if key == "extends" else "a list of sections or dotted keys"
-        raise CampaignError([f"{file}: {key}: {shown(value)} is not {wanted}"])
+        raise CampaignError(f"{file}: {key}: {shown(value)} is not {wanted}")
     if any(len(name) > LONGEST for name in names):
-        raise CampaignError([f"{file}: {key}: a name of more than {LONGEST} characters"])
+        raise CampaignError(f"{file}: {key}: a name of more than {LONGEST} characters")
     return names
 
 

@@ -191,12 +191,12 @@ def _plugins(named: Any) -> tuple[Plugin, ...]:
     """Make the file's own variants known, before anything of it is read."""
     if not inheritance.is_list_of(named, str):
         raise inheritance.CampaignError(
-            [f"{inheritance.PLUGINS}: {shown(named)} is no list of Python files or entry points"]
+            f"{inheritance.PLUGINS}: {shown(named)} is no list of Python files or entry points"
         )
     try:
         return use(named)
     except PluginError as error:
-        raise inheritance.CampaignError([f"{inheritance.PLUGINS}: {error}"]) from None
+        raise inheritance.CampaignError(f"{inheritance.PLUGINS}: {error}") from None
 
 
 def _with_results(sections: merge.Table, plugins: tuple[Plugin, ...]) -> merge.Table:
@@ -228,7 +228,7 @@ def _unknown(table: merge.Table) -> list[str]:
 
 def _text(table: merge.Table, key: str) -> str:
     if not isinstance(table.get(key, ""), str):
-        raise inheritance.CampaignError([f"{key}: {shown(table[key])} is no text"])
+        raise inheritance.CampaignError(f"{key}: {shown(table[key])} is no text")
     return str(table.get(key, ""))
 
 
@@ -239,7 +239,7 @@ def _metadata(given: Any) -> dict[str, str]:
 
 def _figures(blocks: Any) -> tuple[campaign.FigureSpec, ...]:
     if not isinstance(blocks, list):
-        raise inheritance.CampaignError([f"figure: {shown(blocks)} is no list of tables: write [[figure]]"])
+        raise inheritance.CampaignError(f"figure: {shown(blocks)} is no list of tables: write [[figure]]")
     return tuple(
         inheritance.modelled(campaign.FigureSpec, block, f"figure[{number}]")
         for number, block in enumerate(blocks)

@@ -59,7 +59,7 @@ def read_update(given: Any) -> UpdateSpec:
     CampaignError : with every fault, one line each
     """
     if not isinstance(given, dict):
-        raise CampaignError([f"{SECTION}: {shown(given)} is no table: write [{SECTION}]"])
+        raise CampaignError(f"{SECTION}: {shown(given)} is no table: write [{SECTION}]")
     problems: list[str] = []
     blocks = given.get("data", [])
     if not isinstance(blocks, list):
@@ -93,7 +93,7 @@ def read_update(given: Any) -> UpdateSpec:
     read = {"limit": limit, "unknown": unknown, "data": tuple(data), "calendar": days, "check": check}
     read |= {"fleet": fleet, "decision": decision, "record": record, "replaced": replaced}
     if spec.change != "none" and [*unknown] != [FACTOR]:
-        raise CampaignError([f"{SECTION}.change: goes with the unknown {FACTOR} alone: what changes is k"])
+        raise CampaignError(f"{SECTION}.change: goes with the unknown {FACTOR} alone: what changes is k")
     return UpdateSpec.model_construct(**{**dict(spec), **read})
 
 
@@ -164,12 +164,12 @@ def _unknown(given: Any) -> dict[str, Distribution]:
     where = f"{SECTION}.unknown"
     if not isinstance(given, dict) or not given:
         raise CampaignError(
-            [f'{where}: required: what is not known, such as "wear.coefficient.factor" = {{lognormal = …}}']
+            f'{where}: required: what is not known, such as "wear.coefficient.factor" = {{lognormal = …}}'
         )
     priors = {}
     for key, value in swept_keys(given).items():
         if not is_distribution(value):
-            raise CampaignError([f"{where}.{key}: {shown(value)} is no distribution to be known better"])
+            raise CampaignError(f"{where}.{key}: {shown(value)} is no distribution to be known better")
         priors[key] = read_distribution(value, f"{where}.{key}")
     return priors
 
@@ -198,7 +198,7 @@ def _check(given: Any, data: Sequence[Data | None]) -> TrueModel | None:
 def _replaced(given: Any, section: dict[str, Any], unknown: dict[str, Distribution]) -> tuple[Replaced, ...]:
     where, found = f"{SECTION}.replaced", []
     if not isinstance(given, list):
-        raise CampaignError([f"{where}: {shown(given)} is no list of tables: write [[{where}]]"])
+        raise CampaignError(f"{where}: {shown(given)} is no list of tables: write [[{where}]]")
     for number, one in enumerate(given):
         found.append(modelled(Replaced, one, f"{where}[{number}]"))
     others = [key for key in ("record", "unit", "population", "check") if section.get(key)]
@@ -207,10 +207,10 @@ def _replaced(given: Any, section: dict[str, Any], unknown: dict[str, Distributi
     if others[:1] == ["record"]:
         remedy += "; without the record, give [operation] the mean torque and speed since the gear was new"
     if given and others:
-        raise CampaignError([f"{where}: does not go with {SECTION}.{others[0]} yet: {remedy}"])
+        raise CampaignError(f"{where}: does not go with {SECTION}.{others[0]} yet: {remedy}")
     if given and [*unknown] != [FACTOR]:
         raise CampaignError(
-            [f"{where}: goes with the unknown {FACTOR} alone: one run is made of each new gear"]
+            f"{where}: goes with the unknown {FACTOR} alone: one run is made of each new gear"
         )
     return tuple(found)
 
@@ -224,11 +224,11 @@ def _record(given: Any, data: Sequence[Data | None]) -> RecordBlock | None:
     block = modelled(RecordBlock, given, where)
     when = [name for name in ("hours", "date", "duration") if getattr(block.columns, name) is not None]
     if len(when) != 1:
-        raise CampaignError([f"{where}.columns: name one of hours, date, duration, not {len(when)} of them"])
+        raise CampaignError(f"{where}.columns: name one of hours, date, duration, not {len(when)} of them")
     for one in data:
         if one is not None and one.columns.hours is None and one.columns.date is None:
             said = "with update.record, say when by hours or date: cycles depend on the speeds"
-            raise CampaignError([f"{one.place}.columns: {said}"])
+            raise CampaignError(f"{one.place}.columns: {said}")
     return block
 
 
@@ -241,20 +241,20 @@ def _data(given: Any, number: int) -> Data:
     known = [*(name for name, variable in VARIABLES.items() if "update" in variable.dims), THICKNESS]
     if block.quantity not in known:
         remedy = nearest.meant(block.quantity, known, "; `wearlab variables` lists what is stored")
-        raise CampaignError([f"{where}.quantity: {block.quantity!r} is no variable along update{remedy}"])
+        raise CampaignError(f"{where}.quantity: {block.quantity!r} is no variable along update{remedy}")
     if block.member is not None and block.flank is not None:
-        raise CampaignError([f"{where}: give a member or a flank, not both"])
+        raise CampaignError(f"{where}: give a member or a flank, not both")
     for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
         given_ones = [name for name in names if getattr(columns, name) is not None]
         if len(given_ones) > 1 and given_ones != ["hours", "date"]:
-            raise CampaignError([f"{where}.columns: {' and '.join(given_ones)} both say {kind}; name one"])
+            raise CampaignError(f"{where}.columns: {' and '.join(given_ones)} both say {kind}; name one")
     if isinstance(block.since, str) and block.since != PREVIOUS:
-        raise CampaignError([f"{where}.since: {not_a_choice(block.since, (PREVIOUS,))}, or a cycle"])
+        raise CampaignError(f"{where}.since: {not_a_choice(block.since, (PREVIOUS,))}, or a cycle")
     error = _error(block.error, unit_of(block.quantity), f"{where}.error", columns.sd is not None)
     along = any(getattr(columns, name) is not None for name in WHERE)
     if along != (block.quantity in ("wear_depth", THICKNESS)):
         said = "needs one of the columns" if not along else "has no place for the columns"
-        raise CampaignError([f"{where}.quantity: {block.quantity} {said} {', '.join(WHERE)}"])
+        raise CampaignError(f"{where}.quantity: {block.quantity} {said} {', '.join(WHERE)}")
     return Data.model_construct(**{**dict(block), "number": number, "error": error})
 
 
@@ -265,12 +265,12 @@ def _error(block: ErrorBlock, unit: str, where: str, by_column: bool) -> ErrorMo
     offset = 0.0 if block.offset_sd is None else _positive(block.offset_sd, unit, f"{where}.offset_sd")
     if sd is None and not relative and not by_column:
         raise CampaignError(
-            [f"{where}: required: sd (a value with its unit, or a distribution), relative, or columns.sd"]
+            f"{where}: required: sd (a value with its unit, or a distribution), relative, or columns.sd"
         )
     gain = block.gain_sd or 0.0
     if gain and (offset or drift is not None):
         said = "goes with independent errors: leave out offset_sd and drift, or the gain"
-        raise CampaignError([f"{where}.gain_sd: {said}"])
+        raise CampaignError(f"{where}.gain_sd: {said}")
     return ErrorModel(sd, relative, offset, drift, gain)
 
 
@@ -281,12 +281,12 @@ def _spread(given: Any, unit: str, where: str) -> float | Distribution | None:
     if not isinstance(given, dict):
         return _positive(given, unit, where)
     if not is_distribution(given):
-        raise CampaignError([f"{where}: {shown(given)} is neither a value nor a distribution"])
+        raise CampaignError(f"{where}: {shown(given)} is neither a value nor a distribution")
     spread = read_distribution(given, where)
     if spread.below(0.0) > 0.0:
-        raise CampaignError([f"{where}: is negative at times; truncate it, or take a log-normal"])
+        raise CampaignError(f"{where}: is negative at times; truncate it, or take a log-normal")
     if spread.unit is None and unit not in ("1", ""):
-        raise CampaignError([f"{where}: its values need the quantity's unit"])
+        raise CampaignError(f"{where}: its values need the quantity's unit")
     in_unit(1.0, spread.unit or unit, unit, where)
     return spread
 
@@ -294,10 +294,10 @@ def _spread(given: Any, unit: str, where: str) -> float | Distribution | None:
 def _positive(given: Any, unit: str, where: str) -> float:
     value, own = number_of(given, where)
     if own is None and unit not in ("1", ""):
-        raise CampaignError([f"{where}: {shown(given)} is no quantity: write a number with its unit"])
+        raise CampaignError(f"{where}: {shown(given)} is no quantity: write a number with its unit")
     value = in_unit(value, own or unit, unit, where)
     if not value > 0.0:
-        raise CampaignError([f"{where}: {shown(given)} must be greater than 0"])
+        raise CampaignError(f"{where}: {shown(given)} must be greater than 0")
     return value
 
 
@@ -321,7 +321,7 @@ def read_fleet(population: Any, units: Any) -> Fleet:
     """
     block = modelled(PopulationBlock, population if population is not None else {}, POPULATION)
     if not isinstance(units, list):
-        raise CampaignError([f"{UNIT}: {shown(units)} is no list of tables: write [[{UNIT}]]"])
+        raise CampaignError(f"{UNIT}: {shown(units)} is no list of tables: write [[{UNIT}]]")
     named: list[UnitBlock] = []
     for number, given in enumerate(units):
         where = f"{UNIT}[{number}]"
@@ -329,7 +329,7 @@ def read_fleet(population: Any, units: Any) -> Fleet:
         _part(Days, calendar, f"unit[{number}].calendar")
         unit = modelled(UnitBlock, given, where)
         if unit.name in [other.name for other in named]:
-            raise CampaignError([f"{where}.name: {unit.name!r} is there already: give each unit its own"])
+            raise CampaignError(f"{where}.name: {unit.name!r} is there already: give each unit its own")
         named.append(unit.model_copy(update={"scene": swept_keys(unit.scene)}))
     shared = {
         "straying": _shared(block.straying, "straying", 0.0),
@@ -343,15 +343,15 @@ def _shared(given: float | dict[str, Any] | None, name: str, least: float) -> fl
     if given is None or isinstance(given, dict):
         return _positive_law(DEFAULTS[name] if given is None else given, name)
     if not least <= given < 10.0:
-        raise CampaignError([f"{POPULATION}.{name}: {given:g} is not from {least:g} to 10"])
+        raise CampaignError(f"{POPULATION}.{name}: {given:g} is not from {least:g} to 10")
     return given
 
 
 def _positive_law(given: dict[str, Any], name: str) -> Distribution:
     where = f"{POPULATION}.{name}"
     if not is_distribution(given):
-        raise CampaignError([f"{where}: {shown(given)} is no distribution"])
+        raise CampaignError(f"{where}: {shown(given)} is no distribution")
     read = read_distribution(given, where)
     if read.unit is not None or read.below(0.0) > 0.0:
-        raise CampaignError([f"{where}: must be positive and without a unit, such as a log-normal"])
+        raise CampaignError(f"{where}: must be positive and without a unit, such as a log-normal")
     return read

@@ -187,7 +187,7 @@ class Scene(sections.Sections):
                     else merge.merge(changed, merge.nested(name, new))
                 )
             except merge.DropError as error:
-                raise problems.SceneError((f"scene.{name}: {error}",)) from None
+                raise problems.SceneError(f"scene.{name}: {error}") from None
         same = {name for name in self._parts if changed.get(name) is self._mapping[name]}
         # another kind of gears or of motion may mean something else of all other sections
         alike = all(changed.get(name) is self._mapping.get(name) for name in ("gears", "dynamics"))
