@@ -68,6 +68,12 @@ class Part(BaseModel):
         return self
 
 
+class Block(BaseModel):
+    """A table of a campaign file that is no section of a scene: fixed, without unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
 def option(
     default: Any,
     meaning: str,
@@ -82,11 +88,11 @@ def option(
     ----------
     default : the value when the key is absent; ``...`` when it is required
     meaning : one sentence for ``wearlab schema``
-    derived : what an absent key means, when ``default`` is None
+    derived : what an absent key means, when ``default`` is None [none]
     source : the paper, equation or standard behind it
     identity : whether the value is part of the scene's identity
     """
-    extra: dict[str, Any] = {"derived": derived, "source": source}
+    extra: dict[str, Any] = {"derived": derived or ("none" if default is None else None), "source": source}
     given = {key: text for key, text in extra.items() if text is not None}
     return Field(default, description=meaning, json_schema_extra=given, exclude=None if identity else True)
 

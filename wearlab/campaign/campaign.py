@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge
-from pydantic import BaseModel, ConfigDict
 
 from wearlab.campaign import inheritance, update_options
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
-from wearlab.options import Number, option
+from wearlab.options import Block, Number, option
 from wearlab.plugins import Plugin
 from wearlab.query.keys import flat
 from wearlab.units import is_quantity
@@ -38,10 +37,8 @@ def campaign_html(title: str, sweeps: Sequence[Axis], cases: Sequence[Case]) -> 
 Names = str | tuple[str, ...]
 
 
-class FigureSpec(BaseModel):
+class FigureSpec(Block):
     """One figure of a campaign."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: str = option(..., "kind of figure, listed by `wearlab schema --figures`")
     select: dict[str, Any] = option({}, "dimension = label, or a list of labels", derived="the kind's")
@@ -61,13 +58,11 @@ class FigureSpec(BaseModel):
         None,
         "one line under the figure: departures from a paper, and why; {formula:.2f unit} or {claim} in it is "
         "a number of the stored runs",
-        derived="none",
     )
     published: Path | None = option(
         None,
         "CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked; "
         "of a wear-map a measured flank: columns as of wear.initial, face_position and depth among them",
-        derived="none",
     )
 
 
@@ -81,12 +76,10 @@ PARTS: tuple[Part, ...] = (
 )
 
 
-class ReportSpec(BaseModel):
+class ReportSpec(Block):
     """What the page of a campaign tells."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    lead: str | None = option(None, "what the reader should know first, in a sentence or two", derived="none")
+    lead: str | None = option(None, "what the reader should know first, in a sentence or two")
     sections: tuple[Part, ...] = option(
         PARTS, "what is told, in this order; what a campaign does not have is left out", derived="all"
     )
@@ -107,10 +100,8 @@ def read_report(table: Any) -> ReportSpec:
     return inheritance.modelled(ReportSpec, table, SECTION)
 
 
-class Metadata(BaseModel):
+class Metadata(Block):
     """Who made it; no part of any run's identity."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     author: str | tuple[str, ...] | None = option(None, "author, or a list of authors", derived="not told")
     orcid: str | None = option(None, "ORCID of the author", derived="not told")

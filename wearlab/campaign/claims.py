@@ -24,10 +24,8 @@ PLACEHOLDER = re.compile(r"(?<![\\\w^])\{([^{}:]+)(?::([^{}:]*))?\}")
 FORMAT = re.compile(r"(\+?(?:\.\d)?[efg])(?: (\S.*))?")
 
 
-class ClaimSpec(BaseModel):
+class ClaimSpec(options.Block):
     """Something that a campaign says of its runs, which ``wearlab check --claims`` holds against them."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = options.option(..., "a word for it, which notes and messages use")
     quantity: str = options.option(
@@ -45,8 +43,8 @@ class ClaimSpec(BaseModel):
     printed: Written | None = options.option(
         None, "what the source prints, where runs differ from it", derived="the value"
     )
-    source: str | None = options.option(None, "paper and figure, such as `W23 Fig. 7`", derived="none")
-    why: str | None = options.option(None, "why runs differ from the source", derived="none")
+    source: str | None = options.option(None, "paper and figure, such as `W23 Fig. 7`")
+    why: str | None = options.option(None, "why runs differ from the source")
 
     @property
     def formula(self) -> str:

@@ -13,7 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab import slots, units
 from wearlab.campaign import campaign, case, claims, distributions, update_options
-from wearlab.options import option
+from wearlab.options import Block, option
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
 
@@ -31,10 +31,8 @@ OTHER = "another generator"
 Names = str | tuple[str, ...]
 
 
-class Spaced(BaseModel):
+class Spaced(Block):
     """Values between two ends, both included."""
-
-    model_config = ConfigDict(extra="forbid")
 
     linspace: tuple[float, float, int] | None = option(
         None, "[first, last, how many], equal differences", derived=OTHER
@@ -48,37 +46,29 @@ class Spaced(BaseModel):
     unit: str | None = option(None, "unit of the values", derived="plain numbers")
 
 
-class Lognormal(BaseModel):
+class Lognormal(Block):
     """Log-normally distributed values."""
-
-    model_config = ConfigDict(extra="forbid")
 
     median: float | str = option(..., "median, with its unit where the key has one")
     cov: float = option(..., "coefficient of variation: standard deviation over mean")
 
 
-class NormalTable(BaseModel):
+class NormalTable(Block):
     """Normally distributed values."""
-
-    model_config = ConfigDict(extra="forbid")
 
     mean: float | str = option(..., "mean, with its unit where the key has one")
     sd: float | str = option(..., "standard deviation, with its unit where the key has one")
 
 
-class WeibullTable(BaseModel):
+class WeibullTable(Block):
     """Weibull-distributed values."""
-
-    model_config = ConfigDict(extra="forbid")
 
     scale: float | str = option(..., "63.2 % of the values lie below, with its unit where the key has one")
     shape: float = option(..., "exponent")
 
 
-class DrawnTable(BaseModel):
+class DrawnTable(Block):
     """Values drawn from one distribution, in a block with ``sample`` or of an unknown of an update."""
-
-    model_config = ConfigDict(extra="forbid")
 
     lognormal: Lognormal | None = option(None, "log-normal", derived=OTHER)
     normal: NormalTable | None = option(None, "normal", derived=OTHER)
@@ -95,10 +85,8 @@ class DrawnTable(BaseModel):
     )
 
 
-class SampleTable(BaseModel):
+class SampleTable(Block):
     """How the keys of a block are drawn."""
-
-    model_config = ConfigDict(extra="forbid")
 
     method: Literal[distributions.METHODS] = option(  # type: ignore[valid-type]
         ...,
@@ -125,10 +113,8 @@ class Sweep(BaseModel):
     )
 
 
-class ExpectedValue(BaseModel):
+class ExpectedValue(Block):
     """The value of a variable, and how far from it counts as met."""
-
-    model_config = ConfigDict(extra="forbid")
 
     value: float | str = option(..., "value, with its unit where the variable has one")
     tolerance: float | str = option(
@@ -164,7 +150,7 @@ class CampaignFile(Scene):
     """A campaign of wearlab: the file together with those it extends."""
 
     title: str = option("", "title", derived="the name of the file")
-    reference: str | None = option(None, "where the study comes from, such as a DOI", derived="none")
+    reference: str | None = option(None, "where the study comes from, such as a DOI")
     extends: Names = option((), "files that this one differs from; later ones win; relative to this file")
     drop: Names = option((), "sections or dotted keys of the extended files to do without")
     metadata: campaign.Metadata = option(campaign.Metadata(), "who made it; no part of any run's identity")
@@ -184,13 +170,11 @@ class CampaignFile(Scene):
         (), "what the file says of its runs, for `wearlab check --claims`"
     )
     expect: Expect | None = option(
-        None, "expected outcome, of every case or of its own; no part of any run's identity", derived="none"
+        None, "expected outcome, of every case or of its own; no part of any run's identity"
     )
     report: campaign.ReportSpec = option(campaign.ReportSpec(), "what the page of `wearlab report` tells")
     update: update_options.UpdateBlock | None = option(
-        None,
-        "what was measured and what is unknown, for `wearlab update`; no part of any run's identity",
-        derived="none",
+        None, "what was measured and what is unknown, for `wearlab update`; no part of any run's identity"
     )
 
 

@@ -6,23 +6,26 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Le, Lt, MinLen
-from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, ValidationInfo, field_validator, model_validator
 
 from wearlab.campaign.distributions import Distribution
-from wearlab.options import POSITIVE, Depth, Mass, option
+from wearlab.options import POSITIVE, Block, Depth, Mass, option
 from wearlab.schema import VARIABLES
 
 MOST_DRAWS = 100_000
 HOURS_A_YEAR = 8784.0  # of the longest
 DISCREPANCIES = ("none", "accumulating")
 CHANGES = ("none", "once", "running-in")
-Strict = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class Columns(BaseModel):
+class Strict(Block):
+    """A table of ``[update]``: its numbers are finite."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+
+class Columns(Strict):
     """Which column of a file says what."""
-
-    model_config = Strict
 
     cycle: str | None = option(None, "cycles of the reference gear", derived="hours or mesh_cycles")
     hours: str | None = option(None, "operating hours", derived="cycle or mesh_cycles")
@@ -32,31 +35,25 @@ class Columns(BaseModel):
     )
     unit: str | None = option(None, "which unit of a fleet the row is of", derived="there is one")
     value: str | None = option(None, "what was measured", derived="the quantity's name")
-    sd: str | None = option(None, "standard error of each value, added to the error's", derived="none")
+    sd: str | None = option(None, "standard error of each value, added to the error's")
     below: str | None = option(
         None, "a limit of detection: where the value is empty, it was below this", derived="none is"
     )
-    diameter: str | None = option(None, "diameter at which a profile was measured", derived="none")
-    roll_angle: str | None = option(None, "roll angle at which a profile was measured", derived="none")
-    path_position: str | None = option(None, "path position at which a profile was measured", derived="none")
+    diameter: str | None = option(None, "diameter at which a profile was measured")
+    roll_angle: str | None = option(None, "roll angle at which a profile was measured")
+    path_position: str | None = option(None, "path position at which a profile was measured")
 
 
-class ErrorBlock(BaseModel):
+class ErrorBlock(Strict):
     """How far measurements are off."""
 
-    model_config = Strict
-
     sd: str | float | dict[str, Any] | None = option(
-        None,
-        "standard error of a single value, with its unit; a distribution where it is unknown",
-        derived="none",
+        None, "standard error of a single value, with its unit; a distribution where it is unknown"
     )
     relative: Annotated[float, Ge(0.0), Lt(10.0)] | None = option(
-        None, "standard error over what is measured, an unknown gain with it", derived="none"
+        None, "standard error over what is measured, an unknown gain with it"
     )
-    offset_sd: str | float | None = option(
-        None, "standard error that all values of one inspection share", derived="none"
-    )
+    offset_sd: str | float | None = option(None, "standard error that all values of one inspection share")
     gain_sd: Annotated[float, Ge(0.0), Lt(2.0)] | None = option(
         None,
         "standard deviation of an unknown gain, 1 in the mean, that all values of the block share: of a "
@@ -67,14 +64,11 @@ class ErrorBlock(BaseModel):
         None,
         "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
         "cycles, growing with the root of the cycles (Wiener); a distribution where it is unknown",
-        derived="none",
     )
 
 
-class DataBlock(BaseModel):
+class DataBlock(Strict):
     """Measurements of one quantity."""
-
-    model_config = Strict
 
     file: Path = option(..., "CSV file; comments begin with #")
     quantity: str = option(
@@ -99,10 +93,8 @@ class DataBlock(BaseModel):
     )
 
 
-class LimitBlock(BaseModel):
+class LimitBlock(Strict):
     """The wear that ends the life."""
-
-    model_config = Strict
 
     depth: Annotated[Depth, POSITIVE] | None = option(
         None, "largest wear depth", derived="worn_mass, or wear.until.depth"
@@ -122,10 +114,8 @@ class LimitBlock(BaseModel):
         return self
 
 
-class Days(BaseModel):
+class Days(Strict):
     """Which day it was after how many operating hours, and how the hours go on."""
-
-    model_config = Strict
 
     date: date_ = option(..., "a day, such as 2026-03-01")
     hours: Annotated[float, Ge(0.0)] | None = option(
@@ -136,10 +126,8 @@ class Days(BaseModel):
     )
 
 
-class CheckBlock(BaseModel):
+class CheckBlock(Strict):
     """What is true of the synthetic twins of ``--check``, where that is not what the study believes."""
-
-    model_config = Strict
 
     error: ErrorBlock | None = option(
         None, "true errors of every block of data", derived="those that the data have in this file"
@@ -149,10 +137,8 @@ class CheckBlock(BaseModel):
     )
 
 
-class PopulationBlock(BaseModel):
+class PopulationBlock(Strict):
     """What the units of a fleet share."""
-
-    model_config = Strict
 
     spread: dict[str, Any] | None = option(
         None,
@@ -175,10 +161,8 @@ class PopulationBlock(BaseModel):
     )
 
 
-class UnitBlock(BaseModel):
+class UnitBlock(Strict):
     """One unit of a fleet."""
-
-    model_config = Strict
 
     name: str = option(..., "as the column `unit` calls it")
     scene: dict[str, Any] = option(
@@ -189,10 +173,8 @@ class UnitBlock(BaseModel):
     )
 
 
-class RecordColumns(BaseModel):
+class RecordColumns(Strict):
     """Which column of a load record says what."""
-
-    model_config = Strict
 
     hours: str | None = option(None, "operating hours at which a condition begins", derived="date")
     date: str | None = option(None, "when a condition begins; speed 0 is a standstill", derived="hours")
@@ -202,10 +184,8 @@ class RecordColumns(BaseModel):
     unit: str | None = option(None, "which unit of a fleet the row is of", derived="all units ran alike")
 
 
-class RecordBlock(BaseModel):
+class RecordBlock(Strict):
     """What really ran until now; from its end on the conditions of ``[operation]`` go on."""
-
-    model_config = Strict
 
     file: Path = option(..., "CSV file: a row holds until the next one, or is a bin")
     columns: RecordColumns = option(..., "names of the columns")
@@ -228,10 +208,8 @@ class RecordBlock(BaseModel):
         return f"{SECTION}.record"
 
 
-class Replaced(BaseModel):
+class Replaced(Strict):
     """Gears that were replaced by new ones; their mates went on as worn as they were."""
-
-    model_config = Strict
 
     members: Annotated[tuple[str, ...], MinLen(1)] = option(..., "gears that were new then")
     cycle: Annotated[float, Ge(0.0)] | None = option(
@@ -249,10 +227,8 @@ class Replaced(BaseModel):
         return self
 
 
-class Decision(BaseModel):
+class Decision(Strict):
     """What changes and inspections cost, in any currency."""
-
-    model_config = Strict
 
     planned: Annotated[float, POSITIVE] = option(..., "cost of a planned change")
     failure: Annotated[float, POSITIVE] = option(
@@ -278,10 +254,8 @@ class Decision(BaseModel):
         return failure
 
 
-class UpdateBlock(BaseModel):
+class UpdateBlock(Strict):
     """What was measured, what is unknown, and which wear ends the life."""
-
-    model_config = Strict
 
     limit: LimitBlock | None = option(None, "the wear that ends the life", derived="wear.until")
     discrepancy: Literal[DISCREPANCIES] = option(  # type: ignore[valid-type]

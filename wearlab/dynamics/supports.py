@@ -253,9 +253,9 @@ class OfMembers(Part):
 class TorsionalSupports(OfMembers):
     """What holds each gear of a pair that turns."""
 
-    pinion: PairTorsionalSupport | None = option(None, "support of the pinion", derived="none")
-    gear: PairTorsionalSupport | None = option(None, "support of the gear", derived="none")
-    ring: PairTorsionalSupport | None = option(None, "support of the ring", derived="none")
+    pinion: PairTorsionalSupport | None = option(None, "support of the pinion")
+    gear: PairTorsionalSupport | None = option(None, "support of the gear")
+    ring: PairTorsionalSupport | None = option(None, "support of the ring")
 
 
 class Supports(OfMembers):
@@ -272,15 +272,15 @@ class PlanetarySupports(OfMembers):
     sun: PlanetarySupport | None = option(None, "what holds the sun", derived="it floats")
     ring: PlanetarySupport | None = option(None, "what holds the ring", derived="it floats")
     carrier: PlanetarySupport | None = option(None, "what holds the carrier", derived="it floats")
-    planet: PlanetarySupport | None = option(None, "bearing of every planet on its pin", derived="none")
+    planet: PlanetarySupport | None = option(None, "bearing of every planet on its pin")
 
 
 class PlanetaryTorsionalSupports(OfMembers):
     """What holds the rotations of a planetary set."""
 
-    sun: TorsionalSupport | None = option(None, "what holds the sun", derived="none")
+    sun: TorsionalSupport | None = option(None, "what holds the sun")
     ring: TorsionalSupport | None = option(None, "what holds the ring", derived="fixed when it is")
-    carrier: TorsionalSupport | None = option(None, "what holds the carrier", derived="none")
+    carrier: TorsionalSupport | None = option(None, "what holds the carrier")
 
 
 def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tuple[str, str]]:

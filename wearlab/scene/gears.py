@@ -133,7 +133,6 @@ class Toothed(Part):
         None,
         "allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of "
         "a drawing, whose mean is run; it leaves backlash",
-        derived="none",
         source="DIN 3967",
     )
     addendum_coefficient: Annotated[Number, POSITIVE] | None = option(
@@ -179,16 +178,10 @@ class Toothed(Part):
         None, "relief at the root, by its length along the path", derived="no relief"
     )
     profile_crowning: Depth | None = option(
-        None,
-        "removed at both ends of the active profile, 0 in its middle",
-        derived="none",
-        source="ISO 1328-1",
+        None, "removed at both ends of the active profile, 0 in its middle", source="ISO 1328-1"
     )
     profile_slope: Depth | None = option(
-        None,
-        "surplus of material at the tip end against the root end",
-        derived="none",
-        source="ISO 1328-1 f_Hα",
+        None, "surplus of material at the tip end against the root end", source="ISO 1328-1 f_Hα"
     )
     hand: Literal["left", "right"] | None = option(
         None,
@@ -197,22 +190,18 @@ class Toothed(Part):
         source=Iso21771,
     )
     lead_crowning: Depth | None = option(
-        None, "removed at both ends of the face, 0 in its middle", derived="none", source=Iso21771
+        None, "removed at both ends of the face, 0 in its middle", source=Iso21771
     )
     lead_slope: Depth | None = option(
         None,
         "surplus of material at the end of positive face_position against the other end",
-        derived="none",
         source="ISO 1328-1 f_Hβ",
     )
     end_relief: EndRelief | None = option(
         None, "relief at both ends of the face", derived="no relief", source=Iso21771
     )
     bias: Depth | None = option(
-        None,
-        "profile slope at the end of positive face_position less that at the other end",
-        derived="none",
-        source=Iso21771,
+        None, "profile slope at the end of positive face_position less that at the other end", source=Iso21771
     )
 
     @model_validator(mode="after")
@@ -285,13 +274,13 @@ ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
 class PlanetaryGear(GearOptions):
     """The sun, or every planet, of a planetary set."""
 
-    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY, derived="none")
+    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY)
 
 
 class PlanetaryRing(Ring):
     """The ring of a planetary set."""
 
-    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY, derived="none")
+    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY)
 
 
 class CarrierOptions(Part):
@@ -307,7 +296,7 @@ class CarrierOptions(Part):
         None, "diameter of the circle of pins", derived="twice the centre distance"
     )
     eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(
-        None, "distance of the pin circle's axis from the carrier's", derived="none"
+        None, "distance of the pin circle's axis from the carrier's"
     )
 
 

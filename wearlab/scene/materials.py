@@ -29,7 +29,6 @@ class MaterialOptions(options.Part):
     name: str | None = options.option(
         None,
         "a material of the catalogue, such as '18CrNiMo7-6' or 'POM'",
-        derived="none",
         source="wearlab.shop.materials",
         identity=False,
     )
@@ -124,16 +123,16 @@ class Lubricant(options.Part):
         None, "temperature of the oil where the flanks touch, such as '60 degC'", derived="not known"
     )
     grade: Grade | None = options.option(
-        None, "viscosity grade, such as 'ISO VG 220'", derived="none", source="ISO 3448", identity=False
+        None, "viscosity grade, such as 'ISO VG 220'", source="ISO 3448", identity=False
     )
     viscosity_index: Annotated[options.Number, options.POSITIVE] | None = options.option(
         None, "viscosity index of a grade", derived="95", source="ISO 2909, ASTM D2270", identity=False
     )
     kinematic_viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, "datasheet: kinematic viscosity at 40 °C", derived="none", source="ASTM D341", identity=False
+        None, "datasheet: kinematic viscosity at 40 °C", source="ASTM D341", identity=False
     )
     kinematic_viscosity_100: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, "datasheet: kinematic viscosity at 100 °C", derived="none", source="ASTM D341", identity=False
+        None, "datasheet: kinematic viscosity at 100 °C", source="ASTM D341", identity=False
     )
     density: Annotated[options.Density, options.POSITIVE] | None = options.option(
         None,

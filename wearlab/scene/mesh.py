@@ -46,16 +46,10 @@ class Misalignment(options.Part):
         source="ISO 6336-1",
     )
     in_plane: Several | None = options.option(
-        None,
-        "deviation of the axes f_Σδ over the face, in their common plane",
-        derived="none",
-        source="ISO/TR 10064-3",
+        None, "deviation of the axes f_Σδ over the face, in their common plane", source="ISO/TR 10064-3"
     )
     out_of_plane: Several | None = options.option(
-        None,
-        "deviation of the axes f_Σβ over the face, across that plane",
-        derived="none",
-        source="ISO/TR 10064-3",
+        None, "deviation of the axes f_Σβ over the face, across that plane", source="ISO/TR 10064-3"
     )
     torque: tuple[Annotated[options.Torque, options.NOT_NEGATIVE], ...] | None = options.option(
         None,
@@ -356,15 +350,14 @@ class ErrorsSection(options.Part):
     iso_1328_class: Grade | None = options.option(
         None,
         "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
-        derived="none",
         source="ISO 1328-1:1995",
     )
-    pinion: MemberErrors | None = options.option(None, "errors of the pinion", derived="none")
-    gear: MemberErrors | None = options.option(None, "errors of the gear", derived="none")
-    sun: MemberErrors | None = options.option(None, "errors of the sun", derived="none")
-    planet: PlanetErrors | None = options.option(None, "errors of every planet", derived="none")
-    ring: MemberErrors | None = options.option(None, "errors of the ring", derived="none")
-    carrier: CarrierErrors | None = options.option(None, "errors of the carrier", derived="none")
+    pinion: MemberErrors | None = options.option(None, "errors of the pinion")
+    gear: MemberErrors | None = options.option(None, "errors of the gear")
+    sun: MemberErrors | None = options.option(None, "errors of the sun")
+    planet: PlanetErrors | None = options.option(None, "errors of every planet")
+    ring: MemberErrors | None = options.option(None, "errors of the ring")
+    carrier: CarrierErrors | None = options.option(None, "errors of the carrier")
     harmonic: tuple[ErrorHarmonic, ...] = options.option((), "prescribed errors of the mesh frequency")
 
     @field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")

@@ -57,10 +57,10 @@ class Rating(options.Part):
         source=PITTING,
     )
     viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, "kinematic viscosity of the oil at 40 °C, for it", derived="none", source=PITTING
+        None, "kinematic viscosity of the oil at 40 °C, for it", source=PITTING
     )
     hours: Annotated[options.Hours, options.POSITIVE] | None = options.option(
-        None, "life wanted of it", derived="none", source=PITTING
+        None, "life wanted of it", source=PITTING
     )
     transverse_load_factor: Annotated[options.Number, options.POSITIVE] = options.option(
         1.0, "K_Hα on the contact stress", source=PITTING
@@ -168,7 +168,7 @@ class Sections(options.Part):
     gears: Gears = options.option(..., "shape of the gears")
     operation: Operation = options.option(..., "how they are driven")
     mesh: MeshSection = options.option(MeshSection(), "contact, stiffness, excitation and damping")
-    errors: ErrorsSection | None = options.option(None, "prescribed errors", derived="none")
+    errors: ErrorsSection | None = options.option(None, "prescribed errors")
     dynamics: Dynamics | None = options.option(None, "moving coordinates", derived="quasi-static")
     lubricant: Lubricant | None = options.option(None, "the oil", derived="dry: no film")
     wear: WearSection | None = options.option(None, "the wear law and the life", derived="one unworn state")

@@ -89,8 +89,7 @@ Initial = Annotated[InitialModel, *options.named("worn", "shape"), slots.implied
 
 
 OF_FLANK: Any = {
-    flank: (Initial | None, options.option(None, f"initial wear of {flank}", derived="none"))
-    for flank in gears.ALL_FLANKS
+    flank: (Initial | None, options.option(None, f"initial wear of {flank}")) for flank in gears.ALL_FLANKS
 }
 InitialWears = create_model(
     "InitialWears", __base__=options.Part, __doc__="Initial wear of each flank.", **OF_FLANK

@@ -91,8 +91,8 @@ class DynamicModel(Variant):
     kinds: ClassVar[tuple[str, ...]] = tuple(kind for kind, descriptor in SETS.items() if descriptor.is_pair)
 
     method: Method = option("periodic", METHOD, source="wearlab")
-    friction: FrictionOptions | None = option(None, FRICTION, derived="none", source="B23")
-    response: ResponseOverSpeed | None = option(None, RESPONSE, derived="none", source="wearlab")
+    friction: FrictionOptions | None = option(None, FRICTION, source="B23")
+    response: ResponseOverSpeed | None = option(None, RESPONSE, source="wearlab")
 
     @property
     def follows_orbits(self) -> bool:
