@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from wearlab.life.history import SetRate
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import simulate
-from wearlab.simulation.operating import stages_of
+from wearlab.simulation.operating import along_duty, in_order, stages_of
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}
@@ -161,3 +162,14 @@ def test_a_duty_at_rest_wears_as_under_its_static_loads(scene):
     depth = still.flat(still.unworn()) + 1e-6
     np.testing.assert_array_equal(SetRate(moving.resting())(depth), SetRate(still)(depth))
     assert still.resting() is None
+
+
+@pytest.mark.parametrize("join", [along_duty, in_order])
+def test_conditions_may_have_more_or_fewer_rivals_each(join):
+    def condition(rivals: int) -> xr.Dataset:
+        found = {"rival_force_max": (("update", "rival"), np.full((2, rivals), 5.0), {"units": "N"})}
+        return xr.Dataset({"cycles": ("update", np.zeros(2)), **(found if rivals else {})})
+
+    joined = join([condition(0), condition(2), condition(1)]).rival_force_max
+    assert joined.units == "N" and joined.sizes["rival"] == 2
+    assert int(joined.notnull().sum()) == 2 * 2 + 2 * 1

@@ -10,6 +10,7 @@ from wearlab.campaign import campaign, case, inheritance, update_options
 from wearlab.campaign.axes import RESERVED, Axis, Coordinate, overlap, read_axes, swept_keys
 from wearlab.campaign.cases import EXPECT, expand, read_differences
 from wearlab.campaign.claims import note_problems, read_claims
+from wearlab.campaign.json_schema import CampaignFile
 from wearlab.campaign.update import read_update, refuse_unknown_keys
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
@@ -51,22 +52,6 @@ def _sets_otherwise(layer: inheritance.Layer, key: str, value: object) -> bool:
     return any(overlap(key, other) and (other, own) != (key, value) for other, own in _values(layer))
 
 
-OWN_KEYS = (
-    "title",
-    "reference",
-    "extends",
-    "drop",
-    "metadata",
-    inheritance.PLUGINS,
-    "sweep",
-    "case",
-    "exclude",
-    "figure",
-    "claim",
-    "expect",
-    "update",
-    "report",
-)
 Result = TypeVar("Result")
 At = TypeVar("At", bound=Path | None)
 TABLE = Path("campaign")  # what errors call a campaign that is no file
@@ -217,7 +202,7 @@ def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) ->
 
 
 def _unknown(table: merge.Table) -> list[str]:
-    valid = [*OWN_KEYS, *Scene.model_fields]
+    valid = list(CampaignFile.model_fields)
     problems = []
     for key in table:
         if key not in valid:

@@ -1,6 +1,6 @@
 """The steady responses of one wear state: one, or one for every angle at which slow errors are averaged."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -101,6 +101,10 @@ class Vibration:
             np.tile(when.phase, self.hunting) + turns,
             np.tile(when.segment, self.hunting) + segments * turns,
         )
+
+    def read(self, of: Callable[..., Array], response: Response, when: Instants) -> Array:
+        """Return what ``of(response, grid, phase, segment)`` tells, (n_periods, k, n_instants)."""
+        return self._by_period(of(response, *self._over_periods(when)), len(when.phase))
 
     def _by_period(self, values: Array, instants: int) -> Array:
         """Turn (n_kept, k, hunting · n_instants) into (n_kept · hunting, k, n_instants)."""

@@ -10,7 +10,7 @@ the path are one as far as the steps carry them, and lines from which on they di
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -18,13 +18,13 @@ from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces.mesh_forces import NODES, mesh_acceleration_at, within_steps
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_of
 from wearlab.life.coupled import WearState
-from wearlab.life.vibration import Vibration, hunting_grid
+from wearlab.life.vibration import Vibration
+from wearlab.mesh.clock import Instants
 from wearlab.mesh.stages import StageGrid
 from wearlab.scene.build import Parts
 from wearlab.simulation.label import padded
 
 Values = dict[str, Array]
-Read = Callable[[Response, StageGrid, Array, Index], Array]
 
 HARMONICS, LINES = 40, 200
 """Mesh orders that a spectrum covers at least, and lines that it has at least."""
@@ -51,8 +51,7 @@ def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     names, vibration = parts.scene.store.requested, parts.vibration
     if not names or vibration is None:
         return {}
-    kept = math.lcm(*(_periods(vibration, response) for state in states for response in state.responses))
-    lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
+    lines = _lines(vibration, states)
     per_state = [
         [_of_response(parts, vibration, response, names, lines) for response in state.responses]
         for state in states
@@ -61,39 +60,41 @@ def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     return values | ({"order": lines} if any(name.endswith("_orders") for name in names) else {})
 
 
-def _periods(vibration: Vibration, response: Response) -> int:
-    return len(response.state) * vibration.hunting
+def _lines(vibration: Vibration, states: Sequence[WearState]) -> Array:
+    """Return the orders of all lines of the spectra, those of the states' longest common period."""
+    kept = math.lcm(*(len(one.state) * vibration.hunting for state in states for one in state.responses))
+    return np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
 
 
 def _of_response(
     parts: Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
 ) -> Values:
-    phase, segment, weight = _nodes(vibration, response, lines)
+    when, weight = _nodes(vibration, lines)
     values: Values = {}
-    acceleration = _signal(vibration, response, phase, segment, mesh_acceleration_at)
+    acceleration = vibration.read(mesh_acceleration_at, response, when)
     spectra = [name for name in names if name.endswith("_orders")]
     beyond = lines >= carried_order(vibration, response, lines) if spectra else np.zeros(len(lines), bool)
     for name in names:
         what = name.removeprefix(f"{ACCELERATION}_")
         if name == ACCELERATION:
-            when = vibration.look(parts.phase)
-            stored = _signal(vibration, response, when.phase, when.segment, mesh_acceleration_at)
+            stored = vibration.read(mesh_acceleration_at, response, vibration.look(parts.phase))
             values[name] = stored.transpose(1, 0, 2)
         elif name in spectra:
             signal = acceleration
             if name == f"{DEFLECTION}_orders":
-                signal = _signal(vibration, response, phase, segment, lambda *at: deflection_at(*at)[0])
-            values[name] = np.where(beyond, np.nan, np.abs(order_lines(signal, phase, weight, lines)))
+                signal = vibration.read(lambda *at: deflection_at(*at)[0], response, when)
+            values[name] = np.where(beyond, np.nan, np.abs(order_lines(signal, when.phase, weight, lines)))
         else:
             values[name] = STATISTICS[what](acceleration, weight)
     return values
 
 
-def _nodes(vibration: Vibration, response: Response, lines: Array) -> tuple[Array, Index, Array]:
-    """Return phases, segments and weights of a mean, as many within a step as the highest line asks for."""
+def _nodes(vibration: Vibration, lines: Array) -> tuple[Instants, Array]:
+    """Return instants and weights of a mean, as many within a step as the highest line asks for."""
     grid = vibration.sampling.grid
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
-    return within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
+    phase, segment, weight = within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
+    return Instants(phase, segment), weight
 
 
 def carried_order(vibration: Vibration, response: Response, lines: Array) -> float:
@@ -109,9 +110,9 @@ def carried_order(vibration: Vibration, response: Response, lines: Array) -> flo
     """
     if response.period == 0:
         return math.inf
-    phase, segment, weight = _nodes(vibration, response, lines)
+    when, weight = _nodes(vibration, lines)
     spectra = [
-        order_lines(_signal(vibration, response, phase, segment, read), phase, weight, lines)
+        order_lines(vibration.read(read, response, when), when.phase, weight, lines)
         for read in (mesh_acceleration_at, _approach_at)
     ]
     twice = (2.0 * np.pi * lines / vibration.period) ** 2
@@ -130,8 +131,7 @@ def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
     vibration = parts.vibration
     if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.scene.store.requested):
         return []
-    kept = math.lcm(*(_periods(vibration, response) for state in states for response in state.responses))
-    lines = np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
+    lines = _lines(vibration, states)
     lowest = min(
         carried_order(vibration, response, lines) for state in states for response in state.responses
     )
@@ -149,19 +149,6 @@ def _approach_at(response: Response, grid: StageGrid, phase: Array, segment: Ind
     step = step_of(grid, phase, segment)
     position, _ = response.approach.at(step, (phase - grid.start[step]) / grid.width[step])
     return np.ascontiguousarray(position.transpose(0, 2, 1))
-
-
-def _signal(vibration: Vibration, response: Response, phase: Array, segment: Index, read: Read) -> Array:
-    """Return what a response does at phases of every mesh period, (n_periods, n_mesh, n)."""
-    turns, grid = vibration.hunting, vibration.sampling.grid
-    segments = int(grid.segment[-1]) + 1
-    over = np.repeat(np.arange(turns), len(phase))
-    signal = read(
-        response, hunting_grid(grid, turns), np.tile(phase, turns) + over,
-        np.tile(segment, turns) + segments * over,
-    )  # fmt: skip
-    apart = signal.reshape(*signal.shape[:2], turns, len(phase)).transpose(0, 2, 1, 3)
-    return apart.reshape(-1, signal.shape[1], len(phase))
 
 
 def order_lines(signal: Array, phase: Array, weight: Array, lines: Array) -> Complex:
