@@ -38,7 +38,7 @@ ASKED = SMALL.replace("wear.snapshots.depth", ["0.4 um"])
 def test_values_carried_between_grids_keep_their_shape() -> None:
     scene = SMALL
     parts = build(scene)
-    rough = rough_parts(scene, parts)
+    rough = rough_parts(parts)
     assert rough is not None
     fine, coarse = parts.kinds[0].analysis.grid, rough.kinds[0].analysis.grid
     assert 0.4 < len(coarse.position) / len(fine.position) < 0.65
@@ -54,7 +54,7 @@ def test_values_carried_between_grids_keep_their_shape() -> None:
 
 def test_what_every_second_node_does_not_tell_of_the_wear() -> None:
     parts = build(SMALL)
-    rough = rough_parts(SMALL, parts)
+    rough = rough_parts(parts)
     assert rough is not None
     place = parts.kinds[0].analysis.grid.position
     cubic = np.stack([1.0 + (1e2 * place) ** 3, (50.0 * place) ** 2])
@@ -155,14 +155,14 @@ def test_less_rough_twins_serve_where_the_rough_ones_fail(monkeypatch: pytest.Mo
     names = [name for name in usual.data_vars if str(name).startswith("error_estimate_")]
     assert len(names) >= 2 and float(usual.run_time_estimates) > 0.0
 
-    def without_half(scene: Scene, parts: Parts, share: float = twins.COARSENED) -> Parts | None:
-        return None if share == twins.COARSENED else known(scene, parts, share)
+    def without_half(parts: Parts, share: float = twins.COARSENED) -> Parts | None:
+        return None if share == twins.COARSENED else known(parts, share)
 
     monkeypatch.setattr(twins, "rough_parts", without_half)
     other = simulate(scene)
     for name in names:
         assert 0.3 < float(other[name].values.flat[-1] / usual[name].values.flat[-1]) < 3.0, name
-    monkeypatch.setattr(twins, "rough_parts", lambda scene, parts, share=1.0: None)
+    monkeypatch.setattr(twins, "rough_parts", lambda parts, share=1.0: None)
     none = simulate(scene)
     for name in names:
         assert np.isnan(none[name].values.flat[-1]), name
@@ -211,7 +211,7 @@ def test_finer_twins_that_respond_otherwise_say_nothing(monkeypatch: pytest.Monk
     usual = simulate(SMALL)
     monkeypatch.setattr(estimates, "LARGE", 1e-9)
 
-    def none(scene: Scene, parts: Parts, block: int, lived: History) -> list[None]:
+    def none(parts: Parts, lived: History) -> list[None]:
         return [None] * len(lived.samples.state)
 
     monkeypatch.setattr(estimates, "finer_twins_of", none)

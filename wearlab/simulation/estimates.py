@@ -126,14 +126,13 @@ def _looked(
     stage: Stage, lived: History, twins: Callable[..., list[Rougher | None]], inherited: float
 ) -> Looked:
     """Return what twins, as a function makes them of a condition, say of the errors."""
-    blocks = range(len(stage.parts))
-    each = [twins(*condition, lived) for condition in zip(stage.scenes, stage.parts, blocks, strict=True)]
+    each = [twins(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
     joint = [together(list(own), stage.shares.weight) for own in zip(*each, strict=True)]
     worn = _worn_further(stage, lived, each, joint, inherited)
     force = None
     if stage.first.vibration is not None:
         force = tuple(
-            _forces(parts, lived.in_block(block), own, worn, (block, stage.scenes[block].numerics.tolerance))
+            _forces(parts, lived.in_block(block), own, worn, block)
             for block, (parts, own) in enumerate(zip(stage.parts, each, strict=True))
         )
     return Looked(joint, worn, force)
@@ -267,7 +266,7 @@ def _forces(
     lived: History,
     twins: list[Rougher | None],
     worn: list[WornFurther | None],
-    condition: tuple[int, float],
+    block: int,
 ) -> ForcesOfStates:
     """Return the errors of the forces of all kept states, from those of the states that have twins.
 
@@ -275,9 +274,9 @@ def _forces(
     ----------
     parts, lived, twins : of one condition
     worn : the error of the wear at the states
-    condition : its number, and its tolerance [1]
+    block : number of the condition
     """
-    (block, tolerance), known = condition, []
+    tolerance, known = parts.scene.numerics.tolerance, []
     for state, twin, further in zip(lived.samples.state, twins, worn, strict=True):
         worse = None if further is None else further.worse[block]
         if twin is not None and worse is not None:
@@ -299,7 +298,7 @@ def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Ro
     life = lived.life
     if life is None or not life.worn_out:
         return None
-    counts = wear.build_limits(stage.scenes[0], stage.first.gears, stage.coupling).flank
+    counts = wear.build_limits(stage.first.scene, stage.first.gears, stage.coupling).flank
     rate = life.rate[-1] if is_periodic(lived.samples.state[-1]) else late_rate(life.cycle, life.depth)
     end = end_of(life.depth[-1], rate, flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth

@@ -29,7 +29,7 @@ from wearlab.scene.build.mesh import profile_points
 from wearlab.simulation.estimates import Estimates, ForcesOfStates
 from wearlab.simulation.label import padded
 from wearlab.simulation.operating import Stage, coupled
-from wearlab.simulation.static import by_flank, counts, harmonic_values, thickness
+from wearlab.simulation.static import by_flank, by_member, counts, harmonic_values, of_set, thickness
 from wearlab.wear.path import mean_pressure, sliding_velocity, worn_area
 
 Values = dict[str, Any]
@@ -56,12 +56,7 @@ def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     gears = parts.gears
     each = [_of_mesh(parts, mesh, states_of(states, own.kind)) for mesh, own in enumerate(parts.meshes)]
     values: Values = {name: padded([own[name] for own in each], 1) for name in each[0]}
-    values |= {
-        "mesh_frequency": [gears.mesh_frequency] * len(each),
-        "contact_ratio": [gears.kinds[mesh.kind].pair.contact_ratio for mesh in parts.meshes],
-        "mesh_phase_offset": gears.mesh_lags,
-        "static_mesh_force": [gears.kinds[mesh.kind].load for mesh in parts.meshes],
-    }
+    values |= of_set(parts)
     contacts = [_kinds(parts)[mesh.kind].contact for mesh in parts.meshes]
     values["base_helix_angle"] = [contact.helix.sense * contact.helix.base_angle for contact in contacts]
     values["overlap_ratio"] = [
@@ -161,7 +156,7 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     ]
 
     def on_both(each: Sequence[Array]) -> Array:
-        return over_flanks(parts, [np.stack([wide, wide], axis=1) for wide in each])
+        return by_flank(parts, [np.stack([wide, wide], axis=1) for wide in each], 2)
 
     pressure = [mean_pressure(force, own.path) for force, own in zip(forces, parts.kinds, strict=True)]
     filmed: Values = {}
@@ -182,28 +177,26 @@ def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     }
 
 
-def over_flanks(parts: Parts, of_kinds: Sequence[Array]) -> Array:
-    """Return values of every kind of mesh (…, 2, n_face, n) flank after flank, (…, n_flanks, n_face, n)."""
-    return padded([of_kinds[kind][..., gear, :, :] for kind, gear in parts.gears.flank_places], -3)
-
-
 def wear_values(parts: Parts, lived: History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time, (n_updates, …)."""
-    depths, deviations, rates = [], [], []
+    depths, deviations, rates, masses = [], [], [], []
     for number, kind in enumerate(_kinds(parts)):
         own, contact = states_of(lived.state, number), kind.contact
         depths.append(np.stack([one.wear for one in own]))
         on_purpose = parts.kinds[number].modification * contact.helix.cosine
         deviations.append(-(depths[-1] + contact.lead + on_purpose[:, None, :]))
         rates.append([one.rate for one in own if one.rate is not None])
+        gears = parts.kinds[number].pair.gears
+        of_all_teeth = worn_volume(parts, number, depths[-1]) * [gear.teeth for gear in gears]
+        masses.append(of_all_teeth * [gear.material.density for gear in gears])
     values: Values = {
-        "wear_depth": over_flanks(parts, depths),
-        "flank_deviation": over_flanks(parts, deviations),
-        "worn_mass": worn_masses(parts, depths),
+        "wear_depth": by_flank(parts, depths, 2),
+        "flank_deviation": by_flank(parts, deviations, 2),
+        "worn_mass": by_member(parts, masses),
         **counts(parts, lived),
     }
     if all(state.wears for state in lived.state):
-        values["wear_rate"] = over_flanks(parts, [np.stack(each) for each in rates])
+        values["wear_rate"] = by_flank(parts, [np.stack(each) for each in rates], 2)
     return values
 
 
@@ -219,23 +212,6 @@ def worn_volume(parts: Parts, kind: int, depth: Array) -> Array:
     contact = _kinds(parts)[kind].contact
     area = worn_area(np.moveaxis(depth, 2, 1), parts.kinds[kind].path)
     return np.asarray(np.tensordot(area, contact.grid.width, (1, 0)) / contact.helix.cosine)
-
-
-def worn_masses(parts: Parts, depths: Sequence[Array]) -> Array:
-    """Return the mass worn off every member, every tooth alike, (n_updates, n_members) [kg].
-
-    Parameters
-    ----------
-    parts : the physics
-    depths : of each kind of mesh, (n_updates, 2, n_face, n) along the normal [m]
-    """
-    total = np.zeros((len(depths[0]), len(parts.gears.members)))
-    for kind, depth in enumerate(depths):
-        volume = worn_volume(parts, kind, depth)
-        for number, gear in enumerate(parts.kinds[kind].pair.gears):
-            for column in parts.gears.columns_of(gear.name):
-                total[:, column] += volume[:, number] * gear.teeth * gear.material.density
-    return total
 
 
 WEIGHT, OF_ENDS = 0.5, 1.5
@@ -271,7 +247,7 @@ def estimated_over_face(stage: Stage, lived: History, inherited: float = 0.0) ->
     if lived.life is None:
         return Estimates(None, None, None)
     clock = time.perf_counter()
-    twins = tuple(rougher(scene, parts) for scene, parts in zip(stage.scenes, stage.parts, strict=True))
+    twins = tuple(rougher(parts.scene, parts) for parts in stage.parts)
     together = coupled(twins, stage.shares)
     ends = [lived.state[0], lived.state[-1]]
     rough = [together.evaluate(_moved(stage.first, twins[0], state.wear)) for state in ends]

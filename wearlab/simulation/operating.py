@@ -12,7 +12,7 @@ from wearlab.life.coupling import DutyCoupling, DutyShares, duty_shares
 from wearlab.life.history import History
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
-from wearlab.scene.operation import labels_of
+from wearlab.scene.operation import DutyBlock, OperationStage, labels_of
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,6 @@ class Stage:
     Parameters
     ----------
     label : its name, "" where it is the only one
-    scenes : the scene in each condition alone
     parts : its physics
     shares : how often each condition comes
     coupling : contact, dynamics and wear of all conditions together
@@ -30,7 +29,6 @@ class Stage:
     """
 
     label: str
-    scenes: tuple[Scene, ...]
     parts: tuple[Parts, ...]
     shares: DutyShares
     coupling: Coupled
@@ -47,14 +45,6 @@ class Stage:
         return self.shares.mean_speed
 
 
-def in_condition(scene: Scene, torque: float, speed: float, largest_torque: float | None = None) -> Scene:
-    """Return the scene in one condition alone: input torque [N m] and speed [rad/s].
-
-    Several conditions share flanks, and nodes that reach as far as the largest torque of all bends the teeth.
-    """
-    return scene.model_copy(update={"operation": scene.operation.alone(torque, speed, largest_torque)})
-
-
 def stages_of(scene: Scene) -> tuple[Stage, ...]:
     """Return the stages of a scene: one, unless it has stages of operation.
 
@@ -64,37 +54,28 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
         When no such gears can exist or run.
     """
     operation = scene.operation
+
+    def alone(one: DutyBlock | OperationStage) -> Scene:
+        condition = operation.alone(one.torque, one.speed, operation.largest_torque)
+        return scene.model_copy(update={"operation": condition})
+
     if operation.stages:
-        return tuple(
-            _stage(
-                (in_condition(scene, stage.torque, stage.speed, operation.largest_torque),),
-                (1.0,),
-                label,
-                stage.cycles,
-            )
-            for label, stage in zip(labels_of(operation.stages), operation.stages, strict=True)
-        )
+        labelled = zip(labels_of(operation.stages), operation.stages, strict=True)
+        return tuple(_stage([alone(stage)], (1.0,), label, stage.cycles) for label, stage in labelled)
     if not operation.blocks:
-        return (_stage((scene,), (1.0,)),)
-    each = tuple(
-        in_condition(scene, block.torque, block.speed, operation.largest_torque) for block in operation.blocks
-    )
-    return (_stage(each, tuple(block.share for block in operation.blocks)),)
+        return (_stage([scene], (1.0,)),)
+    blocks = operation.blocks
+    return (_stage([alone(block) for block in blocks], [block.share for block in blocks]),)
 
 
 def _stage(
-    scenes: tuple[Scene, ...], share: tuple[float, ...], label: str = "", cycles: float | None = None
+    scenes: Sequence[Scene], share: Sequence[float], label: str = "", cycles: float | None = None
 ) -> Stage:
-    parts = tuple(build(scene) for scene in scenes)
-    return Stage(label, scenes, parts, *_together(parts, share), cycles)
-
-
-def _together(parts: tuple[Parts, ...], share: tuple[float, ...]) -> tuple[DutyShares, Coupled]:
-    """Return the shares of the conditions, and what they couple to."""
-    if len(parts) == 1:
-        return DutyShares(np.ones(1), parts[0].speed), parts[0].coupling
-    shares = duty_shares(share, [part.speed for part in parts])
-    return shares, coupled(parts, shares)
+    parts = tuple(map(build, scenes))
+    shares = DutyShares(np.ones(1), parts[0].speed)
+    if len(parts) > 1:
+        shares = duty_shares(share, [part.speed for part in parts])
+    return Stage(label, parts, shares, coupled(parts, shares), cycles)
 
 
 def coupled(parts: tuple[Parts, ...], shares: DutyShares) -> Coupled:

@@ -152,7 +152,7 @@ def _of_condition(
 
     Of a life that has ended, a part that fails is missing; ``failures`` gets a line for it.
     """
-    scene, parts = stage.scenes[block], stage.parts[block]
+    scene, parts = stage.parts[block].scene, stage.parts[block]
     states = lived.kept(number).in_block(block).state
 
     def found(name: str, find: Callable[[], Values]) -> Values:

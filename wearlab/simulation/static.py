@@ -52,9 +52,13 @@ def coordinates(parts: Parts) -> Values:
     }
 
 
-def by_flank(parts: Parts, of_kind: Sequence[Array]) -> Array:
-    """Return values of every kind of mesh, each (…, 2, n), flank after flank, (…, n_flanks, n)."""
-    return padded([of_kind[kind][..., gear, :] for kind, gear in parts.gears.flank_places], -2)
+def by_flank(parts: Parts, of_kind: Sequence[Array], along: int = 1) -> Array:
+    """Return values of every kind of mesh, each (…, 2, n), flank after flank, (…, n_flanks, n).
+
+    With ``along`` = 2 they are (…, 2, n_face, n), and (…, n_flanks, n_face, n) then.
+    """
+    axis = -1 - along
+    return padded([np.take(of_kind[kind], gear, axis) for kind, gear in parts.gears.flank_places], axis)
 
 
 def characteristic_points(parts: Parts) -> list[Any]:
@@ -79,10 +83,7 @@ def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
     values: Values = {name: padded([own[name] for own in each], 1, 0.0) for name in each[0]}
     gears = parts.gears
     values |= {
-        "mesh_frequency": [gears.mesh_frequency] * len(each),
-        "contact_ratio": [gears.kinds[mesh.kind].pair.contact_ratio for mesh in parts.meshes],
-        "mesh_phase_offset": gears.mesh_lags,
-        "static_mesh_force": [gears.kinds[mesh.kind].load for mesh in parts.meshes],
+        **of_set(parts),
         "residual_load_share": [
             max(
                 _share_residual(gears.kinds[k].load, kind_state.static)
@@ -92,6 +93,17 @@ def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         ],
     }
     return values | _slow_error(parts)
+
+
+def of_set(parts: Parts) -> Values:
+    """Return what the gear set alone says of its meshes, (n_mesh,) each."""
+    kinds = [parts.gears.kinds[mesh.kind] for mesh in parts.meshes]
+    return {
+        "mesh_frequency": [parts.gears.mesh_frequency] * len(kinds),
+        "contact_ratio": [kind.pair.contact_ratio for kind in kinds],
+        "mesh_phase_offset": parts.gears.mesh_lags,
+        "static_mesh_force": [kind.load for kind in kinds],
+    }
 
 
 def _of_mesh(parts: Parts, mesh: int, states: tuple[WearState, ...]) -> dict[str, Array]:
@@ -215,13 +227,22 @@ def wear_values(parts: Parts, lived: History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
     states = lived.state
     kinds = range(len(parts.kinds))
-    depth = by_flank(parts, [np.stack([state.kind[k].wear for state in states]) for k in kinds])
+    depths = [np.stack([state.kind[k].wear for state in states]) for k in kinds]
+    masses = [
+        worn_mass(
+            depth, own.path,
+            density=[gear.material.density for gear in own.pair.gears],
+            teeth=[gear.teeth for gear in own.pair.gears],
+        )
+        for depth, own in zip(depths, parts.kinds, strict=True)
+    ]  # fmt: skip
+    depth = by_flank(parts, depths)
     modification = by_flank(parts, [mesh_kind.modification for mesh_kind in parts.kinds])
     values: Values = {
         "wear_depth": depth,
-        "wear_slope": by_flank(parts, [_slopes(parts, kind, states) for kind in kinds]),
+        "wear_slope": by_flank(parts, list(map(_slopes, parts.kinds, depths))),
         "flank_deviation": -(depth + modification),
-        "worn_mass": _worn_mass(parts, states),
+        "worn_mass": by_member(parts, masses),
         **counts(parts, lived),
     }
     if all(state.wears for state in states):
@@ -242,10 +263,9 @@ def counts(parts: Parts, lived: History) -> Values:
     return values
 
 
-def _slopes(parts: Parts, kind: int, states: Sequence[WearState]) -> Array:
-    """Return the slopes of the wear of both flanks of a mesh, (n_updates, 2, n) [1]."""
-    own, depth = parts.kinds[kind], np.stack([state.kind[kind].wear for state in states])
-    both = [wear_slope(own.pair, gear, own.analysis.grid, depth[:, gear]) for gear in (0, 1)]
+def _slopes(kind: KindParts, depth: Array) -> Array:
+    """Return dh/ds of the worn flanks of one kind of mesh, (n_updates, 2, n) [1]."""
+    both = [wear_slope(kind.pair, gear, kind.analysis.grid, depth[:, gear]) for gear in (0, 1)]
     return np.stack(both, axis=1)
 
 
@@ -277,19 +297,13 @@ def _deepest(wear: Array, own: slice, among: slice | Index) -> float:
     return float(wear[own][counts[own]].max(initial=-1.0))
 
 
-def _worn_mass(parts: Parts, states: tuple[WearState, ...]) -> Array:
-    """Return the mass worn off every member, both its flanks together, (n_updates, n_members) [kg]."""
-    total = np.zeros((len(states), len(parts.gears.members)))
-    for kind, mesh_kind in enumerate(parts.kinds):
-        mass = worn_mass(
-            np.stack([state.kind[kind].wear for state in states]),
-            mesh_kind.path,
-            density=[gear.material.density for gear in mesh_kind.pair.gears],
-            teeth=[gear.teeth for gear in mesh_kind.pair.gears],
-        )
-        for gear, own in enumerate(mesh_kind.pair.gears):
-            for column in parts.gears.columns_of(own.name):
-                total[:, column] += mass[:, gear]
+def by_member(parts: Parts, of_kinds: Sequence[Array]) -> Array:
+    """Return masses of the gears of every kind of mesh (n_updates, 2) member by member, flanks together."""
+    total = np.zeros((len(of_kinds[0]), len(parts.gears.members)))
+    for own, mass in zip(parts.kinds, of_kinds, strict=True):
+        for number, gear in enumerate(own.pair.gears):
+            for column in parts.gears.columns_of(gear.name):
+                total[:, column] += mass[:, number]
     return total
 
 

@@ -23,7 +23,6 @@ from wearlab.life.coupled import Wear, WearState
 from wearlab.mesh import excitation, force
 from wearlab.mesh.clock import Instants, look_within
 from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
-from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build, mesh
 from wearlab.simulation.vibration import bearing_values, has_bearings
 
@@ -67,14 +66,14 @@ class Rougher(NamedTuple):
         return self._replace(rate=rate, weight=weight, between=weight * self.between)
 
 
-def rough_parts(scene: Scene, parts: Parts, share: float = COARSENED) -> Parts | None:
+def rough_parts(parts: Parts, share: float = COARSENED) -> Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
-    changed: dict[str, int] = {"profile_points": max(9, int(share * mesh.profile_points(scene)))}
+    changed: dict[str, int] = {"profile_points": max(9, int(share * mesh.profile_points(parts.scene)))}
     if parts.vibration is not None:
         changed["steps_per_period"] = max(4, int(share * len(parts.vibration.sampling.grid.width)))
-    numerics = scene.numerics.model_copy(update=changed)
+    numerics = parts.scene.numerics.model_copy(update=changed)
     try:
-        return build(scene.model_copy(update={"numerics": numerics}))
+        return build(parts.scene.model_copy(update={"numerics": numerics}))
     except GearError:
         return None
 
@@ -108,12 +107,9 @@ def rougher(
     start = responses
     if before is not None and _permanent_contact(responses) and _permanent_contact(before.state.responses):
         start = before.state.responses
-    try:
-        wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
-        again = rough.coupling.evaluate(wear, start)
-    except (limits.StopWear, GearError):  # or its steps are too rough for any motion
-        return None
-    if [response.period for response in again.responses] != [response.period for response in responses]:
+    wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
+    again = alike(rough, wear, start, responses)
+    if again is None:
         return None
     rate = None
     if state.wears and again.wears:
@@ -121,6 +117,18 @@ def rougher(
     flat = rough.coupling.flat(again.wear)
     between = between_nodes(parts, state.wear, rough)
     return Rougher(cycle, flat, rate, flank_of_nodes(rough), rough, again, between=between)
+
+
+def alike(
+    parts: Parts, wear: Wear, start: vibration.Responses, wanted: vibration.Responses
+) -> WearState | None:
+    """Return a wear state, None where it does not respond with the periods that are wanted."""
+    try:
+        found = parts.coupling.evaluate(wear, start)
+    except (limits.StopWear, GearError):  # or its steps are too rough for any motion
+        return None
+    periods = [[response.period for response in each] for each in (found.responses, wanted)]
+    return found if periods[0] == periods[1] else None
 
 
 def _permanent_contact(responses: vibration.Responses) -> bool:
@@ -147,33 +155,29 @@ def flank_of_nodes(parts: Parts) -> Index:
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(scene: Scene, parts: Parts, block: int, lived: history.History) -> list[Rougher | None]:
+def twins_of(parts: Parts, lived: history.History) -> list[Rougher | None]:
     """Return the rougher twins of the sampled states in one condition."""
-    own = lived.in_block(block).samples
-    twins = _of_share(scene, parts, own, COARSENED)
-    if any(twins) or not any(map(is_periodic, own.state)):
+    twins = _of_share(parts, lived.samples, COARSENED)
+    if any(twins) or not any(map(is_periodic, lived.samples.state)):
         return twins
-    return [
-        None if twin is None else twin.scaled(SCALED) for twin in _of_share(scene, parts, own, LESS_COARSENED)
-    ]
+    return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(scene: Scene, parts: Parts, block: int, lived: history.History) -> list[Rougher | None]:
+def finer_twins_of(parts: Parts, lived: history.History) -> list[Rougher | None]:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
-    twins = _of_share(scene, parts, lived.in_block(block).samples, REFINED)
-    return [None if twin is None else twin.scaled(OF_FINER) for twin in twins]
+    return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
-def _of_share(scene: Scene, parts: Parts, own: history.History, share: float) -> list[Rougher | None]:
-    rough = rough_parts(scene, parts, share)
+def _of_share(parts: Parts, own: history.History, share: float, weight: float = 1.0) -> list[Rougher | None]:
+    rough = rough_parts(parts, share)
+    twins: list[Rougher | None] = [None] * len(own.state)
     if rough is None:
-        return [None] * len(own.state)
-    rough_states: list[Rougher | None] = []
+        return twins
     before: Rougher | None = None
-    for cycle, state in zip(own.cycle, own.state, strict=True):
-        rough_states.append(rougher(parts, rough, float(cycle), state, before))
-        before = rough_states[-1] or before
-    return rough_states
+    for number, (cycle, state) in enumerate(zip(own.cycle, own.state, strict=True)):
+        twin = rougher(parts, rough, float(cycle), state, before)
+        twins[number], before = twin and twin.scaled(weight), twin or before
+    return twins
 
 
 def is_periodic(state: WearState) -> bool:

@@ -14,11 +14,9 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from wearlab.arrays import Array, Index
-from wearlab.gears.specification import GearError
-from wearlab.life import limits
 from wearlab.life.coupled import WearState
 from wearlab.life.limits import Flanks
-from wearlab.simulation.twins import Rougher
+from wearlab.simulation.twins import Rougher, alike
 
 DEEPEST = 0.95
 """Share of the largest depth from which a node counts as one that may end the life."""
@@ -242,16 +240,7 @@ def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ..
         if not np.isfinite(off).all():
             worse = None
         elif off.any():
-            coupling = twin.parts.coupling
-            try:
-                worse = coupling.evaluate(
-                    coupling.split(np.maximum(0.0, twin.wear + off)), twin.state.responses
-                )
-                if [response.period for response in worse.responses] != [
-                    response.period for response in twin.state.responses
-                ]:
-                    worse = None
-            except (limits.StopWear, GearError):
-                worse = None
+            worn = twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
+            worse = alike(twin.parts, worn, twin.state.responses, twin.state.responses)
         states.append(worse)
     return tuple(states)
