@@ -68,7 +68,7 @@ class Part(BaseModel):
         return self
 
 
-class Block(BaseModel):
+class ClosedTable(BaseModel):
     """A table of a campaign file that is no section of a scene: fixed, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

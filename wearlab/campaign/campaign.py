@@ -12,7 +12,7 @@ from wearlab.campaign import inheritance, update_options
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
-from wearlab.options import Block, Number, option
+from wearlab.options import ClosedTable, Number, option
 from wearlab.plugins import Plugin
 from wearlab.query.keys import flat
 from wearlab.units import is_quantity
@@ -37,7 +37,7 @@ def campaign_html(title: str, sweeps: Sequence[Axis], cases: Sequence[Case]) -> 
 Names = str | tuple[str, ...]
 
 
-class FigureSpec(Block):
+class FigureSpec(ClosedTable):
     """One figure of a campaign."""
 
     kind: str = option(..., "kind of figure, listed by `wearlab schema --figures`")
@@ -76,7 +76,7 @@ PARTS: tuple[Part, ...] = (
 )
 
 
-class ReportSpec(Block):
+class ReportSpec(ClosedTable):
     """What the page of a campaign tells."""
 
     lead: str | None = option(None, "what the reader should know first, in a sentence or two")
@@ -100,7 +100,7 @@ def read_report(table: Any) -> ReportSpec:
     return inheritance.modelled(ReportSpec, table, SECTION)
 
 
-class Metadata(Block):
+class Metadata(ClosedTable):
     """Who made it; no part of any run's identity."""
 
     author: str | tuple[str, ...] | None = option(None, "author, or a list of authors", derived="not told")

@@ -24,7 +24,7 @@ PLACEHOLDER = re.compile(r"(?<![\\\w^])\{([^{}:]+)(?::([^{}:]*))?\}")
 FORMAT = re.compile(r"(\+?(?:\.\d)?[efg])(?: (\S.*))?")
 
 
-class ClaimSpec(options.Block):
+class ClaimSpec(options.ClosedTable):
     """Something that a campaign says of its runs, which ``wearlab check --claims`` holds against them."""
 
     name: str = options.option(..., "a word for it, which notes and messages use")

@@ -13,7 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab import slots, units
 from wearlab.campaign import campaign, case, claims, distributions, update_options
-from wearlab.options import Block, option
+from wearlab.options import ClosedTable, option
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
 
@@ -31,7 +31,7 @@ OTHER = "another generator"
 Names = str | tuple[str, ...]
 
 
-class Spaced(Block):
+class Spaced(ClosedTable):
     """Values between two ends, both included."""
 
     linspace: tuple[float, float, int] | None = option(
@@ -46,28 +46,28 @@ class Spaced(Block):
     unit: str | None = option(None, "unit of the values", derived="plain numbers")
 
 
-class Lognormal(Block):
+class Lognormal(ClosedTable):
     """Log-normally distributed values."""
 
     median: float | str = option(..., "median, with its unit where the key has one")
     cov: float = option(..., "coefficient of variation: standard deviation over mean")
 
 
-class NormalTable(Block):
+class NormalTable(ClosedTable):
     """Normally distributed values."""
 
     mean: float | str = option(..., "mean, with its unit where the key has one")
     sd: float | str = option(..., "standard deviation, with its unit where the key has one")
 
 
-class WeibullTable(Block):
+class WeibullTable(ClosedTable):
     """Weibull-distributed values."""
 
     scale: float | str = option(..., "63.2 % of the values lie below, with its unit where the key has one")
     shape: float = option(..., "exponent")
 
 
-class DrawnTable(Block):
+class DrawnTable(ClosedTable):
     """Values drawn from one distribution, in a block with ``sample`` or of an unknown of an update."""
 
     lognormal: Lognormal | None = option(None, "log-normal", derived=OTHER)
@@ -85,7 +85,7 @@ class DrawnTable(Block):
     )
 
 
-class SampleTable(Block):
+class SampleTable(ClosedTable):
     """How the keys of a block are drawn."""
 
     method: Literal[distributions.METHODS] = option(  # type: ignore[valid-type]
@@ -113,7 +113,7 @@ class Sweep(BaseModel):
     )
 
 
-class ExpectedValue(Block):
+class ExpectedValue(ClosedTable):
     """The value of a variable, and how far from it counts as met."""
 
     value: float | str = option(..., "value, with its unit where the variable has one")

@@ -9,7 +9,7 @@ from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import ConfigDict, ValidationInfo, field_validator, model_validator
 
 from wearlab.campaign.distributions import Distribution
-from wearlab.options import POSITIVE, Block, Depth, Mass, option
+from wearlab.options import POSITIVE, ClosedTable, Depth, Mass, option
 from wearlab.schema import VARIABLES
 
 MOST_DRAWS = 100_000
@@ -18,7 +18,7 @@ DISCREPANCIES = ("none", "accumulating")
 CHANGES = ("none", "once", "running-in")
 
 
-class Strict(Block):
+class Strict(ClosedTable):
     """A table of ``[update]``: its numbers are finite."""
 
     model_config = ConfigDict(allow_inf_nan=False)
