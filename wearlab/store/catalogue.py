@@ -334,7 +334,7 @@ def _unpacked(connection: sqlite3.Connection, dictionary: Any, packed: Any) -> t
     known = connection.execute("SELECT content FROM dictionaries WHERE number = ?", (dictionary,)).fetchone()
     inflate = zlib.decompressobj(wbits=-15, zdict=known[0] if known else b"")
     try:
-        texts = inflate.decompress(packed, LARGEST).decode().split("\0")
+        texts = inflate.decompress(packed, LARGEST).decode().split("\0", 4)
         for text in texts:
             rows.table(text)
     except (zlib.error, TypeError, ValueError, RecursionError):
