@@ -1,10 +1,13 @@
 """Helpers of tests that worker processes must be able to import live in ``tests/support``."""
 
+import gc
+import os
 import sys
 from pathlib import Path
 
 import pytest
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # on busy cores threads wait for each other
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / folder) for folder in ("support", "validation")]
 
@@ -38,6 +41,7 @@ def pytest_collection_modifyitems(items):
     place = {HERE / name: number for number, name in enumerate(LONG)}
 
     items.sort(key=lambda item: place.get(item.path, len(LONG)))
+    gc.freeze()  # what all tests have imported is not looked through again and again
 
 
 def _held(plugins):
