@@ -11,9 +11,10 @@ from wearlab.scene import Scene
 from wearlab.simulation import Refused, simulate
 
 KINDS = [
-    (random_scenes.scenes(), 25),
+    (random_scenes.scenes(), 21),
     (random_scenes.internal_pairs(), 15),
     (random_scenes.planetary_sets(), 15),
+    pytest.param(random_scenes.scenes(), 40, marks=pytest.mark.slow),
     pytest.param(random_scenes.internal_pairs(moving=True), 12, marks=pytest.mark.slow),
     pytest.param(random_scenes.planetary_sets(moving=True), 12, marks=pytest.mark.slow),
 ]
@@ -22,8 +23,11 @@ KINDS = [
 @pytest.mark.parametrize(
     ("drawn", "examples"),
     KINDS,
-    ids=["external pairs", "internal pairs", "planetary sets", "internal moving", "planetary moving"],
-)
+    ids=[
+        "external pairs", "internal pairs", "planetary sets",
+        "more external pairs", "internal moving", "planetary moving",
+    ],
+)  # fmt: skip
 def test_random_scenes_are_finite_or_refused_by_name(drawn, examples):
     verdicts: Counter[str] = Counter()
 
