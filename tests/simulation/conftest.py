@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from wearlab.campaign import load
-from wearlab.simulation import simulate
+from wearlab.simulation import attractors, simulate
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
@@ -29,3 +29,9 @@ def scene():
 @pytest.fixture
 def run():
     return simulated
+
+
+@pytest.fixture
+def alone(monkeypatch):
+    """Look for no other attractor: half of a run's time, for tests of the orbit that is stored."""
+    monkeypatch.setattr(attractors, "other_attractors", lambda parts, states: [])

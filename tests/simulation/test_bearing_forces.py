@@ -11,6 +11,8 @@ from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 BEARING = {"radial_stiffness": "300 N/um", "damping_ratio": 0.03}
 SET: dict[str, Any] = {
     "gears": {

@@ -21,12 +21,10 @@ LIGHT = {
     "operation": {"torque": "2 N*m", "speed": "1500 rpm"},
     "mesh": {"contact": "exact"},
     "wear": {"coefficient": {"model": "constant", "value": "1e-18 m^2/N"}, "until": {"depth": "3 um"}},
+    "numerics": {"profile_points": 61, "phase_points": 32, "cycle_tolerance": 1e-2},
 }
 """Worn by 3 µm, its flanks have a shape that overhangs long before it is 1 mm deep."""
-BRIEF = LIGHT | {
-    "numerics": {"profile_points": 61, "phase_points": 32, "cycle_tolerance": 1e-2},
-    "wear": LIGHT["wear"] | {"until": {"cycles": 1e8}},
-}
+BRIEF = LIGHT | {"wear": LIGHT["wear"] | {"until": {"cycles": 1e8}}}
 
 
 def failing(*_, **__):

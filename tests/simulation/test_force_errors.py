@@ -15,6 +15,8 @@ from wearlab.scene.build import build
 from wearlab.simulation import simulate
 from wearlab.simulation.twins import LARGEST_SHARE, NEAR, error_of_largest
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 SCENE: dict[str, Any] = PAIR | {
     "mesh": {"damping_ratio": 0.05, "normal_backlash": "100 um"},
     "numerics": {"tolerance": 1e-3},

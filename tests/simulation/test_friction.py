@@ -15,6 +15,8 @@ from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 MU = 0.1
 PAIR = {

@@ -11,6 +11,8 @@ from wearlab.cli import app
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 PAIR = {
     "kind": "internal-pair",
     "module": "6 mm",

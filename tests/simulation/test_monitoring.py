@@ -11,6 +11,8 @@ from wearlab.campaign import load
 from wearlab.dynamics.forces.mesh_forces import lobatto
 from wearlab.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 

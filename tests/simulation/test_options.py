@@ -87,7 +87,7 @@ def march(stiffness, error, rate, speed=1100.0):
     state = np.array([-FORCE / k_y, FORCE / k_y, 2.5e-5, 0.0, 0.0, 0.0])
     phases = np.arange(256) / 256
     edges = [0.0, 0.7546732846981, 1.0]
-    for count in range(90):
+    for count in range(30):  # free motions die out as exp(-0.7 n)
         pieces = []
         for low, high in pairwise(edges):
             inside = phases[(phases >= low) & (phases < high)]
@@ -102,7 +102,7 @@ def march(stiffness, error, rate, speed=1100.0):
             )  # fmt: skip
             state = last.y[:, -1]
             pieces.append(solved.y)
-        if count == 89:
+        if count == 29:
             y = np.concatenate(pieces, axis=1)
     delta = y[2] + y[0] - y[1] - np.array([error(p) for p in phases])
     return np.array([stiffness(p) for p in phases]) * np.maximum(delta, 0.0)

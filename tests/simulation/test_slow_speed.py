@@ -6,6 +6,8 @@ import pytest
 from wearlab.scene import Scene
 from wearlab.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 GEARS = {
     "external": (golden.PAIR["gears"], {"model": "torsional"}),
     "internal": ({k: v for k, v in golden.RING.items() if k != "gear"}, {"model": "torsional"}),

@@ -9,6 +9,8 @@ from wearlab.campaign import load
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 
 
