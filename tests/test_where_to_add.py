@@ -31,7 +31,7 @@ def pair(law):
         "operation": {"torque": "100 N*m", "speed": "1100 rpm"},
         "mesh": {"stiffness": "potential-energy"},
         "wear": {"law": law, "coefficient": {"model": "constant", "value": "1e-16 m^2/N"}, "load": "static",
-            "until": {"depth": "1 um"}},
+            "contact_patch": "none", "until": {"depth": "1 um"}},
     }
 
 ZERO, SOME = ({"model": "threshold", "threshold": f"{p} MPa"} for p in (0, 500))

@@ -23,6 +23,7 @@ from wearlab.store import Store
 
 COUNT = 30
 TORQUES = tuple(100.0 + 10.0 * i for i in range(COUNT))
+GRIDS = {}
 MODES = ("natural_frequency", "critical_speed")
 ORDINARY = [name for name, kind in KINDS.items() if name != "line" and set(kind.needs) <= set(VARIABLES)]
 """Kinds that draw runs, not what an update made of them."""
@@ -61,7 +62,10 @@ def sampled(count=COUNT):
 
 
 def plot_of(store, campaign, **wishes):
-    return plotted(store.open(campaign), read(SimpleNamespace(**wishes), 1, None))[0]
+    of = store, repr(campaign)
+    if of not in GRIDS:
+        GRIDS[of] = store.open(campaign)
+    return plotted(GRIDS[of], read(SimpleNamespace(**wishes), 1, None))[0]
 
 
 def seen(store, campaign, **wishes):

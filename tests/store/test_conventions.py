@@ -18,7 +18,8 @@ BASE = Path(__file__).parents[2] / "campaigns" / "base"
 def test_no_coordinate_has_a_filling(tmp_path):
     import netCDF4
 
-    data = made_up.run(800.0)
+    whole = made_up.run(800.0)
+    data = whole[list({whole[name].dims: name for name in whole}.values())]  # one of each shape: it is slow
     path = tmp_path / "run.nc"
     path.write_bytes(to_image(data)[0])
     with netCDF4.Dataset(path) as file:
