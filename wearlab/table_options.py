@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic_core import PydanticCustomError
 
 from wearlab.options import Stored
 from wearlab.tables import ReadTable, TableError, in_unit, read_table
@@ -25,17 +24,22 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     """
     if "along" in given and _stored(given.get("abscissa"), given.get("stiffness")):
         return given
-    for key in ("along", "abscissa", "stiffness"):
+    keys = ("along", "abscissa", "stiffness")
+    _refuse_written(given, keys, "{file, of, units}")
+    try:
+        units = named_texts({"units": {}, **given}, "units", '{ stiffness = "N/um" }')
+        return given | dict(zip(keys, stiffness_table(named_file(given), units, base), strict=True))
+    except TableError as error:
+        raise ValueError(str(error)) from None
+
+
+def _refuse_written(given: dict[str, Any], keys: Sequence[str], wanted: str) -> None:
+    """Refuse what is read from a file where it is written, and options without a file."""
+    for key in keys:
         if key in given:
             raise ValueError(f"{key!r} is read from file, not written")
     if "file" not in given:
-        raise ValueError("'file' is required: {file, of, units}")
-    try:
-        units = named_texts({"units": {}, **given}, "units", '{ stiffness = "N/um" }')
-        along, x, k = stiffness_table(named_file(given), units, base)
-    except TableError as error:
-        raise ValueError(str(error)) from None
-    return {**given, "along": along, "abscissa": x, "stiffness": k}
+        raise ValueError(f"'file' is required: {wanted}")
 
 
 PROFILE_ABSCISSAE = {"diameter": "m", "roll_angle": "rad", "roll_length": "m", "path_position": "m"}
@@ -54,16 +58,12 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     """
     if "x" in given and "y" in given and _stored(given.get("abscissa"), given.get("ordinate")):
         return given
-    for key in ("abscissa", "ordinate", "across"):
-        if key in given:
-            raise ValueError(f"{key!r} is read from file, not written")
-    if "file" not in given:
-        raise PydanticCustomError("table", "{key} is required: {file, x, y, units}", {"key": "'file'"})
+    keys = ("x", "y", "abscissa", "ordinate", "across")
+    _refuse_written(given, keys[2:], "{file, x, y, units}")
     try:
-        x, y, abscissa, ordinate, across = profile_table(given, base)
+        return given | dict(zip(keys, profile_table(given, base), strict=True))
     except TableError as error:
         raise ValueError(str(error)) from None
-    return {**given, "x": x, "y": y, "abscissa": abscissa, "ordinate": ordinate, "across": across}
 
 
 def profile_table(

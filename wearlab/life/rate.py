@@ -1,14 +1,12 @@
 """A wear rate that is counted, bounded and checked; and can be put back where it was."""
 
-from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life.limits import OutOfEvaluations, StopWear
-
-Rate = Callable[[Array], Array]
+from wearlab.life.runge_kutta import Rate
 
 
 @runtime_checkable

@@ -1,15 +1,12 @@
 """States and steps over cycles, the curve between the ends of a step, jumps, and a step taken once more."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life.limits import Flanks
-from wearlab.life.runge_kutta import Scheme, chebyshev_step, fourth_order_step
-
-Rate = Callable[[Array], Array]
+from wearlab.life.runge_kutta import Rate, Scheme, chebyshev_step, fourth_order_step
 
 FOURTH_ORDER, EULER = "fourth order", "Euler"
 """Methods of a step beside the schemes of RKC2."""

@@ -242,14 +242,6 @@ def choice_of(path: Path, table: dict[str, Any]) -> str | None:
 
 
 @cache
-def keys_at(path: Path) -> tuple[str, ...]:
-    """Return every key that some part at a path understands."""
-    parts = parts_at(path)
-    members = MEMBERS if any(part.per_member for part in parts) else ()
-    return tuple(dict.fromkeys([key for part in parts for key in part.model_fields] + list(members)))
-
-
-@cache
 def nearest_place(key: str) -> Path | None:
     """Return the path nearest to the root of a scene at which a key stands, None if it stands nowhere."""
     level: list[Path] = [()]
@@ -264,5 +256,5 @@ def nearest_place(key: str) -> Path | None:
 
 def forget() -> None:
     """Forget which parts there are: plug-ins have brought others."""
-    for known in (parts_at, field_at, chooser_at, default_choice, keys_at, nearest_place):
+    for known in (parts_at, field_at, chooser_at, default_choice, nearest_place):
         known.cache_clear()

@@ -155,18 +155,10 @@ def _values_of(others: Sequence[Sequence[Response]]) -> Values:
     for state, own in enumerate(others):
         for number, other in enumerate(own):
             rows[state, number] = _described(other)
-    period, multiplier, (least, largest) = rows[..., 0], rows[..., 1], np.split(rows[..., 2:], 2, axis=-1)
-    least, largest = (force.transpose(0, 2, 1) for force in (least, largest))
-    return {
-        "coexisting_period": period[:, 0],
-        "coexisting_multiplier": multiplier[:, 0],
-        "coexisting_force_min": least[..., 0],
-        "coexisting_force_max": largest[..., 0],
-        "rival_period": period,
-        "rival_multiplier": multiplier,
-        "rival_force_min": least,
-        "rival_force_max": largest,
-    }
+    least, largest = (force.transpose(0, 2, 1) for force in np.split(rows[..., 2:], 2, axis=-1))
+    found = {"period": rows[..., 0], "multiplier": rows[..., 1], "force_min": least, "force_max": largest}
+    worst = {f"coexisting_{name}": values[..., 0] for name, values in found.items()}
+    return worst | {f"rival_{name}": values for name, values in found.items()}
 
 
 def _described(other: Response) -> Array:

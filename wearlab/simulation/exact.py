@@ -39,25 +39,20 @@ def exact_values(scene: Scene, parts: Parts, states: Sequence[WearState], failur
     """
     if all(_meeting(kind.analysis) is None for kind in parts.kinds):
         return {}
-    slots = max(kind.analysis.grid.slots for kind in parts.kinds)
-    shape = (len(states), len(parts.gears.members), len(parts.meshes))
-    phases = len(parts.phase)
-    values: Values = {
-        "contact_angle": np.full((*shape, slots, phases), np.nan),
-        "rotation_angle": np.full((*shape, slots, phases), np.nan),
-        "rotation_lag": np.full((shape[0], shape[2], slots, phases), np.nan),
-        "engaged": np.zeros((shape[0], shape[2], slots, phases), dtype=np.int8),
-        "meshing_range": np.full((*shape, 2), np.nan),
-        "contact_range": np.full((*shape, 2), np.nan),
-        "lone_meshing_range": np.full((*shape, 2), np.nan),
-        "lone_contact_range": np.full((*shape, 2), np.nan),
-        "contact_loss": np.full(shape, np.nan),
-        "single_contact_share": np.full((shape[0], shape[2]), np.nan),
-        "first_order_excess": np.full((shape[0], shape[2]), np.nan),
-        "first_order_depth": np.full((shape[0], shape[2]), np.nan),
-        "end": ["engages", "leaves"],
-        "unloaded_transmission_angle": np.full((shape[0], shape[2], phases), np.nan),
+    slots, phases = max(kind.analysis.grid.slots for kind in parts.kinds), len(parts.phase)
+    meshes = len(states), len(parts.meshes)
+    members = len(states), len(parts.gears.members), len(parts.meshes)
+    shapes = {
+        **dict.fromkeys(("contact_angle", "rotation_angle"), (*members, slots, phases)),
+        **dict.fromkeys(("rotation_lag", "engaged"), (*meshes, slots, phases)),
+        **dict.fromkeys(("meshing_range", "contact_range"), (*members, 2)),
+        **dict.fromkeys(("lone_meshing_range", "lone_contact_range"), (*members, 2)),
+        "contact_loss": members,
+        **dict.fromkeys(("single_contact_share", "first_order_excess", "first_order_depth"), meshes),
+        "unloaded_transmission_angle": (*meshes, phases),
     }
+    values: Values = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+    values |= {"engaged": np.zeros(shapes["engaged"], np.int8), "end": ["engages", "leaves"]}
     for index, mesh in enumerate(parts.meshes):
         if _meeting(parts.kinds[mesh.kind].analysis) is None:
             continue
