@@ -7,6 +7,7 @@ an option added with a default makes no stored run new, and a default that moves
 
 import hashlib
 import json
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -55,16 +56,19 @@ def essence(part: options.Part, told: dict[str, Any] | None = None) -> dict[str,
     for name, value in (part.identifying() if told is None else told).items():
         if value is None or (name != part.chooser and _is_default(type(part), name, value)):
             continue
-        essential[name] = _essence(value)
+        essential[name] = _mapped(value, _essence)
     return essential
 
 
-def _essence(value: Any) -> Any:
-    if isinstance(value, options.Part):
-        return value.written(essence(value))
+def _mapped(value: Any, leaf: Callable[[Any], Any]) -> Any:
+    """Return tables and lists within each other with ``leaf`` of what is neither."""
     if isinstance(value, dict):
-        return {key: _essence(inner) for key, inner in value.items()}
-    return [_essence(inner) for inner in value] if isinstance(value, list | tuple) else value
+        return {key: _mapped(inner, leaf) for key, inner in value.items()}
+    return [_mapped(inner, leaf) for inner in value] if isinstance(value, list | tuple) else leaf(value)
+
+
+def _essence(value: Any) -> Any:
+    return value.written(essence(value)) if isinstance(value, options.Part) else value
 
 
 def _is_default(part: type[options.Part], name: str, value: Any) -> bool:
@@ -98,22 +102,18 @@ def _alike(value: Any, other: Any) -> bool:
 
 
 def _dumped(value: Any) -> Any:
-    if isinstance(value, options.Part):
-        return value.model_dump()
-    if isinstance(value, dict):
-        return {key: _dumped(inner) for key, inner in value.items()}
-    return [_dumped(inner) for inner in value] if isinstance(value, list | tuple) else value
+    return _mapped(value, lambda own: own.model_dump() if isinstance(own, options.Part) else own)
 
 
 def stored(value: Any) -> Any:
     """Return values read from canonical JSON, every number marked as SI."""
-    if isinstance(value, dict):
-        return {key: stored(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [stored(inner) for inner in value]
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    return value if isinstance(value, int) and abs(value) >= WHOLE_BELOW else options.Stored(value)
+
+    def number(own: Any) -> Any:
+        if isinstance(own, bool) or not isinstance(own, int | float):
+            return own
+        return own if isinstance(own, int) and abs(own) >= WHOLE_BELOW else options.Stored(own)
+
+    return _mapped(value, number)
 
 
 def _plain(value: Any) -> Any:
