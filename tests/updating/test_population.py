@@ -10,7 +10,7 @@ from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, quantile,
 
 import wearlab
 from wearlab.updating import population as room
-from wearlab.updating.fleet import DRAWS, after, joint, states_now
+from wearlab.updating.fleet import DRAWS, UnitState, after, joint, states_now
 from wearlab.updating.population import factors, population
 from wearlab.updating.run_curves import Asked, Clock, RunCurve
 
@@ -150,6 +150,17 @@ def test_what_is_measured_of_a_unit_strays_together():
     gain = np.linalg.solve(cov, rate * equal * worn)
     assert seen.mean[0, 0] == pytest.approx(gain @ (value - model))
     assert seen.variance[0, 0] == pytest.approx(rate * (equal.max() - gain @ (equal * worn)))
+    state = UnitState(
+        one, shared, np.array([1.1]), 0, seen.mean[:, 0], seen.variance[:, 0], equal.max(keepdims=True)
+    )
+    ahead, heavy = 1.5e4 * (5e4 / 1.5e4) ** 0.9, one.run.asked[1]
+    mean, variance = state.wear(5e4, heavy)
+    x, share = 1.1 * 1.5e4 * (1.04 * 5e4 / 1.5e4) ** 0.9, worn[3]
+    with_it = rate * equal * worn * share
+    assert mean[0] == pytest.approx(
+        3e-6 * x * (1.0 - 1.25e-6 * x) + np.linalg.solve(cov, with_it) @ (value - model)
+    )
+    assert variance[0] == pytest.approx(rate * ahead * share**2 - with_it @ np.linalg.solve(cov, with_it))
     times = [(number, each.cycle) for number, each in one.inspections]
     assert times == [(0, 1e4), (1, 1e4), (2, 1.5e4), (1, 2e4), (0, 3e4), (2, 3e4), (0, 4e4)]
     assert replace(one, asked=1).inspected(np.array([1e4, 2e4, 3e4])).tolist() == [1, 3, 5]
