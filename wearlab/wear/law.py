@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.compiled import jit
 from wearlab.slots import VariantError
 from wearlab.wear.film import lightest_load
 from wearlab.wear.path import WearPath, contact_half_width, mean_pressure, sliding_velocity
@@ -146,7 +145,7 @@ def effective_coefficient(law: PreparedLaw, force: Array, depth: Array | None = 
     ----------
     L16 after Ding & Kahraman 2007, for the film's factor.
     """
-    k = _powers(law.scale, law.exponent, force, law.path.face_width)
+    k = law.scale * (force / law.path.face_width) ** law.exponent[:, None]
     ratio = lambda_ratio(law, force)
     for gear, flank in enumerate(law.law.flanks):
         if not isinstance(flank.coefficient, PowerOfLoad):
@@ -197,7 +196,7 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
     """
     path = law.path
     k = effective_coefficient(law, force, depth)
-    rate = np.asarray(wear_per_cycle(force, k, law.slide, path.passes, path.face_width))
+    rate = wear_per_cycle(force, k, law.slide, path.passes, path.face_width)
     for gear, flank in enumerate(law.law.flanks):
         if flank.rate is not None:
             state = flank_state(law, gear, force, depth)._replace(coefficient=k[gear])
@@ -216,7 +215,6 @@ def _checked(values: Array, function: object, what: str) -> Array:
     return checked
 
 
-@jit
 def wear_per_cycle(force: Array, coefficient: Array, slide: Array, passes: Array, face_width: float) -> Array:
     """Return the depth that one cycle removes at every node, ``n_i k (F/B) |1 − v_other/v_i|``.
 
@@ -236,20 +234,4 @@ def wear_per_cycle(force: Array, coefficient: Array, slide: Array, passes: Array
     ----------
     Archard, J. Appl. Phys. 24 (1953) 981–988, with the Hertz width, which cancels.
     """
-    rate = np.empty(slide.shape)
-    for gear in range(slide.shape[0]):
-        per_length = passes[gear] / face_width
-        for node in range(slide.shape[1]):
-            rate[gear, node] = coefficient[gear, node] * force[node] * per_length * slide[gear, node]
-    return rate
-
-
-@jit
-def _powers(scale: Array, exponent: Array, force: Array, face_width: float) -> Array:
-    k = np.empty(scale.shape)
-    for gear in range(scale.shape[0]):
-        for i in range(scale.shape[1]):
-            k[gear, i] = scale[gear, i]
-            if exponent[gear] != 0.0:
-                k[gear, i] *= (force[i] / face_width) ** exponent[gear]
-    return k
+    return np.asarray(coefficient * force * (passes / face_width)[:, None] * slide)

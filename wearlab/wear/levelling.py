@@ -25,7 +25,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dgbtrf, dgbtrs
+from scipy.sparse import csr_array, eye_array
+from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
@@ -41,14 +42,13 @@ class Squares(NamedTuple):
 
     Parameters
     ----------
-    first : (n + 1,) where the nodes of each contact begin
-    node : (n_felt,) entry of the wear of both flanks, (2n,), that each is
-    product : the squares G_j one after another, row by row [1]
+    contact, node : (n_felt,) contact and entry of the wear of both flanks, (2n,), of each row
+    product : the squares G_j one below another, (n_felt, 2n) [1]
     """
 
-    first: Index
+    contact: Index
     node: Index
-    product: Array
+    product: csr_array
 
 
 class Windows(NamedTuple):
@@ -93,7 +93,10 @@ def squares(half_width: Array, path: WearPath) -> Squares:
             where, image + at + n * np.arange(2)[:, None], begin, end, centre, row, scratch,
             node[first[at] : first[last]], product[filled[at] : filled[last]],
         )  # fmt: skip
-    return Squares(first, node, product)
+    columns = [node[first[j] : first[j + 1]] for j in np.repeat(np.arange(len(felt)), felt)]
+    ends = np.concatenate([[0], np.cumsum(np.repeat(felt, felt))])
+    matrix = csr_array((product, np.concatenate(columns), ends), (first[-1], 2 * n))
+    return Squares(np.repeat(np.arange(len(felt)), felt), node, matrix)
 
 
 def windows(half_width: Array, arc: Array) -> Windows:
@@ -202,9 +205,9 @@ class Levelling(NamedTuple):
         depth : (2n,) wear [m]
         contact : (n,) how much of a full contact there is at each node, 0 to 1 [1]
         """
-        rate = np.zeros(len(depth))
-        _level(*self.across, depth, self.sliding * contact, rate)
-        return rate * self.collect
+        at, node, product = self.across
+        sliding = (self.sliding * contact)[node // len(contact), at]
+        return np.bincount(node, sliding * (product @ depth), len(depth)) * self.collect
 
 
 def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
@@ -220,38 +223,12 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     )
 
 
-class Ahead(NamedTuple):
-    """Factors of I − τD: a band, where the nodes of both flanks take turns.
-
-    Parameters
-    ----------
-    factors, pivots : of LAPACK's dgbtrf
-    width : diagonals on either side of the middle one
-    """
-
-    factors: Array
-    pivots: Index
-    width: int
-
-    def solve(self, forced: Array) -> Array:
-        """Return ``(I − τD)⁻¹`` of a rate of both flanks (2n,)."""
-        in_turn = forced.reshape(2, -1).T.ravel()
-        solved, _ = dgbtrs(self.factors, self.width, self.width, in_turn, self.pivots)
-        return np.asarray(solved.reshape(-1, 2).T.ravel())
-
-
-def looking_ahead(levelling: Levelling, lag: float) -> Ahead:
+def looking_ahead(levelling: Levelling, lag: float) -> SuperLU:
     """Return I − τD of full contacts, factored, for a lag τ [cycles]."""
-    first, node, product = levelling.across
-    n = len(first) - 1
-    place = 2 * (node % n) + node // n
-    begin = first[:-1][np.diff(first) > 0]
-    width = int((np.maximum.reduceat(place, begin) - np.minimum.reduceat(place, begin)).max(initial=0))
-    band = np.zeros((3 * width + 1, 2 * n), order="F")
-    _fill_band(first, node, product, -lag * levelling.sliding, levelling.collect, band[width:])
-    band[2 * width] += 1.0
-    factors, pivots, _ = dgbtrf(band, width, width, overwrite_ab=True)
-    return Ahead(factors, pivots, width)
+    (at, node, product), n = levelling.across, len(levelling.collect)
+    factor = -lag * levelling.sliding[2 * node // n, at] * levelling.collect[node]
+    rows = csr_array((factor, (node, np.arange(len(node)))), (n, len(node)))
+    return splu((eye_array(n) + rows @ product).tocsc())
 
 
 @dataclass(frozen=True)
@@ -271,7 +248,7 @@ class Elastic(TwoWay):
 
     levelling: Levelling
     reference: Array
-    ahead: Ahead
+    ahead: SuperLU
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
@@ -304,37 +281,3 @@ def elastic(
     fastest = float((spread @ static_rate.ravel()).max(initial=0.0))
     tau = lag / fastest if fastest > 0.0 else 0.0
     return Elastic(spread, felt_matrix(spread, path), level, reference, looking_ahead(level, tau))
-
-
-@jit
-def _level(first, node, product, depth, sliding, rate):  # type: ignore[no-untyped-def]
-    """Add ``Σ_j sliding_j G_j h`` to rate (2n,); sliding (2, n) of the flank that each node is of."""
-    at, n = 0, sliding.shape[1]
-    levelled = np.empty(len(depth))
-    for contact in range(n):
-        begin = first[contact]
-        count = first[contact + 1] - begin
-        levelled[:count] = 0.0
-        for k in range(count):
-            felt = depth[node[begin + k]]
-            for i in range(count):
-                levelled[i] += product[at + i] * felt
-            at += count
-        for i in range(count):
-            where = node[begin + i]
-            rate[where] += sliding[where // n, contact] * levelled[i]
-
-
-@jit
-def _fill_band(first, node, product, sliding, collect, band):  # type: ignore[no-untyped-def]
-    """Add ``collect Σ_j sliding_j G_j`` to the diagonals (2 width + 1, 2n) of nodes that take turns."""
-    at, n, middle = 0, sliding.shape[1], (band.shape[0] - 1) // 2
-    for contact in range(n):
-        for i in range(first[contact], first[contact + 1]):
-            flank, place = node[i] // n, node[i] % n
-            factor = sliding[flank, contact] * collect[node[i]]
-            row = middle + 2 * place + flank
-            for k in range(first[contact], first[contact + 1]):
-                column = 2 * (node[k] % n) + node[k] // n
-                band[row - column, column] += factor * product[at]
-                at += 1

@@ -35,10 +35,9 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import block_diag, csr_array
+from scipy.sparse import block_diag, csr_array, diags_array
 
 from wearlab.arrays import Array
-from wearlab.compiled import jit, jit_inner
 from wearlab.wear.path import WearPath, contact_half_width
 
 if TYPE_CHECKING:
@@ -207,10 +206,7 @@ def spread_matrix(half_width: Array, path: WearPath) -> csr_array:
 def felt_matrix(spread: csr_array, path: WearPath) -> csr_array:
     """Return ``P = W⁻¹ Sᵀ W``, (2n, 2n) [1]: row j is the mean over the patch centred at node j."""
     length = np.tile(path.arc_weight, (1, spread.shape[0] // path.arc_weight.size)).ravel()
-    felt = csr_array(spread.T)
-    row = np.repeat(np.arange(len(length)), np.diff(felt.indptr))
-    felt.data = (1.0 / length)[row] * felt.data * length[felt.indices]
-    return felt
+    return csr_array(diags_array(1.0 / length) @ spread.T @ diags_array(length))
 
 
 def spreading(half_width: Array, arc: Array) -> Array:
@@ -221,11 +217,19 @@ def spreading(half_width: Array, arc: Array) -> Array:
     half_width : (n,) Hertz half width a with the contact at each node [m]
     arc : (n,) flank arc of the nodes, in either order [m]
     """
-    edges, n = cell_edges(arc), len(arc)
-    columns = np.zeros((n, n))
-    for j, unit in enumerate(np.eye(n)):
-        _spread(unit, half_width, edges, columns[j])
-    return columns.T
+    edges, a = cell_edges(arc), np.maximum(half_width, 1e-300)
+    low, high, width = edges[:-1], edges[1:], np.diff(edges)
+    kept = np.zeros((len(arc), len(arc)))
+    for end in (None, edges[0], edges[-1]):  # the cells themselves, then their mirror images in the two ends
+        left, right = (low, high) if end is None else (2.0 * end - high, 2.0 * end - low)
+        edge = np.clip(edges[:, None], left - a, right + a)
+        kept += np.diff(_collected(edge - left, a) - _collected(edge - right, a), axis=0)
+    return np.divide(kept, width[:, None], out=np.zeros_like(kept), where=np.outer(width, width) > 0.0)
+
+
+def _collected(x: Array, a: Array) -> Array:
+    """∫ of the share of a unit source at 0, spread over ±a, that lies below x; twice integrated kernel."""
+    return np.asarray(np.where(x < a, (np.maximum(x + a, 0.0)) ** 2 / (4.0 * a), x))
 
 
 def cell_edges(arc: Array) -> Array:
@@ -237,46 +241,3 @@ def cell_edges(arc: Array) -> Array:
 def ascending(arc: Array) -> Array:
     """Return arcs along the path of contact, those of the driven flank of an external pair negative [m]."""
     return arc if arc[-1] >= arc[0] else -arc
-
-
-@jit_inner
-def _collected(x: float, a: float) -> float:
-    """∫ of the share of a unit source at 0, spread over ±a, that lies below x; twice integrated kernel."""
-    if x <= -a:
-        return 0.0
-    if x >= a:
-        return x
-    return (x + a) ** 2 / (4.0 * a)
-
-
-@jit_inner
-def _below(edge: float, left: float, right: float, a: float) -> float:
-    """Area per depth that the cell (left, right) leaves below an edge."""
-    return _collected(edge - left, a) - _collected(edge - right, a)
-
-
-@jit
-def _spread(increment: Array, half_width: Array, edges: Array, averaged: Array) -> None:
-    """Add to ``averaged`` what each cell's increment leaves in every cell, ends reflecting."""
-    n = increment.shape[0]
-    first, last = edges[0], edges[n]
-    for j in range(n):
-        left, right, a = edges[j], edges[j + 1], half_width[j]
-        if right == left or increment[j] == 0.0:
-            continue
-        for image in range(3):  # the cell itself, then its mirror images in the two ends
-            low, high = left, right
-            if image == 1:
-                low, high = 2.0 * first - right, 2.0 * first - left
-            elif image == 2:
-                low, high = 2.0 * last - right, 2.0 * last - left
-            if high + a <= first or low - a >= last:
-                continue
-            i = max(np.searchsorted(edges, low - a, side="right") - 1, 0)
-            below = _below(edges[i], low, high, a)
-            while i < n and edges[i] < high + a:
-                above = _below(edges[i + 1], low, high, a)
-                if edges[i + 1] > edges[i]:
-                    averaged[i] += increment[j] * (above - below) / (edges[i + 1] - edges[i])
-                below = above
-                i += 1
