@@ -8,7 +8,7 @@ from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
 from wearlab.dynamics.orbits.integrate import OnTables
-from wearlab.dynamics.steps.rk45 import AdaptiveSteps, RungeKutta45
+from wearlab.dynamics.steps.rk45 import RungeKutta45
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid
 
@@ -108,7 +108,7 @@ def test_a_period_with_contact_changes(kind: str) -> None:
     assert errors[1] < 3e-6
     assert errors[0] > 6.0 * errors[1] or errors[1] < 3e-8
     if kind != "dense":
-        adaptive = AdaptiveSteps(RungeKutta45(relative=1e-9), system, tables(320, alone)[0], PERIOD)
+        adaptive = RungeKutta45(relative=1e-9).integrator(system, tables(320, alone)[0], PERIOD)
         state = start.copy()
         adaptive.integrate(state, 1)
         assert np.abs(state - exact)[3:].max() < 1e-5 * np.abs(exact[3:]).max()

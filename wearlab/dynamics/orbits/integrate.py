@@ -1,16 +1,19 @@
 """Integration over mesh periods until steady, with a test that a slow decay cannot fool."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numba.extending import overload
 
 from wearlab.arrays import Array
-from wearlab.dynamics.balance import solved_load
+from wearlab.compiled import COUNTED, jit
+from wearlab.dynamics.balance import rebalance, solved_load
 from wearlab.dynamics.orbits.period_map import LOCATED, over_periods
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
-from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, padded_width, scratch, width_of
+from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, padded_width, scratch, width_of, write
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -98,30 +101,63 @@ class OnTables:
         )  # fmt: skip
 
 
-class OneState(ABC):
-    """Integrates a single state from step to step of the tables, by a kernel of its method.
+STEPS: dict[type, Callable[..., Any]] = {}
+"""The step of every method that moves a single state, by the type of its memory."""
+
+
+def single_step(memory: Any, kernel: Any, tables: Any, step: int, period: float, state: Any, s: Any) -> int:
+    """Advance ``state`` (2n,) over one step of the tables by the method of the memory; count evaluations."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(single_step, jit_options=COUNTED, strict=False)
+def _choose_step(memory: Any, *rest: Any) -> Any:
+    return STEPS[memory.instance_class]
+
+
+@jit
+def integrate_states(
+    memory: Any, kernel: Any, tables: Any, period: float, keep: int, orbit: Array, strobe: Array, s: Any
+) -> int:
+    """Integrate from the first of ``strobe`` (count + 1, 2n) on; fill it and ``orbit``; count evaluations."""
+    steps, count, state, evaluations = len(tables.width), len(strobe) - 1, strobe[0].copy(), 0
+    for k in range(count):
+        slot = k - (count - keep)
+        for step in range(steps):
+            if slot >= 0:
+                write(state, orbit[slot * steps + step])
+            evaluations += single_step(memory, kernel, tables, step, period, state, s)
+        rebalance(kernel.balance, strobe[k], state, period)
+        write(state, strobe[k + 1])
+    write(state, orbit[keep * steps])
+    return evaluations
+
+
+class OneState:
+    """Integrates a single state from step to step of the tables, by the step of a method.
 
     Parameters
     ----------
     system, tables, period : what to integrate
+    memory : of the method, whose type names its step in `STEPS`
     """
 
-    def __init__(self, system: System, tables: StageTables, period: float) -> None:
-        self.tables, self.period = tables.filled, period
+    def __init__(self, system: System, tables: StageTables, period: float, memory: Any) -> None:
+        self.tables, self.period, self.memory = tables.filled, period, memory
         self.kernel = kernel_of(system, self.tables, period, 1, exact=False)
         meshes, pairs = self.tables.stiffness.shape[2:]
         self.scratch = scratch(len(system.load), meshes, len(self.kernel.meshes.channels), pairs, 1)
         self.right_hand_sides = 0
 
-    @abstractmethod
-    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
-        """Integrate; fill ``orbit`` (keep · n_steps + 1, 2n) and ``strobe`` (count + 1, 2n); count work."""
-
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods and move ``state``, as every `Integrator` does."""
         steps, rows = len(self.tables.width), len(state)
         orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
-        self.right_hand_sides += self.fill(state, count, keep, orbit, strobe)
+        strobe[0] = state
+        self.right_hand_sides += integrate_states(
+            self.memory, self.kernel, self.tables, self.period, keep, orbit, strobe, self.scratch
+        )
+        state[:] = strobe[-1]
         return strobe, split_periods(orbit, keep)
 
 

@@ -109,9 +109,7 @@ def over_period(
             done = step + 2
             i = j
             continue
-        step_of(
-            kernel.structure, columns, w, states, i, states, j, s.mesh, s.load, tables.width[step] * period
-        )
+        step_of(kernel.structure, columns, w, states, i, j, s.mesh, s.load, tables.width[step] * period)
         if contact != PERMANENT and not contact_holds(
             kernel, tables, step, period, w, states, i, j, s, s.law[0]
         ):

@@ -250,7 +250,7 @@ def _step_by_law(
         if not tangents_of_step(kernel, tables, step, 0.0, 1.0, period, s):
             return in_parts(kernel, tables, step, period, columns, w, states, i, j, s)
         fill_load(kernel.structure, kernel, tables, step, w, s.force, s.load)
-        step_of(kernel.structure, columns, w, states, i, states, j, s.mesh, s.load, h)
+        step_of(kernel.structure, columns, w, states, i, j, s.mesh, s.load, h)
         if correct_motion(kernel, h, w, states, j, s) <= AGREES:
             break
     return 0

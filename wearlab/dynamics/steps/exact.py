@@ -29,23 +29,14 @@ def slot_of(length: Any, h: float) -> int:
 
 
 def exact_step(
-    structure: Any,
-    columns: Any,
-    w: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    load: Any,
-    h: Any,
+    structure: Any, columns: Any, w: Any, states: Any, i: Any, j: Any, mesh: Any, load: Any, h: Any
 ) -> None:
-    """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``.
+    """Advance the state at ``states[i:]`` by time ``h`` into ``states[j:]``.
 
     Parameters
     ----------
     structure : `wearlab.dynamics.steps.kernel.Propagated`
-    columns, w, source, i, target, j, mesh : as in `wearlab.dynamics.steps.rk4.diagonal_step`; all columns
+    columns, w, states, i, j, mesh : as in `wearlab.dynamics.steps.rk4.diagonal_step`; all columns
     load : (3, n_input) flat: inputs at the start, middle and end
     h : one of the tabulated lengths [s]
     """
@@ -54,8 +45,8 @@ def exact_step(
     inputs, meshes = len(structure.force) // 5, len(structure.sense) // 8
     rates = damping_differs(tables, mesh)
     size, rows = np.uint64(2 * n) * w, 3 * inputs
-    old = source[i : i + size].reshape((np.uint64(2 * n), w))
-    new = target[j : j + size].reshape((np.uint64(2 * n), w))
+    old = states[i : i + size].reshape((np.uint64(2 * n), w))
+    new = states[j : j + size].reshape((np.uint64(2 * n), w))
     sensed = 4 * meshes if rates else 2 * meshes
     sense, feed, force = structure.sense[:sensed], structure.feed[:sensed], structure.force[:rows]
     times(tables.single.sense[slot][:sensed], old, sense)

@@ -1,14 +1,13 @@
 """Newmark's method with constant average acceleration, integrated until steady."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.balance import rebalance
-from wearlab.dynamics.orbits.integrate import OneState, UntilSteady
+from wearlab.compiled import jit_inner
+from wearlab.dynamics.orbits.integrate import STEPS, OneState, UntilSteady
 from wearlab.dynamics.steps.equation import acceleration, free_acceleration, place_and_speed, see_within
 from wearlab.dynamics.steps.kernel import write
 from wearlab.dynamics.system import System
@@ -24,58 +23,33 @@ class Newmark(UntilSteady):
     Second order; implicit and unconditionally stable for constant contact. Parameters: see `UntilSteady`.
     """
 
-    def integrator(self, system: System, tables: StageTables, period: float) -> "AverageAcceleration":
+    def integrator(self, system: System, tables: StageTables, period: float) -> OneState:
         """Return what integrates a system over mesh periods."""
-        return AverageAcceleration(system, tables, period)
+        n, flags = len(system.load), np.prod(tables.stiffness.shape[2:]) + len(system.direction)
+        ends = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
+        memory = NewmarkMemory(*ends, np.zeros(2 * flags, np.bool_))
+        return OneState(system, tables, period, memory)
 
 
-class AverageAcceleration(OneState):
-    """Integrates by implicit steps, one for each step of the tables."""
+class NewmarkMemory(NamedTuple):
+    """Memory of a step.
 
-    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
-        """Integrate, and count the right-hand sides."""
-        return int(
-            integrate_newmark(
-                self.kernel, self.tables, self.period, state, count, keep, orbit, strobe, self.scratch
-            )
-        )
-
-
-@jit
-def integrate_newmark(
-    kernel: Any, tables: Any, period: float, state: Array, count: int, keep: int, orbit: Array, strobe: Array,
-    s: Any,
-) -> int:  # fmt: skip
-    """Integrate ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations.
-
-    References
+    Parameters
     ----------
-    Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
+    before, after : (n,) accelerations
+    trial : (2n,) state tried
+    matrix : (n, n) of the equation for the acceleration after
+    seen : which flanks touched and pushed
     """
-    steps, n, flags = len(tables.width), len(state) // 2, s.touch.size
-    before, after, trial, matrix = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
-    seen = np.zeros(2 * flags, np.bool_)
-    evaluations = 0
-    write(state, strobe[0])
-    for k in range(count):
-        slot = k - (count - keep)
-        for step in range(steps):
-            if slot >= 0:
-                write(state, orbit[slot * steps + step])
-            evaluations += newmark_step(
-                kernel, tables, step, period, state, before, after, trial, matrix, seen, s
-            )
-        rebalance(kernel.balance, strobe[k], state, period)
-        write(state, strobe[k + 1])
-    write(state, orbit[keep * steps])
-    return evaluations
+
+    before: Array
+    after: Array
+    trial: Array
+    matrix: Array
+    seen: Array
 
 
-@jit_inner
-def newmark_step(
-    kernel: Any, tables: Any, step: int, period: float, state: Array, before: Array, after: Array,
-    trial: Array, matrix: Array, seen: Any, s: Any,
-) -> int:  # fmt: skip
+def newmark_step(memory: Any, kernel: Any, tables: Any, step: int, period: float, state: Any, s: Any) -> int:
     """Advance ``state`` over one step of the tables; count the evaluations.
 
     ``q₁ = q₀ + h v₀ + h²/4 (a₀ + a₁)``, ``v₁ = v₀ + h/2 (a₀ + a₁)``, with a₁ from the equation of motion at
@@ -85,6 +59,7 @@ def newmark_step(
     ----------
     Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
     """
+    before, after, trial, matrix, seen = memory
     n, h, touch, pushes = len(before), tables.width[step] * period, s.touch.ravel(), s.pushes.ravel()
     acceleration(kernel, tables, step, 0.0, period, state, s, before)
     write(state, trial)
@@ -102,7 +77,7 @@ def newmark_step(
             trial[row] = state[row] + h * state[n + row] + 0.25 * h * h * before[row]
             trial[n + row] = state[n + row] + 0.5 * h * before[row]
         _end_equation(kernel, tables, step, h, s, trial, after, matrix)
-        solve_linear(matrix, after)
+        write(np.linalg.solve(matrix, after), after)
         for row in range(n):
             trial[row] += 0.25 * h * h * after[row]
             trial[n + row] += 0.5 * h * after[row]
@@ -135,38 +110,4 @@ def _end_equation(
                 matrix[row, col] += given.per_force[c, row] * felt
 
 
-@jit_inner
-def solve_linear(matrix: Any, right: Any) -> float:
-    """Solve in place by elimination with row pivots.
-
-    References
-    ----------
-    Golub & Van Loan, Matrix Computations, 4th ed., 2013, §3.4.
-    """
-    n = len(right)
-    largest, least = 0.0, np.inf
-    for row in range(n):
-        for col in range(n):
-            largest = max(largest, abs(matrix[row, col]))
-    for k in range(n):
-        pivot = k
-        for row in range(k + 1, n):
-            if abs(matrix[row, k]) > abs(matrix[pivot, k]):
-                pivot = row
-        least = min(least, abs(matrix[pivot, k]))
-        if matrix[pivot, k] == 0.0 or not np.isfinite(matrix[pivot, k]):
-            return 0.0
-        if pivot != k:
-            right[k], right[pivot] = right[pivot], right[k]
-            for col in range(n):
-                matrix[k, col], matrix[pivot, col] = matrix[pivot, col], matrix[k, col]
-        for row in range(k + 1, n):
-            factor = matrix[row, k] / matrix[k, k]
-            right[row] -= factor * right[k]
-            for col in range(k, n):
-                matrix[row, col] -= factor * matrix[k, col]
-    for k in range(n - 1, -1, -1):
-        for col in range(k + 1, n):
-            right[k] -= matrix[k, col] * right[col]
-        right[k] /= matrix[k, k]
-    return least / largest
+STEPS[NewmarkMemory] = newmark_step

@@ -19,24 +19,15 @@ from wearlab.dynamics.steps.mesh_law import END, MIDST, START
 
 
 def diagonal_step(
-    structure: Any,
-    columns: Any,
-    w: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    load: Any,
-    h: Any,
+    structure: Any, columns: Any, w: Any, states: Any, i: Any, j: Any, mesh: Any, load: Any, h: Any
 ) -> None:
-    """Advance the state at ``source[i:]`` by time ``h`` into ``target[j:]``.
+    """Advance the state at ``states[i:]`` by time ``h`` into ``states[j:]``.
 
     Parameters
     ----------
     structure : `wearlab.dynamics.steps.kernel.Diagonal`
     columns, w : how many columns to advance, and how many a state has (uint64)
-    source, i, target, j : flat arrays of states and offsets into them (uint64)
+    states, i, j : flat arrays of states and offsets into them (uint64)
     mesh : (6, n_channel) flat: stiffness at the start, middle and end [N/m], and damping [N s/m]
     load : (3, n, width) flat: inhomogeneous acceleration at the start, middle and end, in column 0 [m/s²]
     h : length of the step [s]
@@ -51,8 +42,8 @@ def diagonal_step(
     below, meshes = np.uint64(n) * w, len(d) // n
     half, h6 = 0.5 * h, h / 6.0
     for col in range(zero, columns):
-        q = take(like, source, i + col, w)
-        v = take(like, source, i + below + col, w)
+        q = take(like, states, i + col, w)
+        v = take(like, states, i + below + col, w)
         b1 = take(like, load, col, w)
         b2 = take(like, load, below + col, w)
         b3 = take(like, load, below + below + col, w)
@@ -67,8 +58,8 @@ def diagonal_step(
         for row in range(n):
             middles = a2[row] + a3[row]
             to = j + np.uint64(row) * w + col
-            target[to] = q_end[row] + h * h6 * (a1[row] + middles)
-            target[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
+            states[to] = q_end[row] + h * h6 * (a1[row] + middles)
+            states[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
 
 
 @jit_inner(counted=False, forceinline=True)
@@ -93,18 +84,9 @@ def _acceleration(
 
 
 def dense_step(
-    structure: Any,
-    columns: Any,
-    w: Any,
-    source: Any,
-    i: Any,
-    target: Any,
-    j: Any,
-    mesh: Any,
-    load: Any,
-    h: Any,
+    structure: Any, columns: Any, w: Any, states: Any, i: Any, j: Any, mesh: Any, load: Any, h: Any
 ) -> None:
-    """Advance a trajectory alone at ``source[i:]`` by time ``h`` into ``target[j:]``.
+    """Advance a trajectory alone at ``states[i:]`` by time ``h`` into ``states[j:]``.
 
     Parameters are those of `wearlab.dynamics.steps.rk4.diagonal_step`.
 
@@ -118,7 +100,7 @@ def dense_step(
     first, second, third, fourth = work[4], work[5], work[6], work[7]
     for row in range(n):
         at = i + np.uint64(row) * w
-        q0[row], v0[row] = source[at], source[at + np.uint64(n) * w]
+        q0[row], v0[row] = states[at], states[at + np.uint64(n) * w]
     half, quarter = 0.5 * h, 0.25 * h * h
     _dense_acceleration(structure, mesh, load, START, q0, v0, first, w)
     for row in range(n):
@@ -133,8 +115,8 @@ def dense_step(
     _dense_acceleration(structure, mesh, load, END, q, v, fourth, w)
     for row in range(n):
         middles, to = second[row] + third[row], j + np.uint64(row) * w
-        target[to] = q0[row] + h * v0[row] + h * h / 6.0 * (first[row] + middles)
-        target[to + np.uint64(n) * w] = v0[row] + h / 6.0 * (first[row] + 2.0 * middles + fourth[row])
+        states[to] = q0[row] + h * v0[row] + h * h / 6.0 * (first[row] + middles)
+        states[to + np.uint64(n) * w] = v0[row] + h / 6.0 * (first[row] + 2.0 * middles + fourth[row])
 
 
 @jit_inner

@@ -1,14 +1,12 @@
 """The adaptive Runge–Kutta pair of Dormand and Prince, integrated until steady, as the papers do."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.compiled import jit, jit_inner
-from wearlab.dynamics.balance import rebalance
-from wearlab.dynamics.orbits.integrate import OneState, UntilSteady
+from wearlab.dynamics.orbits.integrate import STEPS, OneState, UntilSteady
 from wearlab.dynamics.steps.equation import acceleration
 from wearlab.dynamics.steps.kernel import write
 from wearlab.dynamics.system import System
@@ -46,90 +44,41 @@ class RungeKutta45(UntilSteady):
     relative: float = 1e-7
     absolute: float = 1e-14
 
-    def integrator(self, system: System, tables: StageTables, period: float) -> "AdaptiveSteps":
+    def integrator(self, system: System, tables: StageTables, period: float) -> OneState:
         """Return what integrates a system over mesh periods."""
-        return AdaptiveSteps(self, system, tables, period)
+        rows = np.empty((8, 2 * len(system.load)))
+        return OneState(
+            system, tables, period, AdaptiveMemory(rows, np.ones(1), self.relative, self.absolute)
+        )
 
 
-class AdaptiveSteps(OneState):
-    """Integrates with adaptive steps within each step of the tables."""
+class AdaptiveMemory(NamedTuple):
+    """Memory of a step.
 
-    def __init__(self, method: RungeKutta45, system: System, tables: StageTables, period: float) -> None:
-        super().__init__(system, tables, period)
-        self.method = method
+    Parameters
+    ----------
+    rows : (8, 2n) slopes of the stages, and the state tried
+    fraction : (1,) of a step of the tables that is tried next
+    relative, absolute : tolerances
+    """
 
-    def fill(self, state: Array, count: int, keep: int, orbit: Array, strobe: Array) -> int:
-        """Integrate, and count the right-hand sides."""
-        return int(
-            integrate_adaptive(
-                self.kernel, self.tables, self.period, state, count, keep, orbit, strobe,
-                self.method.relative, self.method.absolute, self.scratch,
-            )
-        )  # fmt: skip
+    rows: Array
+    fraction: Array
+    relative: float
+    absolute: float
 
 
-@jit
-def integrate_adaptive(
-    kernel: Any,
-    tables: Any,
-    period: float,
-    state: Array,
-    count: int,
-    keep: int,
-    orbit: Array,
-    strobe: Array,
-    relative: float,
-    absolute: float,
-    s: Any,
-) -> int:
-    """Integrate ``count`` periods; fill ``orbit`` with the last ``keep`` and ``strobe``; count evaluations.
+def adaptive_step(memory: Any, kernel: Any, tables: Any, step: int, period: float, state: Any, s: Any) -> int:
+    """Integrate over one step of the tables, in as many parts as tolerances ask for; count the evaluations.
 
     References
     ----------
     Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19–26.
     """
-    steps, rows = len(tables.width), len(state)
-    slopes, trial = np.empty((7, rows)), np.empty(rows)
-    fraction, evaluations = 1.0, 0
-    write(state, strobe[0])
-    for k in range(count):
-        slot = k - (count - keep)
-        for step in range(steps):
-            if slot >= 0:
-                write(state, orbit[slot * steps + step])
-            fraction, used = over_table_step(
-                kernel, tables, step, period, state, slopes, trial, fraction, relative, absolute, s
-            )
-            evaluations += used
-        rebalance(kernel.balance, strobe[k], state, period)
-        write(state, strobe[k + 1])
-    write(state, orbit[keep * steps])
-    return evaluations
-
-
-@jit_inner
-def over_table_step(
-    kernel: Any,
-    tables: Any,
-    step: int,
-    period: float,
-    state: Array,
-    slopes: Array,
-    trial: Array,
-    fraction: float,
-    relative: float,
-    absolute: float,
-    s: Any,
-) -> tuple[float, int]:
-    """Integrate over one step of the tables; return the fraction of it to try next, and the evaluations.
-
-    References
-    ----------
-    Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19–26.
-    """
+    slopes, trial, relative, absolute = memory.rows[:7], memory.rows[7], memory.relative, memory.absolute
     n = len(state) // 2
     width = tables.width[step] * period
-    x, evaluations, size = 0.0, 0, fraction
+    x, evaluations, size = 0.0, 0, memory.fraction[0]
     while x < 1.0:
         size = max(LEAST_FRACTION, size)
         part = 1.0 - x if x + size > 1.0 - 1e-12 else size
@@ -158,4 +107,8 @@ def over_table_step(
             size = max(size, part * factor) if x == 1.0 else part * factor
         else:
             size = part * factor
-    return min(size, 1.0), evaluations
+    memory.fraction[0] = min(size, 1.0)
+    return evaluations
+
+
+STEPS[AdaptiveMemory] = adaptive_step
