@@ -4,7 +4,6 @@ from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
-from wearlab.arrays import Array
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.supports import damping_by_ratio, damping_of, damping_or_ratio, grounded, stiffness_of
 from wearlab.dynamics.system import System
@@ -149,9 +148,7 @@ def torsional(
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None: none
     friction : lever arms of tooth friction, None: none
     """
-    rotation = _rotation(gears, torque, fluctuation, friction is not None)
-    system = _system(gears, [*_axial(gears, mesh.slope), rotation], mesh)
-    return system if friction is None else _rubbing(system, friction, gears)
+    return _system(gears, [], mesh, (torque, fluctuation), friction)
 
 
 def spur_3dof(
@@ -173,20 +170,13 @@ def spur_3dof(
     mesh, torque, fluctuation, friction : as in `torsional`; friction acts through its moment only
     """
     translations = [
-        _Part(
-            (f"{gear.name}.y",),
-            (gear.mass,),
-            (gear.support.radial_damping_on(gear.mass),),
-            (gear.support.radial_stiffness or 0.0,),
-            (sign,),
-            (-sign * gear.support.preload,),
-            (0.0,),
+        _Coordinate(
+            f"{gear.name}.y", gear.mass, gear.support.radial_damping_on(gear.mass),
+            gear.support.radial_stiffness or 0.0, sign, -sign * gear.support.preload,
         )
         for gear, sign in zip(gears, (1.0, -1.0), strict=True)
-    ]
-    rotation = _rotation(gears, torque, fluctuation, friction is not None)
-    system = _system(gears, [*translations, *_axial(gears, mesh.slope), rotation], mesh)
-    return system if friction is None else _rubbing(system, friction, gears)
+    ]  # fmt: skip
+    return _system(gears, translations, mesh, (torque, fluctuation), friction)
 
 
 def _rubbing(system: System, friction: PairFriction, gears: tuple[PairedGear, PairedGear]) -> System:
@@ -204,83 +194,77 @@ def _rubbing(system: System, friction: PairFriction, gears: tuple[PairedGear, Pa
     )
 
 
-class _Part(NamedTuple):
-    """Uncoupled coordinates, one entry each: names, M, c, k, d, F and fluctuating load (None: absent)."""
+class _Coordinate(NamedTuple):
+    """An uncoupled coordinate: its name, its entries of M, C, K, d and F, and its fluctuating load."""
 
-    names: tuple[str, ...]
-    mass: tuple[float, ...]
-    damping: tuple[float, ...]
-    stiffness: tuple[float, ...]
-    direction: tuple[float, ...]
-    load: tuple[float, ...]
-    fluctuation: tuple[float, ...] | None
+    name: str
+    mass: float
+    damping: float
+    stiffness: float
+    direction: float
+    load: float = 0.0
+    fluctuation: float = 0.0
 
 
-def _axial(gears: tuple[PairedGear, PairedGear], slope: float) -> list[_Part]:
+def _axial(gears: tuple[PairedGear, PairedGear], slope: float) -> list[_Coordinate]:
     """Return the translations along their axes of the gears whose bearings give way there."""
     return [
-        _Part(
-            (f"{gear.name}.z",),
-            (gear.mass,),
-            (gear.support.axial_damping_on(gear.mass),),
-            (gear.support.axial_stiffness,),
-            (sign * slope,),
-            (0.0,),
-            (0.0,),
+        _Coordinate(
+            f"{gear.name}.z", gear.mass, gear.support.axial_damping_on(gear.mass), stiffness, sign * slope
         )
         for gear, sign in zip(gears, (1.0, -1.0), strict=True)
-        if gear.support.axial_stiffness is not None
+        if (stiffness := gear.support.axial_stiffness) is not None
     ]
 
 
 def _rotation(
-    gears: tuple[PairedGear, PairedGear], torque: float, fluctuation: float | None, both: bool
-) -> _Part:
+    gears: tuple[PairedGear, PairedGear], torque: float, fluctuation: float, both: bool
+) -> list[_Coordinate]:
     """Return x alone where nothing holds the rotations, else (or when asked) both rotations."""
-    first, second = gears
-    m1, m2 = first.equivalent, second.equivalent
-    force = mesh_load(torque, first.base_radius)
-    variation = None if fluctuation is None else mesh_load(fluctuation, first.base_radius)
-    if not both and first.turns_freely and second.turns_freely:
+    m1, m2 = (gear.equivalent for gear in gears)
+    force, variation = (mesh_load(each, gears[0].base_radius) for each in (torque, fluctuation))
+    if not both and all(gear.turns_freely for gear in gears):
         # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
         # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).
         m_c = 1.0 / (1.0 / m1 + 1.0 / m2)
-        share = None if variation is None else (variation * m_c / m1,)
-        return _Part(("mesh.x",), (m_c,), (0.0,), (0.0,), (1.0,), (force,), share)
-    return _Part(
-        tuple(f"{gear.name}.u" for gear in gears),
-        (m1, m2),
-        (first.support.torsional_damping_on(m1), second.support.torsional_damping_on(m2)),
-        (first.support.tangential_stiffness or 0.0, second.support.tangential_stiffness or 0.0),
-        (1.0, -1.0),
-        (force, -force),
-        None if variation is None else (variation, 0.0),
+        return [_Coordinate("mesh.x", m_c, 0.0, 0.0, 1.0, force, variation * m_c / m1)]
+    return [
+        _Coordinate(
+            f"{gear.name}.u", mass, gear.support.torsional_damping_on(mass),
+            gear.support.tangential_stiffness or 0.0, sign, sign * force, changes,
+        )
+        for gear, mass, sign, changes in zip(gears, (m1, m2), (1.0, -1.0), (variation, 0.0), strict=True)
+    ]  # fmt: skip
+
+
+def _system(
+    gears: tuple[PairedGear, PairedGear],
+    translations: list[_Coordinate],
+    mesh: Meshing,
+    torques: tuple[float, float | None],
+    friction: PairFriction | None,
+) -> System:
+    torque, fluctuation = torques
+    rotations = _rotation(gears, torque, fluctuation or 0.0, friction is not None)
+    names, mass, damping, stiffness, direction, load, changes = zip(
+        *translations, *_axial(gears, mesh.slope), *rotations, strict=True
     )
-
-
-def _system(gears: tuple[PairedGear, PairedGear], parts: list[_Part], mesh: Meshing) -> System:
-
-    def joined(field: str) -> Array:
-        return np.array([value for part in parts for value in getattr(part, field)])
-
-    names = tuple(name for part in parts for name in part.names)
-    each = zip(names, joined("stiffness"), joined("damping"), strict=True)
-    supports = tuple(
-        support for name, stiffness, damping in each for support in grounded(names, name, stiffness, damping)
-    )
-    return System(
+    each = zip(names, stiffness, damping, strict=True)
+    supports = tuple(support for name, k, c in each for support in grounded(names, name, k, c))
+    system = System(
         coordinates=names,
-        mass=np.diag(joined("mass")),
+        mass=np.diag(np.array(mass, float)),
         damping=damping_of(supports, len(names)),
         stiffness=stiffness_of(supports, len(names)),
-        direction=joined("direction")[None, :],
-        load=joined("load"),
+        direction=np.array([direction], float),
+        load=np.array(load, float),
         mesh_damping=np.array([mesh.damping]),
         damping_always=mesh.damps_always,
         backlash=None if mesh.backlash is None else np.array([mesh.backlash]),
-        fluctuation_direction=None if parts[-1].fluctuation is None else joined("fluctuation"),
+        fluctuation_direction=None if fluctuation is None else np.array(changes, float),
         supports=supports,
     )
+    return system if friction is None else _rubbing(system, friction, gears)
 
 
 class PairArguments(TypedDict):
