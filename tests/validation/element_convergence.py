@@ -12,7 +12,8 @@ import numpy as np
 
 from wearlab.campaign import load
 from wearlab.gears.gear import GearPair
-from wearlab.mesh.finite_element import Options, pair_compliance, solve_gear
+from wearlab.mesh.finite_element.compliance import pair_compliance, solve_gear
+from wearlab.mesh.finite_element.elements import Options
 from wearlab.scene.build.sets import build_set
 
 REFINEMENTS = (1, 2, 3, 4)

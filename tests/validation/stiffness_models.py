@@ -16,14 +16,9 @@ from numpy.typing import NDArray
 from wearlab.campaign import load
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.finite_element import (
-    FiniteElement,
-    GearCompliance,
-    Options,
-    Wear,
-    pair_compliance,
-    solve_gear,
-)
+from wearlab.mesh.finite_element.compliance import FiniteElement, GearCompliance, pair_compliance, solve_gear
+from wearlab.mesh.finite_element.elements import Options
+from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.series import plane_of
 from wearlab.scene import Scene

@@ -18,7 +18,9 @@ from stiffness_models import secant_stiffness, zones
 from wearlab.campaign import load
 from wearlab.gears.specification import GearError
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.finite_element import Options, Wear, pair_compliance, solve_gear
+from wearlab.mesh.finite_element.compliance import pair_compliance, solve_gear
+from wearlab.mesh.finite_element.elements import Options
+from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.series import plane_of
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analysis

@@ -6,7 +6,7 @@ from element_convergence import element_convergence
 
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.finite_element import Options
+from wearlab.mesh.finite_element.elements import Options
 
 
 def test_errors_fall_at_second_order():

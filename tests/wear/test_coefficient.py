@@ -10,7 +10,7 @@ from wearlab.wear.coefficients import (
     JanakiramanCoefficient,
     regression,
 )
-from wearlab.wear.film import Film, film_factor, film_thickness
+from wearlab.wear.films import Film, film_factor, film_thickness
 from wearlab.wear.law import FlankLaw, WearLaw, effective_coefficient, prepare, wear_rate
 from wearlab.wear.path import contact_modulus, mean_pressure
 from wearlab.wear.setting import PowerOfLoad, Setting

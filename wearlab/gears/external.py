@@ -322,17 +322,18 @@ def assemble_external(driving: Gear, driven: Gear, centre_distance: float, alpha
     """
     s_A = driven.base_radius * math.tan(alpha_w) - tip_curvature(driven)
     s_E = tip_curvature(driving) - driving.base_radius * math.tan(alpha_w)
-    p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
+    return paired(driving, driven, centre_distance, alpha_w, (s_A, s_E))
+
+
+def paired(
+    driving: Gear, driven: Gear, centre_distance: float, alpha_w: float, ends: tuple[float, float]
+) -> GearPair:
+    """Return the pair whose path of contact has these ends, s_A and s_E [m]."""
+    (s_A, s_E), p_b = ends, math.pi * driving.module * math.cos(driving.pressure_angle)
     whole = math.floor((s_E - s_A) / p_b)
-    return GearPair(
-        driving=driving,
-        driven=driven,
-        centre_distance=centre_distance,
-        working_pressure_angle=alpha_w,
-        base_pitch=p_b,
-        path=PathOfContact(s_A, s_E - whole * p_b, 0.0, s_A + whole * p_b, s_E),
-        face_width=min(driving.face_width, driven.face_width),
-    )
+    path = PathOfContact(s_A, s_E - whole * p_b, 0.0, s_A + whole * p_b, s_E)
+    width = min(driving.face_width, driven.face_width)
+    return GearPair(driving, driven, centre_distance, alpha_w, p_b, path, width)
 
 
 def tip_curvature(gear: Gear) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
+from wearlab.gears.root import RackCut
 from wearlab.gears.shifts import ROUNDING, involute
 from wearlab.gears.specification import Material, Modification, RootProfile
 
@@ -69,6 +70,12 @@ class Gear:
         if self.internal:
             return self.root_radius - self.reference_radius - self.profile_shift * self.module
         return self.reference_radius + self.profile_shift * self.module - self.root_radius
+
+    @property
+    def cut(self) -> RackCut:
+        """The generating rack that leaves this tooth, of an external gear."""
+        sizes = self.module, self.pressure_angle, self.profile_shift, self.root_radius
+        return RackCut(self.teeth, *sizes, self.fillet_radius / self.module)
 
     def half_angle(self, radius: float) -> float:
         """Return half the tooth angle at a radius, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""

@@ -27,11 +27,12 @@ from wearlab.gears.external import (
     check_specification,
     check_start,
     gear_of,
+    paired,
     refuse_pointed,
     tip_curvature,
 )
-from wearlab.gears.gear import Gear, GearPair, PathOfContact
-from wearlab.gears.root import RackCut, ToothRoot, form_radius
+from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.root import ToothRoot, form_radius
 from wearlab.gears.shifts import internal_position, involute
 from wearlab.gears.specification import Basics, GearError, GearSpec, RootProfile, check_reliefs
 
@@ -229,14 +230,7 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
     rounding = (pinion.reference_radius - pinion.root_radius - edge) / (1.0 - sin)
     if pinion.root_profile != "trochoid" or not rounding >= LEAST_ROUNDING * pinion.fillet_radius:
         return pinion
-    cut = RackCut(
-        pinion.teeth,
-        pinion.module,
-        pinion.pressure_angle,
-        pinion.profile_shift,
-        pinion.root_radius,
-        rounding / pinion.module,
-    )
+    cut = pinion.cut._replace(fillet=rounding / pinion.module)
     form = form_radius(pinion.name, cut)
     flag = (
         f"rounding of the rack reduced from {pinion.fillet_radius / pinion.module:.3g} to "
@@ -329,26 +323,17 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
     pinion_end = tip_curvature(pinion) - pinion.base_radius * math.tan(alpha_w)
     ring_end = ring.base_radius * math.tan(alpha_w) - tip_curvature(ring)
     s_A, s_E = (-pinion_end, ring_end) if ring_drives else (-ring_end, pinion_end)
-    p_b = math.pi * pinion.module * math.cos(pinion.pressure_angle)
-    if not s_E - s_A >= p_b:
+    driving, driven = (ring, pinion) if ring_drives else (pinion, ring)
+    pair = paired(driving, driven, centre_distance, alpha_w, (s_A, s_E))
+    if not pair.contact_ratio >= 1.0:
         raise GearError(
-            f"contact ratio {(s_E - s_A) / p_b:.4f} is below 1: the path of contact is "
-            f"{(s_E - s_A) * 1e3:.4g} mm and the base pitch {p_b * 1e3:.4g} mm; enlarge the teeth of "
-            f"{pinion.name} or {ring.name}, or change the centre distance"
+            f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
+            f"{(s_E - s_A) * 1e3:.4g} mm and the base pitch {pair.base_pitch * 1e3:.4g} mm; enlarge the "
+            f"teeth of {pinion.name} or {ring.name}, or change the centre distance"
         )
-    whole = math.floor((s_E - s_A) / p_b)
     for gear in (pinion, ring):
         if gear.modification is not None:
             check_reliefs(gear.modification, s_E - s_A, gear.name)
-    pair = GearPair(
-        driving=ring if ring_drives else pinion,
-        driven=pinion if ring_drives else ring,
-        centre_distance=centre_distance,
-        working_pressure_angle=alpha_w,
-        base_pitch=p_b,
-        path=PathOfContact(s_A, s_E - whole * p_b, 0.0, s_A + whole * p_b, s_E),
-        face_width=min(pinion.face_width, ring.face_width),
-    )
     check_backlash(pair)
     return pair
 

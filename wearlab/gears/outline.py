@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
-from wearlab.gears.root import Rounding
 from wearlab.gears.specification import RootProfile
 
 
@@ -147,30 +146,14 @@ def _radial(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
     return radius * math.cos(half), radius * math.sin(half), np.full_like(t, rise * math.cos(half))
 
 
-def _rounding_offset(gear: Gear) -> float:
-    """Distance of the rounding's centre from the tooth's centre line along the pitch line, b [m]."""
-    alpha, rho = gear.pressure_angle, gear.fillet_radius
-    return math.pi * gear.module / 4 + (gear.dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
-
-
 def _trochoid_angle(gear: Gear) -> float:
-    return _rounding_offset(gear) / gear.reference_radius
+    return gear.cut.rounding.offset / gear.reference_radius
 
 
 def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
-    r, rho = gear.reference_radius, gear.fillet_radius
-    a = r - gear.root_radius - rho
-    b = _rounding_offset(gear)
-    rounding = Rounding(r, gear.base_radius, gear.pressure_angle, rho, a, b, gear.base_half_angle)
+    rounding = gear.cut.rounding
     span = rounding.last_angle() - math.pi / 2
-    gamma = math.pi / 2 + span * t
-    sin, tan_inverse = np.sin(gamma), np.cos(gamma) / np.sin(gamma)
-    phi, phi_rate = (a * tan_inverse + b) / r, -a / (r * sin**2)
-    D, D_rate = a / sin + rho, -a * tan_inverse / sin
-    x = r * np.cos(phi) - D * np.sin(gamma - phi)
-    y = r * np.sin(phi) - D * np.cos(gamma - phi)
-    rise = -r * np.sin(phi) * phi_rate - D_rate * np.sin(gamma - phi)
-    rise -= D * np.cos(gamma - phi) * (1.0 - phi_rate)
+    x, y, rise = rounding.point(math.pi / 2 + span * t)
     return x, y, rise * span
 
 

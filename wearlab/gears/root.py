@@ -7,8 +7,11 @@ depth of the rounding's centre below it, b its distance from the tooth's centre 
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from wearlab.arrays import Array
 from wearlab.gears.shifts import involute
 from wearlab.gears.specification import GearError, RootProfile
 
@@ -40,13 +43,14 @@ class Rounding(NamedTuple):
         sin = math.sin(self.pressure_angle)
         return self.radius * sin - (self.depth + self.rounding * sin) / sin
 
-    def point(self, gamma: float) -> tuple[float, float]:
-        """Return radius [m] and half tooth angle [rad] of the root curve at γ."""
-        phi = (self.depth / math.tan(gamma) + self.offset) / self.radius
-        reach = self.depth / math.sin(gamma) + self.rounding
-        x = self.radius * math.cos(phi) - reach * math.sin(gamma - phi)
-        y = self.radius * math.sin(phi) - reach * math.cos(gamma - phi)
-        return math.hypot(x, y), math.atan2(y, x)
+    def point(self, gamma: Any) -> tuple[Array, Array, Array]:
+        """Return height x, half thickness y and dx/dγ of the root curve at angles γ, (n,) [m]."""
+        r, sin, tan_inverse = self.radius, np.sin(gamma), np.cos(gamma) / np.sin(gamma)
+        phi, phi_rate = (self.depth * tan_inverse + self.offset) / r, -self.depth / (r * sin**2)
+        D, D_rate = self.depth / sin + self.rounding, -self.depth * tan_inverse / sin
+        along, across = np.sin(gamma - phi), np.cos(gamma - phi)
+        rise = -r * np.sin(phi) * phi_rate - D_rate * along - D * across * (1.0 - phi_rate)
+        return r * np.cos(phi) - D * along, r * np.sin(phi) - D * across, rise
 
     def last_angle(self) -> float:
         """Return the γ with which the root curve ends: α, or where an undercut meets the involute [rad].
@@ -58,7 +62,8 @@ class Rounding(NamedTuple):
         outside, within = self.pressure_angle, 0.5 * math.pi
         for _ in range(80):
             middle = 0.5 * (outside + within)
-            if self._beyond(*self.point(middle)):
+            x, y, _ = self.point(middle)
+            if self._beyond(math.hypot(x, y), math.atan2(y, x)):
                 outside = middle
             else:
                 within = middle
@@ -119,6 +124,15 @@ class RackCut(NamedTuple):
     def depth(self) -> float:
         """How far the rack reaches below the reference circle, h − x, in modules [1]."""
         return (self.reference_radius - self.root_radius) / self.module
+
+    @property
+    def rounding(self) -> Rounding:
+        """The rack's tip beside the gear."""
+        r, alpha, rho, z = self.reference_radius, self.pressure_angle, self.fillet * self.module, self.teeth
+        dedendum = r + self.profile_shift * self.module - self.root_radius
+        offset = math.pi * self.module / 4 + (dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
+        half = math.pi / (2 * z) + 2.0 * self.profile_shift * math.tan(alpha) / z + involute(alpha)
+        return Rounding(r, r * math.cos(alpha), alpha, rho, r - self.root_radius - rho, offset, half)
 
     @property
     def edge(self) -> float:
@@ -211,20 +225,15 @@ def form_radius(name: str, cut: RackCut) -> float:
     ----------
     DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at 20°.
     """
-    r, alpha, module, shift = cut.reference_radius, cut.pressure_angle, cut.module, cut.profile_shift
-    r_b, edge, limit = r * math.cos(alpha), cut.edge, cut.free_of_undercut
-    curvature = r * math.sin(alpha) - edge * module / math.sin(alpha)
-    if curvature >= 0.0:
-        return math.hypot(r_b, curvature)
+    rounding, edge, limit = cut.rounding, cut.edge, cut.free_of_undercut
+    if rounding.end_curvature >= 0.0:
+        return math.hypot(rounding.base_radius, rounding.end_curvature)
     if edge > PRACTICAL * limit:
         raise GearError(
             f"{name}: undercut: {cut.teeth} teeth allow a rack edge {limit:.4g} modules below the pitch "
-            f"circle, it needs {edge:.4g}; raise profile_shift_coefficient to {shift + edge - limit:.4g}, "
+            f"circle, it needs {edge:.4g}; raise profile_shift_coefficient to "
+            f"{cut.profile_shift + edge - limit:.4g}, "
             'use more teeth, or set root_profile = "radial"'
         )
-    rho = cut.fillet * module
-    dedendum = r + shift * module - cut.root_radius
-    offset = math.pi * module / 4 + (dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
-    half = math.pi / (2 * cut.teeth) + 2.0 * shift * math.tan(alpha) / cut.teeth + involute(alpha)
-    rounding = Rounding(r, r_b, alpha, rho, r - cut.root_radius - rho, offset, half)
-    return rounding.point(rounding.last_angle())[0]
+    x, y, _ = rounding.point(rounding.last_angle())
+    return math.hypot(x, y)

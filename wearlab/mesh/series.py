@@ -10,7 +10,8 @@ from wearlab.arrays import Array, Index
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh.body import body_compliance, body_coupling, foundation_compliance
-from wearlab.mesh.finite_element import FiniteElement, Options, Plane, pair_compliance
+from wearlab.mesh.finite_element.compliance import FiniteElement, pair_compliance
+from wearlab.mesh.finite_element.elements import Options, Plane
 from wearlab.mesh.hertz import ConstantContact, HertzContact, WeberContact, yang_sun
 from wearlab.mesh.profile import ProfileGrid
 from wearlab.mesh.stiffness import PotentialEnergy

@@ -14,7 +14,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import KindParts, Parts
 from wearlab.scene.build.wear import build_limits, build_snapshots
 from wearlab.simulation.label import padded
-from wearlab.wear.film import film_thickness
+from wearlab.wear.films import film_thickness
 from wearlab.wear.law import effective_coefficient, lambda_ratio
 from wearlab.wear.path import mean_pressure, sliding_velocity, worn_mass
 

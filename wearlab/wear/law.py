@@ -15,7 +15,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.slots import VariantError
-from wearlab.wear.film import lightest_load
+from wearlab.wear.films import lightest_load
 from wearlab.wear.path import WearPath, contact_half_width, mean_pressure, sliding_velocity
 from wearlab.wear.projections import NormalProjection, ProjectionModel
 from wearlab.wear.setting import FlankState, PowerOfLoad

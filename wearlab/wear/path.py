@@ -109,7 +109,7 @@ def contact_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> floa
     """Return Hertz' contact modulus ``1/E* = Σ (1 − ν²)/E`` of two bodies [Pa].
 
     For two bodies of one steel ``E* = E/(2(1 − ν²))``: the E' of W23 (Eq. 41, 46). The E' of
-    Dowson and Higginson is twice as large (see :mod:`wearlab.wear.film`).
+    Dowson and Higginson is twice as large (see :mod:`wearlab.wear.films`).
 
     Parameters
     ----------

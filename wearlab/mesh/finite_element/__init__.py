@@ -5,24 +5,3 @@ the body down to the clamp) is meshed with biquadratic quadrilaterals on its tru
 wheel follows exactly from its rotational symmetry; the local indentation under the load is taken out in
 closed form, so that the contact can be added by any of the Hertzian models.
 """
-
-from wearlab.mesh.finite_element.compliance import (
-    FiniteElement,
-    GearCompliance,
-    gear_compliance,
-    pair_compliance,
-    solve_gear,
-)
-from wearlab.mesh.finite_element.elements import Options, Plane
-from wearlab.mesh.finite_element.outline import Wear
-
-__all__ = [
-    "FiniteElement",
-    "GearCompliance",
-    "Options",
-    "Plane",
-    "Wear",
-    "gear_compliance",
-    "pair_compliance",
-    "solve_gear",
-]

@@ -15,7 +15,7 @@ from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.sets import modifications
 from wearlab.wear.coefficients import CoefficientModel, standard_film
-from wearlab.wear.film import Film, composite_rq
+from wearlab.wear.films import Film, composite_rq
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
 from wearlab.wear.setting import PowerOfLoad, Setting
