@@ -12,8 +12,8 @@ from wearlab.gears.outline import load_angle
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import arc_tractions, arc_work
 from wearlab.mesh.finite_element import compliance as remembered
-from wearlab.mesh.finite_element import pair_compliance as compliance
 from wearlab.mesh.finite_element.compliance import FiniteElement, gear_compliance, solve_gear
+from wearlab.mesh.finite_element.compliance import pair_compliance as compliance
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
 from wearlab.mesh.hertz import ConstantContact, WeberContact

@@ -41,36 +41,10 @@ def share(
     unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
     work, index = np.zeros((n_pairs, n_pairs + 2)), np.zeros(n_pairs, np.int64)
     for i in range(n):
-        if cross.shape[2] == 0:
-            deflection[i], tangent[i] = _share_uncoupled(compliance[i], gap[i], load[i], active, force[i])
-        else:
-            _fill_matrix(compliance[i], cross[i], matrix)
-            deflection[i], tangent[i] = _share_coupled(
-                matrix, gap[i], load[i], active, unit, offset, work, index, force[i]
-            )
-
-
-@jit_inner
-def _share_uncoupled(compliance, gap, load, active, force):  # type: ignore[no-untyped-def]
-    n_pairs = len(compliance)
-    stiffness, moment = 0.0, 0.0
-    active[:] = False
-    deflection = np.inf
-    for _ in range(n_pairs):
-        following = -1
-        for p in range(n_pairs):
-            if not active[p] and gap[p] < np.inf and compliance[p] < np.inf:
-                if following < 0 or gap[p] < gap[following]:
-                    following = p
-        if following < 0 or gap[following] > deflection:
-            break
-        active[following] = True
-        stiffness += 1.0 / compliance[following]
-        moment += gap[following] / compliance[following]
-        deflection = (load + moment) / stiffness
-    for p in range(n_pairs):
-        force[p] = max(0.0, deflection - gap[p]) / compliance[p] if active[p] else 0.0
-    return deflection, stiffness
+        _fill_matrix(compliance[i], cross[i], matrix)
+        deflection[i], tangent[i] = _share(
+            matrix, gap[i], load[i], active, unit, offset, work, index, force[i]
+        )
 
 
 @jit_inner
@@ -83,6 +57,21 @@ def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
             value = cross[p, apart] if apart < cross.shape[1] else 0.0
             matrix[p, q] = value
             matrix[q, p] = value
+
+
+@jit_inner
+def eliminate(work, n):  # type: ignore[no-untyped-def]
+    """Solve n equations (n, n + 2) for two right-hand sides, the last columns, in place: no pivots."""
+    for row in range(n):
+        for below in range(row + 1, n):
+            factor = work[below, row] / work[row, row]
+            for column in range(row, n + 2):
+                work[below, column] -= factor * work[row, column]
+    for row in range(n - 1, -1, -1):
+        for column in range(n, n + 2):
+            for k in range(row + 1, n):
+                work[row, column] -= work[row, k] * work[k, column]
+            work[row, column] /= work[row, row]
 
 
 @jit_inner
@@ -100,16 +89,8 @@ def _respond(matrix, gap, active, unit, offset, work, index):  # type: ignore[no
             work[r, c] = matrix[index[r], index[c]]
         work[r, m] = 1.0
         work[r, m + 1] = gap[index[r]]
+    eliminate(work, m)
     for r in range(m):
-        for below in range(r + 1, m):
-            factor = work[below, r] / work[r, r]
-            for c in range(r, m + 2):
-                work[below, c] -= factor * work[r, c]
-    for r in range(m - 1, -1, -1):
-        for c in range(m, m + 2):
-            for k in range(r + 1, m):
-                work[r, c] -= work[r, k] * work[k, c]
-            work[r, c] /= work[r, r]
         unit[index[r]] = work[r, m]
         offset[index[r]] = work[r, m + 1]
 
@@ -154,7 +135,7 @@ def _next_in_contact(matrix, gap, active, unit, offset):  # type: ignore[no-unty
 
 
 @jit_inner
-def _share_coupled(matrix, gap, load, active, unit, offset, work, index, force):  # type: ignore[no-untyped-def]
+def _share(matrix, gap, load, active, unit, offset, work, index, force):  # type: ignore[no-untyped-def]
     active[:] = False
     first = _first_in_contact(matrix, gap)
     if first >= 0:

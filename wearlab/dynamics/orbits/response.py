@@ -258,11 +258,9 @@ def deflection_at(
     """
     step = step_of(grid, phase, segment, side)
     x = (phase - grid.start[step]) / grid.width[step]
-    approach = response.approach
-    position, velocity = approach._replace(coefficient=approach.coefficient[..., meshes]).at(step, x)
-    error, slope = (values[:, meshes] for values in response.within.errors_at(step, x))
-    delta, rate = position - error, velocity - slope / response.mesh_period
-    return np.ascontiguousarray(delta.transpose(0, 2, 1)), np.ascontiguousarray(rate.transpose(0, 2, 1))
+    motion = motion_at(response, step, x, meshes=meshes)
+    delta, rate = (np.ascontiguousarray(each.transpose(0, 2, 1)) for each in motion)
+    return delta, rate
 
 
 def coordinates_at(
@@ -284,12 +282,18 @@ def dashpot_of(system: System) -> Dashpot:
     return Dashpot(system.mesh_damping, system.damping_always, system.backlash, system.damping_law)
 
 
-def motion_at(response: Response, step: Index, fraction: Array, kept: slice = slice(None)) -> Deflections:
-    """Return the motion of all meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
+def motion_at(
+    response: Response,
+    step: Index,
+    fraction: Array,
+    kept: slice = slice(None),
+    meshes: slice = slice(None),
+) -> Deflections:
+    """Return the motion of some meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
     approach = response.approach
-    approach = approach._replace(coefficient=approach.coefficient[:, kept])
+    approach = approach._replace(coefficient=approach.coefficient[:, kept, :, meshes])
     place, speed = approach.at(step, fraction)
-    error, slope = response.within.errors_at(step, fraction)
+    error, slope = (values[:, meshes] for values in response.within.errors_at(step, fraction))
     return Deflections(place - error, speed - slope / response.mesh_period)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.steps.propagator import companion
+from wearlab.dynamics.steps.propagator import companion, normalised
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageGrid, graded_grid
 
@@ -49,18 +49,10 @@ def slowest_decay(system: System, mesh_stiffness: Array | float) -> float:
 
 def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
-    stiffness, damping = _normalised(system, mesh_stiffness)
-    return np.asarray(np.linalg.eigvals(companion(stiffness, damping)), np.complex128)
-
-
-def _normalised(system: System, mesh_stiffness: Array | float) -> tuple[Array, Array]:
-    """Return M⁻¹K and M⁻¹C with all meshes in contact, (n, n) each."""
-    d = system.direction
-    k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(d),))
-    stiffness = system.in_contact(k)
-    damping = system.total_damping + d.T @ (system.mesh_damping[:, None] * d)
-    both: Array = np.asarray(np.linalg.solve(system.mass, np.hstack([stiffness, damping])), np.float64)
-    return both[:, : len(d.T)], both[:, len(d.T) :]
+    k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
+    matrices = system.mass, system.total_stiffness, system.total_damping, system.direction
+    both = normalised(*matrices, system.mesh_damping, k)
+    return np.asarray(np.linalg.eigvals(companion(*both)), np.complex128)
 
 
 def exact_steps_per_period(

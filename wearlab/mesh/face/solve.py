@@ -17,6 +17,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
+from wearlab.mesh.sharing import eliminate
 
 MOST_ITERATIONS = 80
 SETTLED = 1e-11
@@ -347,17 +348,7 @@ def _balance(slope, preload, shared, force, system, at):  # type: ignore[no-unty
         system[line, n], system[line, n + 1] = 1.0, 0.0
         for other in range(n):
             system[line, n + 1] += shared[line, other] * preload[other]
-    for row in range(n):
-        for below in range(row + 1, n):
-            factor = system[below, row] / system[row, row]
-            if factor != 0.0:
-                for column in range(row, n + 2):
-                    system[below, column] -= factor * system[row, column]
-    for row in range(n - 1, -1, -1):
-        for column in range(n, n + 2):
-            for k in range(row + 1, n):
-                system[row, column] -= system[row, k] * system[k, column]
-            system[row, column] /= system[row, row]
+    eliminate(system, n)
     stiffness, carried = 0.0, 0.0
     for line in range(n):
         stiffness += slope[line] * system[line, n]
