@@ -71,6 +71,10 @@ def test_a_replay_is_scored_beside_simple_rules():
     assert float(score["replay_error_by_the_ratio"]) == pytest.approx(
         np.mean(np.abs(ratio - (end - CYCLES)) / (end - CYCLES))
     )
+    some = found.isel(inspection=slice(2, None))  # those that have a line through three
+    here = scored(some, end)["replay_mean_error"]
+    assert float(score["replay_own_by_the_last_three"]) == pytest.approx(float(here))
+    assert float(score["replay_own_by_the_ratio"]) == pytest.approx(float(score["replay_mean_error"]))
     assert float(score["replay_error_by_the_prior"]) > 2.0 * float(score["replay_mean_error"])
     assert 0.0 < float(score["replay_crps"]) < float(score["replay_interval_score"])
 

@@ -119,16 +119,19 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
         return xr.Dataset()
     truth = end - before["inspection"].values
     rest = before["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
+    own = np.abs(rest[2] - truth) / truth
     score = {
         "replay_inspections": float(len(truth)),
-        "replay_mean_error": np.mean(np.abs(rest[2] - truth) / truth),
+        "replay_mean_error": np.mean(own),
         **held_by(rest, truth),
         "replay_crps": np.mean(before["crps"].values / truth),
         "replay_interval_score": np.mean(interval_score(rest[0], rest[4], truth) / truth),
     }
     for rule in RULES:
         off = np.abs(before[rule].values - truth) / truth
-        score[f"replay_error_{rule}"] = np.nanmean(off) if np.isfinite(off).any() else np.nan
+        has = np.isfinite(off)
+        for name, each in (("error", off), ("own", own)):  # of the inspections that have the rule
+            score[f"replay_{name}_{rule}"] = np.mean(each[has]) if has.any() else np.nan
     return dataset("statistics", score)
 
 
