@@ -13,6 +13,10 @@ def test_a_search_for_other_attractors_is_bounded_by_what_its_steps_cost(scene):
     one, two = (build(each).vibration.system for each in (plain, rubbed))
     assert most_searched(two) < most_searched(one)
     for each in (one, two):
+        assert most_searched(each, 10.0 * MOST_WORK / units(each)) == pytest.approx(
+            10 * most_searched(each), rel=1e-4
+        )
+        assert most_searched(each, 1.0) == most_searched(each)
         assert 4 * most_searched(each) * units(each) == pytest.approx(SEARCH_SHARE * MOST_WORK, rel=1e-4)
 
 

@@ -51,9 +51,8 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Searched
     if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
-    searches = _searches(
-        [state.response for state in states], vibration.method, most_searched(vibration.system)
-    )
+    most = most_searched(vibration.system, parts.scene.numerics.most_right_hand_sides)
+    searches = _searches([state.response for state in states], vibration.method, most)
     account.seconds["dynamics"] += time.perf_counter() - clock
     account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches

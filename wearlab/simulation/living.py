@@ -129,9 +129,12 @@ def most_work(scene: Scene, parts: Parts) -> float:
     return MOST_WORK / work * max(1.0, (USUAL / scene.numerics.tolerance) ** 0.5)
 
 
-def most_searched(system: System) -> int:
-    """Return the integration steps of all searches for other attractors in one condition of operation."""
-    return int(SEARCH_SHARE * MOST_WORK / (RHS_PER_STEP * units(system)))
+def most_searched(system: System, asked: float | None = None) -> int:
+    """Return the integration steps of all searches for other attractors in one condition of operation.
+
+    Who asks for more right-hand sides of a life than it may have by itself has more of these, too.
+    """
+    return int(SEARCH_SHARE * max(MOST_WORK / units(system), asked or 0.0) / RHS_PER_STEP)
 
 
 def units(system: System) -> float:
