@@ -91,8 +91,8 @@ class Numerics(options.Part):
     )
     most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = options.option(
         None,
-        "right-hand sides after which a life ends where it is, to be gone on from; more than are derived allow "
-        "a longer search for other attractors, too",
+        "right-hand sides after which a life ends where it is, to be gone on from; more than derived allow a "
+        "longer search for other attractors, too",
         derived="from the tolerance and the coordinates: minutes of work",
     )
 
