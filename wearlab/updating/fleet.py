@@ -89,7 +89,7 @@ class UnitState:
     def wear(self, cycle: float, asked: Asked | None = None) -> tuple[Array, Array]:
         """Return mean and variance of a quantity at a cycle, (n,); of what ends the life by default."""
         own, at = self._limit if asked is None else asked, np.array([cycle])
-        mean = self.shared.mean(self.unit.run, own.curve, self.factor[:, None], at, own.clock)[:, 0, 0]
+        mean = self.shared.mean(self.unit.run, own, self.factor[:, None], at)[:, 0, 0]
         left, worn = np.maximum(self._equal(cycle) - self.since, 0.0), self._worn(own.curve)
         return mean + worn * self.strayed, worn**2 * (self.variance + self.shared.rate[:, 0] * left)
 

@@ -28,7 +28,7 @@ from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered, Hidden, Inspection, filtered
 from wearlab.updating.likelihood import Block, compared, held, inspections_of, log_density
 from wearlab.updating.posterior import even_weights, peak
-from wearlab.updating.run_curves import Clock, RunCurve, RunHistory
+from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
 NODES, FINER = 65, 2  # of a unit's grid; times as fine as it is integrated
@@ -140,18 +140,10 @@ class Shared(NamedTuple):
         own = run.start + self.reference * factor[..., None] / run.factor
         return np.maximum(curve.at(own, np.arange(curve.value.shape[1])).mean(axis=-1), 1e-100)
 
-    def mean(
-        self,
-        run: RunHistory,
-        curve: RunCurve,
-        factor: Array,
-        cycle: Array,
-        clock: Clock | None,
-        column: Any = 0,
-    ) -> Array:
-        """Return the mean course of a quantity at cycles, (…, n), for factors (…)."""
-        equal = self.equal(run.equal(cycle, clock))
-        return curve.at(run.start + equal * (factor[..., None] / run.factor), column)
+    def mean(self, run: RunHistory, asked: Asked, factor: Array, cycle: Array, column: Any = 0) -> Array:
+        """Return the mean course of what is asked at cycles, (…, n), for factors (…)."""
+        equal = self.equal(run.equal(cycle, asked.clock))
+        return asked.curve.at(run.start + equal * (factor[..., None] / run.factor), column)
 
 
 def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> Filtered:
@@ -160,7 +152,7 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
     begins, parts = [0], []
     for number, block in enumerate(unit.blocks):
         asked, rows = run.asked[number], block.rows
-        model = shared.mean(run, asked.curve, factor, asked.cycle[rows], asked.clock, asked.column[rows])
+        model = shared.mean(run, asked, factor, asked.cycle[rows], asked.column[rows])
         parts.append(compared(block, model, shared.sd[number]))
         begins.append(begins[-1] + len(rows))
     worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
