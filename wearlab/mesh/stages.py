@@ -65,6 +65,11 @@ class StageGrid(NamedTuple):
         """Stage phases, start, middle and end of every step, (n_steps, 3) [1]."""
         return self.start[:, None] + self.width[:, None] * np.array([0.0, 0.5, 1.0])
 
+    def halved(self) -> "StageGrid":
+        """Return both halves of every step, one after another."""
+        start = np.stack([self.start, self.start + 0.5 * self.width], axis=1).ravel()
+        return StageGrid(start, np.repeat(0.5 * self.width, 2), np.repeat(self.segment, 2))
+
 
 class StageTables(NamedTuple):
     """Everything periodic in the mesh, tabulated at the stages; the integrator evaluates nothing else.

@@ -1,5 +1,6 @@
 """The arrays of a gear set's steady responses, named as the dataset names them; its energy and its modes."""
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -16,6 +17,7 @@ from wearlab.life.coupled import WearState
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, harmonics
 from wearlab.mesh.gear_set import GearSet
+from wearlab.mesh.stages import StageGrid
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, SceneModes, build, build_modes
 from wearlab.simulation import label, monitoring, static
@@ -217,19 +219,22 @@ def mean_moments(parts: Parts, kinds: list[excitation.MeshFlanks], kind: int, re
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     assert parts.vibration is not None
     mine, vibration = kinds[kind], parts.vibration
-    grid = vibration.sampling.grid
-    phase, segment, weight = mesh_forces.within_steps(grid)
-    middle = grid.start + 0.5 * grid.width
-    motions = vibration.motions(response, clock.Instants(phase, segment))
-    values = []
-    for mesh in parts.coupling.kinds[kind].meshes:
+
+    def moments(mesh: int, steps: StageGrid) -> Array:
+        phase, segment, _ = mesh_forces.within_steps(steps)
+        middle = steps.start + 0.5 * steps.width
         where = clock.look_within(
             mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
         )
-        forces = parts.forces(kinds, int(mesh), where, motions)
-        each = mesh_forces.moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
-        values.append((each @ weight).mean(axis=1))
-    return np.array(values)
+        forces = parts.forces(kinds, mesh, where, vibration.motions(response, clock.Instants(phase, segment)))
+        return mesh_forces.moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
+
+    return np.array(
+        [
+            mesh_forces.mean_over_period(vibration.sampling.grid, partial(moments, int(mesh))).mean(axis=1)
+            for mesh in parts.coupling.kinds[kind].meshes
+        ]
+    )
 
 
 def transmission_error(vibration: Vibration, position: Array) -> Array:
