@@ -1,16 +1,18 @@
 """Derivatives of steady state, wear and life with respect to the numbers of a scene."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
+from wearlab.dynamics.forces.extremes import Extremes, extremes
 from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.gradients.numbers import GradientError, number
-from wearlab.gradients.values import Value, read, wanted
-from wearlab.scene import Scene
+from wearlab.life.coupled import WearState
+from wearlab.scene import Scene, build
+from wearlab.simulation import static, vibration
 
 COARSER = (3.0, 10.0)
 """Tolerances of the twins that tell the error of derivatives, over that of the scene."""
@@ -18,6 +20,102 @@ WEIGHT = 4.0
 """Of the largest difference of a twin's derivative: steps chosen anew scatter it, set on the seed 31."""
 NOT_COMPARED = {"phase", "profile"}
 """Dimensions along which twins have other places."""
+
+Reading = Callable[[build.Parts, WearState], Array]
+
+
+class Value(NamedTuple):
+    """Something a run says.
+
+    Parameters
+    ----------
+    dims : its dimensions in each state
+    unit : SI
+    read : from a state; None: of the life as a whole
+    moves : whether it needs dynamics
+    wears : whether it needs a wear law
+    """
+
+    dims: tuple[str, ...]
+    unit: str
+    read: Reading | None
+    moves: bool = False
+    wears: bool = False
+
+
+def _extremes(state: WearState) -> Extremes:
+    assert state.response is not None
+    return extremes(state.response)
+
+
+def _dynamic_factor(parts: build.Parts, state: WearState) -> Array:
+    static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
+    return np.asarray(_extremes(state).largest / static)
+
+
+def _force(parts: build.Parts, state: WearState) -> Array:
+    assert state.response is not None
+    return vibration.phase_forces(parts, state, state.response).transpose(1, 0, 2)
+
+
+def _deflection(parts: build.Parts, state: WearState) -> Array:
+    assert parts.vibration is not None and state.response is not None
+    motions = parts.vibration.motions(state.response, parts.vibration.look(parts.phase))
+    return motions.deflection.transpose(1, 0, 2)
+
+
+def _depth(parts: build.Parts, state: WearState) -> Array:
+    return static.by_flank(parts, list(state.wear))
+
+
+def _rate(parts: build.Parts, state: WearState) -> Array:
+    return static.by_flank(parts, list(state.rate))
+
+
+PHASES = ("mesh", "mesh_period", "phase")
+NODES = ("flank", "profile")
+VALUES = {
+    "life": Value((), "1", None, wears=True),
+    "dynamic_factor": Value(("mesh",), "1", _dynamic_factor, moves=True),
+    "mesh_force_max": Value(("mesh",), "N", lambda parts, state: _extremes(state).largest, moves=True),
+    "mesh_force_min": Value(("mesh",), "N", lambda parts, state: _extremes(state).least, moves=True),
+    "dynamic_mesh_force": Value(PHASES, "N", _force, moves=True),
+    "mesh_deflection": Value(PHASES, "m", _deflection, moves=True),
+    "wear_depth": Value(NODES, "m", _depth, wears=True),
+    "wear_rate": Value(NODES, "m", _rate, wears=True),
+    "max_wear_rate": Value(("flank",), "m", lambda *of: np.nanmax(_rate(*of), axis=-1), wears=True),
+    "max_wear_depth": Value(("flank",), "m", lambda *of: np.nanmax(_depth(*of), axis=-1), wears=True),
+}
+
+
+def wanted(names: tuple[str, ...], lived: LivedSteps) -> dict[str, Value]:
+    """Return the values of some names that a life has.
+
+    Raises
+    ------
+    GradientError
+        For a name that is not known, or nothing the scene has.
+    """
+    for name in names:
+        if name not in VALUES:
+            raise GradientError(f"of: {name!r} has no derivative here; there are {', '.join(VALUES)}")
+        value, state = VALUES[name], lived.ends.states[0]
+        if value.moves and not state.responses:
+            raise GradientError(f"of: {name} needs [dynamics]")
+        if value.moves and len(state.responses) > 1:
+            raise GradientError(f"of: {name} has a value at every error angle; freeze the slow errors")
+        if value.wears and not state.wears:
+            raise GradientError(f"of: {name} needs a wear law")
+        if name == "life" and not lived.reached:
+            raise GradientError("of: life needs wear.until.depth, and a life that reaches it")
+    return {name: VALUES[name] for name in names}
+
+
+def read(value: Value, lived: LivedSteps, ends: Ends) -> Array:
+    """Return a value in every state, (n_states, …), of the ends of a life; the life itself is one number."""
+    if value.read is None:
+        return np.asarray(lived.life_of(ends))
+    return np.stack([value.read(ends.parts, state) for state in ends.states])
 
 
 def gradient(

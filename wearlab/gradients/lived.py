@@ -11,16 +11,11 @@ from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
 from wearlab.gradients.numbers import STEP, STEP_OF_LARGE, GradientError
-from wearlab.life.coupled import Wear, WearState
+from wearlab.life import coupled, history, limits
 from wearlab.life.coupling import Coupling
-from wearlab.life.history import SetRate
-from wearlab.life.limits import Flanks, StopWear
 from wearlab.life.step import Node, Step, again, depth_at
 from wearlab.mesh.profile import Extension
-from wearlab.scene import Scene
-from wearlab.scene.build import KindParts, Parts, build
-from wearlab.scene.build.mesh import profile_points
-from wearlab.scene.build.wear import build_limits
+from wearlab.scene import Scene, build
 from wearlab.simulation.living import initial_wear, life_at_rate
 
 CLOSED = 1e-13
@@ -29,7 +24,7 @@ LOOSEST = 0.5
 """Tolerance of a rougher twin, at most [1]."""
 
 
-class RecordedRate(SetRate):
+class RecordedRate(history.SetRate):
     """The wear rate of all flanks, and every state in which it was evaluated.
 
     Parameters
@@ -38,13 +33,13 @@ class RecordedRate(SetRate):
     wear : of every kind of mesh at cycle 0, whose state is evaluated in full [m]
     """
 
-    def __init__(self, coupling: Coupling, wear: Wear) -> None:
+    def __init__(self, coupling: Coupling, wear: coupled.Wear) -> None:
         super().__init__(coupling)
         first = coupling.evaluate(wear)
-        self.states: list[tuple[Array, WearState]] = [(coupling.flat(wear), first)]
+        self.states: list[tuple[Array, coupled.WearState]] = [(coupling.flat(wear), first)]
         self.responses = first.responses
 
-    def evaluate(self, depth: Array) -> WearState:
+    def evaluate(self, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,), from the last orbits."""
         state, same = self.nearest(depth)
         if not (same and len(self.states) == 1):
@@ -52,7 +47,7 @@ class RecordedRate(SetRate):
             self.states.append((np.array(depth), state))
         return state
 
-    def nearest(self, depth: Array) -> tuple[WearState, bool]:
+    def nearest(self, depth: Array) -> tuple[coupled.WearState, bool]:
         """Return the state kept nearest to depths (n_entries,), and whether only rounding lies between."""
         apart = [float(np.abs(known - depth).max(initial=0.0)) for known, _ in self.states]
         nearest = int(np.argmin(apart))
@@ -74,7 +69,7 @@ class HeldNumerics(NamedTuple):
     steps_per_period: int | None
     reach: tuple[Extension, ...]
 
-    def build(self, scene: Scene) -> tuple[Scene, Parts]:
+    def built(self, scene: Scene) -> tuple[Scene, build.Parts]:
         """Return a scene with these numerics, and its physics.
 
         Raises
@@ -85,7 +80,7 @@ class HeldNumerics(NamedTuple):
         given = {"profile_points": self.profile_points, "steps_per_period": self.steps_per_period}
         held = scene.model_copy(update={"numerics": scene.numerics.model_copy(update=given)})
         try:
-            return held, _closing(build(held, self.reach))
+            return held, _closing(build.build(held, self.reach))
         except GearError as error:
             raise GradientError(f"no such gears: {error}") from error
 
@@ -107,13 +102,13 @@ class HeldNumerics(NamedTuple):
 
 def frozen(scene: Scene) -> HeldNumerics:
     """Return what the numerics of a scene come to."""
-    parts, steps = build(scene), scene.numerics.steps_per_period
+    parts, steps = build.build(scene), scene.numerics.steps_per_period
     if parts.vibration is not None and steps is None:
         steps = len(parts.vibration.sampling.grid.width)
-    return HeldNumerics(profile_points(scene), steps, tuple(_reach(kind) for kind in parts.kinds))
+    return HeldNumerics(build.mesh.profile_points(scene), steps, tuple(_reach(kind) for kind in parts.kinds))
 
 
-def _closing(parts: Parts) -> Parts:
+def _closing(parts: build.Parts) -> build.Parts:
     """Return physics whose orbits close to round-off."""
     moves = parts.vibration
     if moves is None or not isinstance(moves.method, Periodic):
@@ -122,7 +117,7 @@ def _closing(parts: Parts) -> Parts:
     return replace(parts, coupling=replace(parts.coupling, vibration=closing))
 
 
-def _reach(kind: KindParts) -> Extension:
+def _reach(kind: build.KindParts) -> Extension:
     """Return how far beyond A and E nodes reach, in base pitches."""
     grid, pitch = kind.analysis.grid, kind.pair.base_pitch
     before, after = grid.position[0] - grid.contact_position[0], grid.contact_position[-1] - grid.position[-1]
@@ -140,10 +135,10 @@ class Ends(NamedTuple):
     evaluated : every state that was evaluated, in that order
     """
 
-    parts: Parts
-    states: tuple[WearState, ...]
+    parts: build.Parts
+    states: tuple[coupled.WearState, ...]
     steps: tuple[Step, ...]
-    evaluated: Sequence[WearState]
+    evaluated: Sequence[coupled.WearState]
 
 
 class LivedSteps:
@@ -157,11 +152,11 @@ class LivedSteps:
     def __init__(self, scene: Scene) -> None:
         try:
             self.frozen = frozen(scene)
-            self.scene, parts = self.frozen.build(scene)
+            self.scene, parts = self.frozen.built(scene)
             wear = initial_wear(self.scene, parts)
             rate = RecordedRate(parts.coupling, wear)
             life = life_at_rate(self.scene, parts, rate, wear)
-        except (GearError, StopWear) as error:
+        except (GearError, limits.StopWear) as error:
             raise GradientError(f"the gears cannot run: {error}") from error
         if life is not None and life.jumps:
             raise GradientError(
@@ -183,14 +178,14 @@ class LivedSteps:
         return STEP if moves is None or is_small(moves.system) else STEP_OF_LARGE
 
     @property
-    def counts(self) -> Flanks:
+    def counts(self) -> limits.Flanks:
         """Which entries of the flat wear a depth limit looks at."""
         coupling = self.ends.parts.coupling
-        return build_limits(self.scene, self.ends.parts.gears, coupling).flank
+        return build.wear.build_limits(self.scene, self.ends.parts.gears, coupling).flank
 
     def moved(self, scene: Scene) -> Ends:
         """Return the ends of the same steps for a scene that differs a little."""
-        _, parts = self.frozen.build(scene)
+        _, parts = self.frozen.built(scene)
         own = self.ends.parts
         same = all(
             len(kind.analysis.grid.position) == len(other.analysis.grid.position)
@@ -204,12 +199,12 @@ class LivedSteps:
             raise GradientError("nodes or steps come and go as this number moves: give another value of it")
         return self._ends(parts, self.ends.evaluated)
 
-    def _ends(self, parts: Parts, known: RecordedRate | Sequence[WearState]) -> Ends:
+    def _ends(self, parts: build.Parts, known: RecordedRate | Sequence[coupled.WearState]) -> Ends:
         """Take the steps, from states of the integration to its end or from those known before, in turn."""
-        coupling, states = parts.coupling, list[WearState]()
+        coupling, states = parts.coupling, list[coupled.WearState]()
         wearing = coupling.wearing()
 
-        def evaluate(of: Coupling, wear: Array) -> WearState:
+        def evaluate(of: Coupling, wear: Array) -> coupled.WearState:
             if isinstance(known, RecordedRate):
                 near, same = known.nearest(wear)
                 if same and _closed(near) and bool(near.responses) == (of.vibration is not None):
@@ -242,7 +237,7 @@ class LivedSteps:
         for step in self.steps:
             try:
                 taken.append(again(step, rate, node))
-            except StopWear as stop:
+            except limits.StopWear as stop:
                 raise GradientError(f"the worn gears can no longer run: {stop.reason}") from stop
             node = taken[-1].end
         return taken
@@ -258,19 +253,19 @@ class LivedSteps:
         change = depth_at(ends.steps[-1], self.cycle)[counts][deepest] - here[deepest]
         return self.cycle - float(change / self._slope(steps[-1], counts, deepest))
 
-    def _slope(self, step: Step, counts: Flanks, node: int) -> float:
+    def _slope(self, step: Step, counts: limits.Flanks, node: int) -> float:
         half = 1e-4 * step.size
         before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
         low, high = (depth_at(step, cycle)[counts][node] for cycle in (before, after))
         return float((high - low) / (after - before))
 
 
-def _closed(state: WearState) -> bool:
+def _closed(state: coupled.WearState) -> bool:
     """Whether orbits close as well as those of moved scenes will, which start from them."""
     return all(response.residual <= CLOSED for response in state.responses)
 
 
-def _periods(state: WearState) -> list[int]:
+def _periods(state: coupled.WearState) -> list[int]:
     return [response.period for response in state.responses]
 
 

@@ -1,6 +1,7 @@
 """The numbers of a scene that derivatives are taken with respect to."""
 
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import Any, NamedTuple, get_args
 
 from wearlab.options import Part, Unit
 from wearlab.scene import Scene, SceneError
@@ -77,7 +78,8 @@ def number(scene: Scene, key: str) -> Number:
     if isinstance(value, bool) or not isinstance(value, float):
         said = "a count" if isinstance(value, int) and not isinstance(value, bool) else "no number"
         raise GradientError(f"{key}: {value!r} is {said}: derivatives are with respect to numbers")
-    return Number(key, value, _kind(part, last))
+    field = type(part).model_fields[last]
+    return Number(key, value, _kind((*field.metadata, field.annotation)))
 
 
 def _within(part: Any, word: str, key: str) -> Any:
@@ -88,17 +90,7 @@ def _within(part: Any, word: str, key: str) -> Any:
     return getattr(part, word)
 
 
-def _kind(part: Part | Scene, name: str) -> str:
-    """Return the kind of unit of an option, "" of a plain number."""
-    field = type(part).model_fields[name]
-    marks = [*field.metadata, *_marks(field.annotation)]
-    return next((mark.kind for mark in marks if isinstance(mark, Unit)), "")
-
-
-def _marks(annotation: Any) -> list[Any]:
-    """Return the marks of an annotation, of all its alternatives."""
-    marks = list(getattr(annotation, "__metadata__", ()))
-    for inner in getattr(annotation, "__args__", ()):
-        marks += _marks(inner)
-    origin = getattr(annotation, "__origin__", None)
-    return marks + (_marks(origin) if hasattr(annotation, "__metadata__") else [])
+def _kind(marked: Iterable[Any]) -> str:
+    """Return the kind of the first unit among marks and annotations, "" of a plain number."""
+    kinds = (each.kind if isinstance(each, Unit) else _kind(get_args(each)) for each in marked)
+    return next(filter(None, kinds), "")
