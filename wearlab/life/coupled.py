@@ -17,9 +17,7 @@ from wearlab.dynamics.orbits.periodic import Unbounded
 from wearlab.dynamics.orbits.response import Response
 from wearlab.life.limits import StopWear
 from wearlab.life.vibration import Responses, Vibration
-from wearlab.mesh.clock import Instants, Mesh, instants_of, of_kind
-from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
-from wearlab.mesh.excitation import AlongPhase
+from wearlab.mesh import clock, contact, excitation
 from wearlab.wear.law import PreparedLaw
 from wearlab.wear.patch import Patch
 
@@ -45,9 +43,9 @@ class KindState(NamedTuple):
     """
 
     wear: Array
-    nodes: Nodes
-    static: Quasistatic
-    fitted: AlongPhase | None
+    nodes: contact.Nodes
+    static: contact.Quasistatic
+    fitted: excitation.AlongPhase | None
     weight: Array
     drive: Array
     tooth_force: Array
@@ -122,11 +120,11 @@ class MeshKind:
     when : when each of these meshes meets its own phase nodes
     """
 
-    analysis: ContactAnalysis
+    analysis: contact.ContactAnalysis
     law: PreparedLaw | None
     patch: Patch | None
     meshes: Index
-    when: tuple[Instants, ...]
+    when: tuple[clock.Instants, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -135,17 +133,17 @@ class MeshKind:
 
 
 def kinds_of(
-    analyses: Sequence[ContactAnalysis],
+    analyses: Sequence[contact.ContactAnalysis],
     laws: Sequence[PreparedLaw | None],
     patches: Sequence[Patch | None],
-    meshes: Sequence[Mesh],
+    meshes: Sequence[clock.Mesh],
     edges: Array,
 ) -> tuple[MeshKind, ...]:
     """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
     kinds = []
     for kind, (analysis, law, patch) in enumerate(zip(analyses, laws, patches, strict=True)):
-        own = of_kind(meshes, kind)
-        when = tuple(instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
+        own = clock.of_kind(meshes, kind)
+        when = tuple(clock.instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
         kinds.append(MeshKind(analysis, law, patch, own, when))
     return tuple(kinds)
 

@@ -1,6 +1,6 @@
 """A wear rate that is counted, bounded and checked; and can be put back where it was."""
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -9,30 +9,13 @@ from wearlab.life.limits import OutOfEvaluations, StopWear
 from wearlab.life.runge_kutta import Rate
 
 
-@runtime_checkable
-class Remembering(Protocol):
-    """A rate with a memory (the last orbit), which a rejected step must not leave on another branch."""
-
-    def remember(self) -> Any:
-        """Return the memory as it is."""
-
-    def recall(self, memory: Any) -> None:
-        """Put a memory back."""
-
-
-@runtime_checkable
-class Accounting(Protocol):
-    """A rate that counts its work, which another process may have done in part."""
-
-    def accounted(self) -> Any:
-        """Return the work done so far."""
-
-    def account_for(self, done: Any) -> None:
-        """Count that work, and no other, as done."""
-
-
 class CountedRate:
     """``rate(h)`` with a count and checks.
+
+    A rate may have more: ``work``, the ``noise`` of the last one, a rate under the ``still`` load; a memory
+    (the last orbits), which a rejected step must not leave on another branch: ``remember()``,
+    ``recall(memory)`` and what it holds by identity, ``shared``; and an account of work that another process
+    may have done in part: ``accounted()``, ``account_for(done)``.
 
     Parameters
     ----------
@@ -104,24 +87,23 @@ class CountedRate:
 
     def put_down(self) -> tuple[int, Any, Any]:
         """Return evaluations, account and memory, to be taken up by another process."""
-        return (
-            self.count,
-            self.rate.accounted() if isinstance(self.rate, Accounting) else None,
-            self.remember(),
-        )
+        return self.count, self._asked("accounted"), self.remember()
 
     def take_up(self, kept: tuple[int, Any, Any]) -> None:
         """Go on counting, and remembering, from where another process put it down."""
         self.count, done, memory = kept
-        if isinstance(self.rate, Accounting):
-            self.rate.account_for(done)
+        self._asked("account_for", done)
         self.recall(memory)
 
     def remember(self) -> Any:
         """Return the rate's memory, None when it has none."""
-        return self.rate.remember() if isinstance(self.rate, Remembering) else None
+        return self._asked("remember")
 
     def recall(self, memory: Any) -> None:
         """Put the rate's memory back."""
-        if isinstance(self.rate, Remembering):
-            self.rate.recall(memory)
+        self._asked("recall", memory)
+
+    def _asked(self, name: str, *given: Any) -> Any:
+        """Return what the rate answers, None where it does not know the question."""
+        answer = getattr(self.rate, name, None)
+        return None if answer is None else answer(*given)

@@ -9,12 +9,8 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
-from wearlab.mesh.clock import Instants, Sampling, instants
+from wearlab.mesh import clock, excitations, force, stages, tabulation
 from wearlab.mesh.excitation import MeshFlanks
-from wearlab.mesh.excitations import ExcitationModel
-from wearlab.mesh.force import Deflections
-from wearlab.mesh.stages import StageGrid, StageTables
-from wearlab.mesh.tabulation import Between, stage_tables
 
 Responses = tuple[Response, ...]
 
@@ -40,8 +36,8 @@ class Vibration:
 
     system: System
     method: Any
-    excitation: ExcitationModel
-    sampling: Sampling
+    excitation: excitations.ExcitationModel
+    sampling: clock.Sampling
     period: float
     fluctuation: Array | None
     hunting: int = 1
@@ -62,36 +58,40 @@ class Vibration:
             responses.append(self._solved(own, near, self._between(kinds, slow)))
         return tuple(responses)
 
-    def tables(self, kinds: Sequence[MeshFlanks]) -> StageTables:
+    def tables(self, kinds: Sequence[MeshFlanks]) -> stages.StageTables:
         """Return the meshes at all stages."""
-        tables = stage_tables(kinds, self.sampling, self.fluctuation)
+        tables = tabulation.stage_tables(kinds, self.sampling, self.fluctuation)
         if self.hunting == 1:
             return tables
         return over_hunting_period(tables, self.sampling, self.hunting, revolving=self.revolving)
 
-    def _solved(self, tables: StageTables, start: Response | None, between: Between | None) -> Response:
+    def _solved(
+        self, tables: stages.StageTables, start: Response | None, between: tabulation.Between | None
+    ) -> Response:
         return replace(self.method.solve(self.system, tables, self.period, start), between=between)
 
-    def _between(self, kinds: Sequence[MeshFlanks], slow: Array | None = None) -> Between | None:
+    def _between(self, kinds: Sequence[MeshFlanks], slow: Array | None = None) -> tabulation.Between | None:
         """Return what the tables of all stages are taken of, None where slow errors turn in them."""
-        return Between(kinds, self.sampling, slow) if self.hunting == 1 else None
+        return tabulation.Between(kinds, self.sampling, slow) if self.hunting == 1 else None
 
-    def look(self, phase: Array) -> Instants:
+    def look(self, phase: Array) -> clock.Instants:
         """Return phases of the clock (n,) as instants."""
-        return instants(self.sampling.edges, phase)
+        return clock.instants(self.sampling.edges, phase)
 
-    def motions(self, response: Response, when: Instants, meshes: slice = slice(None)) -> Deflections:
+    def motions(
+        self, response: Response, when: clock.Instants, meshes: slice = slice(None)
+    ) -> force.Deflections:
         """Return deflections of some meshes and their rates, (n_periods, n_mesh, n_instants) [m], [m/s]."""
         flat = deflection_at(response, *self._over_periods(when), meshes=meshes)
-        return Deflections(*(self._by_period(values, len(when.phase)) for values in flat))
+        return force.Deflections(*(self._by_period(values, len(when.phase)) for values in flat))
 
-    def coordinates(self, response: Response, when: Instants) -> tuple[Array, Array]:
+    def coordinates(self, response: Response, when: clock.Instants) -> tuple[Array, Array]:
         """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
         flat = coordinates_at(response, *self._over_periods(when))
         position, velocity = (self._by_period(values, len(when.phase)) for values in flat)
         return position, velocity
 
-    def _over_periods(self, when: Instants) -> tuple[StageGrid, Array, Index]:
+    def _over_periods(self, when: clock.Instants) -> tuple[stages.StageGrid, Array, Index]:
         if self.hunting == 1:
             return self.sampling.grid, when.phase, when.segment
         segments = int(self.sampling.grid.segment[-1]) + 1
@@ -102,22 +102,22 @@ class Vibration:
             np.tile(when.segment, self.hunting) + segments * turns,
         )
 
-    def read(self, of: Callable[..., Array], response: Response, when: Instants) -> Array:
+    def read(self, of: Callable[..., Array], response: Response, when: clock.Instants) -> Array:
         """Return what ``of(response, grid, phase, segment)`` tells, (n_periods, k, n_instants)."""
         return self._by_period(of(response, *self._over_periods(when)), len(when.phase))
 
-    def _by_period(self, values: Array, instants: int) -> Array:
+    def _by_period(self, values: Array, count: int) -> Array:
         """Turn (n_kept, k, hunting · n_instants) into (n_kept · hunting, k, n_instants)."""
         kept, rows = values.shape[:2]
-        apart = values.reshape(kept, rows, self.hunting, instants).transpose(0, 2, 1, 3)
-        return np.ascontiguousarray(apart).reshape(-1, rows, instants)
+        apart = values.reshape(kept, rows, self.hunting, count).transpose(0, 2, 1, 3)
+        return np.ascontiguousarray(apart).reshape(-1, rows, count)
 
 
-def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
+def hunting_grid(grid: stages.StageGrid, periods: int) -> stages.StageGrid:
     """Return the steps of ``periods`` mesh periods one after another, phases running on."""
     turns = np.repeat(np.arange(periods), len(grid.start))
     segments = int(grid.segment[-1]) + 1
-    return StageGrid(
+    return stages.StageGrid(
         np.tile(grid.start, periods) + turns,
         np.tile(grid.width, periods),
         np.tile(grid.segment, periods) + segments * turns,
@@ -125,8 +125,8 @@ def hunting_grid(grid: StageGrid, periods: int) -> StageGrid:
 
 
 def over_hunting_period(
-    tables: StageTables, sampling: Sampling, periods: int, *, revolving: bool
-) -> StageTables:
+    tables: stages.StageTables, sampling: clock.Sampling, periods: int, *, revolving: bool
+) -> stages.StageTables:
     """Repeat the tables of one mesh period but the torque's, and add the slow errors where they turn."""
     repeated = {
         name: np.tile(values, (periods,) + (1,) * (values.ndim - 1))
