@@ -38,7 +38,7 @@ def test_states_try_other_releases_and_look_for_what_their_neighbours_found(
         rival = _Named(f"beside the {name}") if finds else None
         return Search(rival, 0 if tries.near is not None else tries.releases, 5, spent=5.0)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(attractors, "coexisting", search)
+    monkeypatch.setattr(attractors.coexisting, "coexisting", search)
     found = attractors._searches([*states.values()], None, 1000)  # type: ignore[arg-type, list-item]
     searches = [one.search for one in found]
     names = [name for name, _, _ in asked]

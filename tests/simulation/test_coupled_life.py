@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
 from wearlab.scene.build import build
-from wearlab.simulation.living import live
+from wearlab.simulation.living import live_through
+from wearlab.simulation.operating import stages_of
 from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 
@@ -64,8 +65,8 @@ def marched(parts):
 
 @pytest.mark.slow
 def test_a_coupled_life_is_that_of_an_independent_march(scene):
-    parts = build(scene)
-    life = live(scene, parts).life
+    (stage,) = stages_of(scene)
+    parts, life = stage.first, live_through(scene, (stage,)).life
     assert life.end_reason == "depth"
     assert float(life.cycle[-1]) == pytest.approx(marched(parts), rel=5e-3)
 

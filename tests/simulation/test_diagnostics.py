@@ -44,7 +44,7 @@ def test_a_life_whose_flanks_cannot_be_as_deep_as_a_diagnostic_looks_is_stored()
 
 
 def test_of_a_mesh_relationship_that_fails_the_rest_is_there(monkeypatch, brief):
-    monkeypatch.setattr(exact, "contact_loss", failing)
+    monkeypatch.setattr(exact.relation, "contact_loss", failing)
     ended = simulate(brief)
     assert ended.contact_loss.isnull().all() and ended.contact_angle.isnull().all()
     assert np.isfinite(ended.first_order_excess[-1, 0])
@@ -61,7 +61,7 @@ def test_of_a_mesh_relationship_that_fails_the_rest_is_there(monkeypatch, brief)
     ],
 )
 def test_what_fails_after_a_life_is_missing_and_told(monkeypatch, brief, name, told, missing):
-    module = {"model_errors": run.trust, "other_attractors": run.attractors, "estimated": run}[name]
+    module = {"model_errors": run.trust, "other_attractors": run.attractors, "estimated": run.estimates}[name]
     monkeypatch.setattr(module, name, failing)
     ended = simulate(brief)
     assert ended.sizes["update"] >= 2 and float(ended.max_wear_depth[-1].max()) > 0.0
@@ -73,7 +73,7 @@ def test_what_fails_after_a_life_is_missing_and_told(monkeypatch, brief, name, t
 
 
 def test_contact_that_fails_after_a_life_is_missing_and_told(monkeypatch, brief):
-    monkeypatch.setattr(run.named, "path_values", failing)
+    monkeypatch.setattr(run.static, "path_values", failing)
     ended = simulate(brief)
     assert "tooth_force" not in ended and "wear_depth" in ended
     assert "not computed: values along the path: no such number" in ended.validity.item()
@@ -81,7 +81,7 @@ def test_contact_that_fails_after_a_life_is_missing_and_told(monkeypatch, brief)
 
 def test_a_scene_without_a_life_still_fails_by_its_own_error(monkeypatch):
     alone = {name: part for name, part in BRIEF.items() if name != "wear"}
-    monkeypatch.setattr(run.named, "path_values", failing)
+    monkeypatch.setattr(run.static, "path_values", failing)
     with pytest.raises(ZeroDivisionError):
         simulate(Scene.from_mapping(alone))
 

@@ -14,7 +14,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import estimates, simulate, twins, wear_off
 from wearlab.simulation.estimates import estimated
-from wearlab.simulation.living import live
+from wearlab.simulation.living import live_through
 from wearlab.simulation.operating import stages_of
 from wearlab.simulation.twins import between_nodes, carried, rough_parts
 from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
@@ -102,7 +102,7 @@ def test_what_the_rate_levels_is_no_error_of_deep_wear(monkeypatch: pytest.Monke
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     deep = still.replace("wear.until.depth", "200 um").replace("wear.snapshots", None)
     (stage,) = stages_of(deep)
-    lived = live(deep, stage.first)
+    lived = live_through(deep, (stage,)).stages[0]
     found = estimated(stage, lived)
     fine = deep.replace("numerics.profile_points", 601)
     truth = scoring.reference(fine, float(lived.cycle[-1]), 1e-4)
@@ -121,7 +121,7 @@ def test_narrow_layers_of_wear_under_light_loads_are_resolved() -> None:
     light = still.replace("operation.torque", "0.6 N*m").replace("wear.snapshots", None)
     scene = light.replace("wear.until.depth", "8 um")
     (stage,) = stages_of(scene)
-    lived = live(scene, stage.first)
+    lived = live_through(scene, (stage,)).stages[0]
     truth = scoring.reference(scene.replace("numerics.profile_points", 1201), float(lived.cycle[-1]), 1e-4)
     true = carried(truth.grids[0], truth.wear[0], stage.first.kinds[0].analysis.grid)
     missed = float(np.abs(true - lived.state[-1].wear[0]).max())
@@ -220,7 +220,7 @@ def test_finer_twins_that_respond_otherwise_say_nothing(monkeypatch: pytest.Monk
     def none(parts: Parts, lived: History) -> list[None]:
         return [None] * len(lived.samples.state)
 
-    monkeypatch.setattr(estimates, "finer_twins_of", none)
+    monkeypatch.setattr(twins, "finer_twins_of", none)
     for name in ("wear_depth", "life", "mesh_force", "mesh_force_max"):
         told = f"error_estimate_{name}"
         np.testing.assert_array_equal(simulate(SMALL)[told], usual[told])
@@ -273,7 +273,7 @@ def test_the_error_of_a_life_is_that_of_the_place_that_ends_it() -> None:
     still = SMALL.replace("dynamics", None).replace("mesh.damping_ratio", None)
     scene = still.replace("wear.snapshots", None).replace("wear.until.depth", "1 um")
     (stage,) = stages_of(scene)
-    lived = live(scene, stage.first)
+    lived = live_through(scene, (stage,)).stages[0]
     assert lived.life is not None
     depth, own = lived.life.depth[-1], lived.life.depth_error
     pinion = stage.first.coupling.entries(0, 0)

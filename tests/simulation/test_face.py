@@ -8,7 +8,7 @@ import pytest
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
-from wearlab.simulation.face import worn_volume
+from wearlab.simulation.static import worn_mass
 from wearlab.wear.path import sliding_velocity
 
 GEARS = {
@@ -151,7 +151,9 @@ def test_worn_volume_is_that_of_the_work_of_sliding():
     state = parts.coupling.evaluate(parts.coupling.unworn())
     contact = parts.face.kinds[0].contact
     grid, path = contact.grid, parts.kinds[0].path
-    volume = worn_volume(parts, 0, state.kind[0].rate[None])[0] / path.passes
+    of_all_teeth = worn_mass(parts, 0, state.kind[0].rate[None])[0]
+    gears = parts.kinds[0].pair.gears
+    volume = of_all_teeth / [gear.material.density * gear.teeth for gear in gears] / path.passes
     speed = np.abs(sliding_velocity(path))
     step = np.full(len(grid.profile.position), grid.profile.position[1] - grid.profile.position[0])
     step[[0, -1]] *= 0.5
@@ -171,11 +173,11 @@ def test_worn_volume_is_that_of_the_work_of_sliding():
 
 def test_a_patch_keeps_the_worn_volume():
     points, spread = (build(helical().replace("wear.contact_patch", patch)) for patch in ("none", "two-way"))
-    volumes = [
-        worn_volume(parts, 0, parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None])
+    masses = [
+        worn_mass(parts, 0, parts.coupling.evaluate(parts.coupling.unworn()).kind[0].rate[None])
         for parts in (points, spread)
     ]
-    assert volumes[0] == pytest.approx(volumes[1], rel=1e-9)
+    assert masses[0] == pytest.approx(masses[1], rel=1e-9)
 
 
 def test_misalignment_wears_in_as_an_exponential():

@@ -20,7 +20,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.estimates import Estimates, estimated
-from wearlab.simulation.living import live
+from wearlab.simulation.living import live_through
 from wearlab.simulation.operating import stages_of
 from wearlab.simulation.trust import ENDS_OF_WORK, TRUSTED
 from wearlab.simulation.twins import carried
@@ -101,7 +101,7 @@ def reference(scene: Scene, cycle: float, tolerance: float = TIGHT) -> Truth:
     tight = tight.replace("wear.snapshots", {"cycles": [cycle]})  # no others are worked out in full
     try:
         (stage,) = stages_of(tight)
-        lived = live(tight, stage.first)
+        lived = live_through(tight, (stage,)).stages[0]
     except GearError as refusal:
         raise Apart(f"reference refused: {refusal}") from refusal
     assert lived.life is not None

@@ -165,12 +165,12 @@ def _timed(one: Scene) -> float:
 
 def _run(one: Scene) -> None:
     """Build a scene, let it live, and work out everything that is stored of its states."""
-    from wearlab.scene.build import build
     from wearlab.simulation import static, vibration
-    from wearlab.simulation.run import live
+    from wearlab.simulation.living import live_through
+    from wearlab.simulation.operating import stages_of
 
-    parts = build(one)
-    states = live(one, parts).state
+    (stage,) = stages_of(one)
+    parts, states = stage.first, live_through(one, (stage,)).state
     static.mesh_values(parts, states)
     static.path_values(parts, states)
     if parts.vibration is not None:

@@ -20,7 +20,7 @@ from wearlab.life.rate import CountedRate
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
-from wearlab.simulation import run, twins
+from wearlab.simulation import living, twins
 
 TIGHT = 3e-8
 SECOND_METHOD = 1e-8
@@ -66,7 +66,7 @@ class TimedLife(NamedTuple):
 def wearing(scene: Scene) -> Wearing:
     """Build the life of a scene."""
     parts = build(scene)
-    wear = parts.coupling.flat(run.initial_wear(scene, parts))
+    wear = parts.coupling.flat(living.initial_wear(scene, parts))
     return Wearing(parts, wear, build_limits(scene, parts.gears, parts.coupling))
 
 

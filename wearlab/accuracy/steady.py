@@ -22,7 +22,7 @@ from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.vibration import build_friction
-from wearlab.simulation.run import initial_wear
+from wearlab.simulation.living import initial_wear
 from wearlab.wear.initials import quadratic
 
 NEIGHBOUR = 1e-7

@@ -7,21 +7,17 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
+from wearlab.life import limits, loads
 from wearlab.life.coupled import Account, Coupled, KindState, MeshKind, OneCondition, Wear, WearState
-from wearlab.life.limits import StopWear
-from wearlab.life.loads import Forces, LoadModel, StaticLoad, still
 from wearlab.life.vibration import Responses
-from wearlab.mesh.clock import repeated
-from wearlab.mesh.contact import Quasistatic
-from wearlab.mesh.excitation import MeshFlanks
+from wearlab.mesh import clock, contact, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
-from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate
 
 BLOCK = 20
@@ -40,7 +36,7 @@ class Coupling(OneCondition):
     load : which force wears
     """
 
-    load: LoadModel
+    load: loads.LoadModel
 
     def evaluate(
         self, wear: Wear, start: Responses | None = None, near: WearState | None = None
@@ -58,17 +54,17 @@ class Coupling(OneCondition):
         StopWear
             When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
         """
-        clock = time.perf_counter()
+        begun = time.perf_counter()
         worn = self.flanks(wear, near)
         static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in worn]
-        clock = self._spent("contact", clock)
+        begun = self._spent("contact", begun)
         self.account.counts["contact_analyses"] += 1
         responses = self._respond(self.vibration, worn, start or None) if self.vibration else ()
         forces = [
-            self._forces(kind, flanks, responses) if responses else still(flanks, state)
+            self._forces(kind, flanks, responses) if responses else loads.still(flanks, state)
             for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
         ]
-        clock = self._spent("dynamics", clock)
+        begun = self._spent("dynamics", begun)
         states, noises = [], [0.0]
         for depth, flanks, state, kind, force in zip(wear, worn, static, self.kinds, forces, strict=True):
             tooth_force = self.load.at_nodes(flanks, state, force)
@@ -81,7 +77,7 @@ class Coupling(OneCondition):
                     depth, flanks.nodes, state, flanks.series, force.weight, force.drive, tooth_force, rate
                 )
             )
-        self._spent("wear", clock)
+        self._spent("wear", begun)
         return WearState(tuple(states), responses, max(noises))
 
     @property
@@ -98,16 +94,16 @@ class Coupling(OneCondition):
 
     def resting(self) -> "Coupling | None":
         """Return what wears under the static load alone, None where it does so already."""
-        return replace(self, vibration=None, load=StaticLoad()) if self.load.moving else None
+        return replace(self, vibration=None, load=loads.StaticLoad()) if self.load.moving else None
 
-    def flanks_of(self, state: WearState) -> list[MeshFlanks]:
+    def flanks_of(self, state: WearState) -> list[excitation.MeshFlanks]:
         """Return the flanks of every kind of mesh in a wear state."""
         return [
-            MeshFlanks(kind.analysis, known.nodes, known.fitted)
+            excitation.MeshFlanks(kind.analysis, known.nodes, known.fitted)
             for kind, known in zip(self.kinds, state.kind, strict=True)
         ]
 
-    def flanks(self, wear: Wear, near: WearState | None = None) -> list[MeshFlanks]:
+    def flanks(self, wear: Wear, near: WearState | None = None) -> list[excitation.MeshFlanks]:
         """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.
 
         Raises
@@ -118,30 +114,34 @@ class Coupling(OneCondition):
         known = [None] * len(self.kinds) if near is None else [kind.static for kind in near.kind]
         return [self._flanks_of_kind(*each) for each in zip(self.kinds, wear, known, strict=True)]
 
-    def _flanks_of_kind(self, kind: MeshKind, depth: Array, near: Quasistatic | None) -> MeshFlanks:
+    def _flanks_of_kind(
+        self, kind: MeshKind, depth: Array, near: contact.Quasistatic | None
+    ) -> excitation.MeshFlanks:
         try:
             nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth), near)
-        except SectionVanished as error:
-            raise StopWear(str(error)) from error
+        except stiffness.SectionVanished as error:
+            raise limits.StopWear(str(error)) from error
         if self.vibration is None:
-            return MeshFlanks(kind.analysis, nodes, None)
-        return MeshFlanks(kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes))
+            return excitation.MeshFlanks(kind.analysis, nodes, None)
+        return excitation.MeshFlanks(
+            kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes)
+        )
 
     def _rate_of(
         self,
         law: PreparedLaw,
-        flanks: MeshFlanks,
-        static: Quasistatic,
-        force: Forces,
+        flanks: excitation.MeshFlanks,
+        static: contact.Quasistatic,
+        force: loads.Forces,
         depth: Array,
         rows: Index,
     ) -> Array:
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
-        some = Forces(weight, force.drive[rows], force.pair[rows])
+        some = loads.Forces(weight, force.drive[rows], force.pair[rows])
         return averaged_rate(law, weight, self.load.at_nodes(flanks, static, some), depth)
 
-    def _forces(self, kind: MeshKind, flanks: MeshFlanks, responses: Responses) -> Forces:
+    def _forces(self, kind: MeshKind, flanks: excitation.MeshFlanks, responses: Responses) -> loads.Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None
@@ -160,10 +160,10 @@ class Coupling(OneCondition):
             weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
         motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*rows, strict=True)))
         dashpot = dashpot_of_mesh(vibration.system, int(kind.meshes[0]))
-        acting = flank_forces(flanks, repeated(where, len(weights)), motion, dashpot, vibration.period)
+        acting = flank_forces(flanks, clock.repeated(where, len(weights)), motion, dashpot, vibration.period)
         shape = (len(weights), len(where.phase))
         drive = acting.pair_normal.sum(axis=-1).reshape(shape)
-        return Forces(np.array(weights), drive, acting.pair_normal.reshape(*shape, -1), tuple(counts))
+        return loads.Forces(np.array(weights), drive, acting.pair_normal.reshape(*shape, -1), tuple(counts))
 
 
 def _rate(kind: MeshKind, depth: Array, weight: Array, tooth_force: Array) -> Array:
@@ -215,32 +215,6 @@ def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[in
             largest = max(largest, float(means.std(axis=0, ddof=1).max() / np.sqrt(blocks)))
         first += meshes * count
     return largest
-
-
-class DutyShares(NamedTuple):
-    """How often the blocks of a duty come.
-
-    Parameters
-    ----------
-    weight : (n,) share of the cycles [1]
-    mean_speed : cycles over time, as an angular speed [rad/s]
-    """
-
-    weight: Array
-    mean_speed: float
-
-
-def duty_shares(share: Sequence[float], speed: Sequence[float]) -> DutyShares:
-    """Return the shares of the cycles, ``w_b = u_b ω_b / Σ u_b ω_b``, from those of the time u_b.
-
-    Parameters
-    ----------
-    share : (n,) of the time; only their proportions count [1]
-    speed : (n,) of the reference gear relative to the carrier [rad/s]
-    """
-    time, turning = np.asarray(share, float) / np.sum(share), np.asarray(speed, float)
-    weight = time * turning / (time @ turning)
-    return DutyShares(weight, float(mixture(time, list(turning))))
 
 
 @dataclass(frozen=True)

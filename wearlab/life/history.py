@@ -152,24 +152,6 @@ def most_evaluations(tolerance: float) -> int:
     return int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5))
 
 
-def single_state(coupling: Coupled, wear: Wear) -> History:
-    """Return the history of a scene in which nothing wears on: its one state, for wear of every kind [m]."""
-    return History(np.zeros(1), (coupling.evaluate(wear),))
-
-
-def worn_by_law(
-    coupling: Coupled,
-    wear: Wear,
-    flanks: dict[str, tuple[slice, float]],
-    *,
-    tolerance: float,
-    most_work: float = np.inf,
-) -> Wear:
-    """Return wear with each named flank (its entries in the flat state) worn to its depth by this law [m]."""
-    flat = worn(SetRate(coupling), coupling.flat(wear), flanks, tolerance=tolerance, most_work=most_work)
-    return coupling.split(flat)
-
-
 def history(
     coupling: Coupled,
     wear: Wear,

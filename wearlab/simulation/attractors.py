@@ -8,12 +8,11 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES, Search, Tries, coexisting
-from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.orbits import coexisting, periodic
 from wearlab.dynamics.orbits.response import Response
-from wearlab.life.coupled import WearState
-from wearlab.scene.build import Parts
-from wearlab.simulation.living import most_searched
+from wearlab.life import coupled
+from wearlab.scene import build
+from wearlab.simulation import living
 
 Values = dict[str, Any]
 
@@ -30,11 +29,11 @@ class Searched(NamedTuple):
     rivals : every other attractor found, by falling largest force
     """
 
-    search: Search
+    search: coexisting.Search
     rivals: tuple[Response, ...] = ()
 
 
-def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Searched]:
+def other_attractors(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[Searched]:
     """Look for other attractors of each state, where released flanks do not return to the response stored.
 
     The methods of the papers integrate from one start alone, and so do errors that turn with their members;
@@ -46,27 +45,27 @@ def other_attractors(parts: Parts, states: Sequence[WearState]) -> list[Searched
     worst.
     """
     vibration = parts.vibration
-    if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, Periodic):
+    if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, periodic.Periodic):
         return []
     if vibration.slow is not None or len(parts.meshes) > 1:
         return []
     clock, account = time.perf_counter(), parts.coupling.account
-    most = most_searched(vibration.system, parts.scene.numerics.most_right_hand_sides)
+    most = living.most_searched(vibration.system, parts.scene.numerics.most_right_hand_sides)
     searches = _searches([state.response for state in states], vibration.method, most)
     account.seconds["dynamics"] += time.perf_counter() - clock
     account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches
 
 
-def _searches(responses: Sequence[Response | None], method: Periodic, left: int) -> list[Searched]:
+def _searches(responses: Sequence[Response | None], method: periodic.Periodic, left: int) -> list[Searched]:
     """Search one state after another with ``left`` integration steps, then back."""
     found: list[Searched] = []
-    before, first = Searched(Search()), 0
+    before, first = Searched(coexisting.Search()), 0
     for number, response in enumerate(responses):
-        one = Searched(Search())
+        one = Searched(coexisting.Search())
         if response is not None:
             hunt = _Beside(response, method, max(left // (len(responses) - number), 0))
-            hunt.forwards(before.rivals, FURTHER if first else RELEASES, first)
+            hunt.forwards(before.rivals, coexisting.FURTHER if first else coexisting.RELEASES, first)
             one, left = hunt.result(), left - hunt.steps
         before, first = one, first + one.search.starts
         found.append(one)
@@ -82,26 +81,32 @@ def _searches(responses: Sequence[Response | None], method: Periodic, left: int)
 class _Beside:
     """The attractors found beside one response, with a bounded number of integration steps."""
 
-    def __init__(self, response: Response, method: Periodic, most: int, search: Search | None = None) -> None:
+    def __init__(
+        self,
+        response: Response,
+        method: periodic.Periodic,
+        most: int,
+        search: coexisting.Search | None = None,
+    ) -> None:
         self.response, self.method, self.most = response, method, most
-        self.search, self.rivals, self.steps = search or Search(), list[Response](), 0
+        self.search, self.rivals, self.steps = search or coexisting.Search(), list[Response](), 0
 
     def forwards(self, known: Sequence[Response], releases: int, first: int) -> None:
         """Follow what a neighbour has, or release flanks until there are no more releases or steps."""
-        self._look(Tries(releases, first, next(iter(known), None)))
+        self._look(coexisting.Tries(releases, first, next(iter(known), None)))
         self.follow(known[1:])
         while self.rivals and not known and self.search.starts < releases and not self.search.cut_off:
-            self._look(Tries(releases - self.search.starts, first + self.search.starts))
+            self._look(coexisting.Tries(releases - self.search.starts, first + self.search.starts))
 
     def follow(self, known: Sequence[Response]) -> None:
         """Look for what each attractor of a neighbour becomes."""
         for near in known:
-            self._look(Tries(0, 0, near))
+            self._look(coexisting.Tries(0, 0, near))
 
-    def _look(self, tries: Tries) -> None:
-        again = coexisting(self.response, self.method, max(self.most - self.steps, 0), tries)
+    def _look(self, tries: coexisting.Tries) -> None:
+        again = coexisting.coexisting(self.response, self.method, max(self.most - self.steps, 0), tries)
         self.steps += int(again.spent * len(self.response.tables.width))
-        self.search = Search(
+        self.search = coexisting.Search(
             None, self.search.starts + again.starts, self.search.periods + again.periods, again.cut_off
         )
         if again.rival is not None and not any(_alike(again.rival, other) for other in self.rivals):
@@ -135,7 +140,7 @@ def attractor_values(found: Sequence[Searched]) -> Values:
     return values | _values_of([one.rivals for one in found])
 
 
-def searched(search: Search) -> str:
+def searched(search: coexisting.Search) -> str:
     """Return in words what a search came to."""
     if search.rival is not None:
         return "another found"

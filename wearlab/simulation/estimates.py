@@ -12,21 +12,9 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.life import limits, record
-from wearlab.life.coupled import WearState
-from wearlab.life.history import History
-from wearlab.scene.build import Parts, wear
-from wearlab.simulation.operating import Stage
-from wearlab.simulation.twins import (
-    Rougher,
-    finer_twins_of,
-    flank_of_nodes,
-    force_errors,
-    is_periodic,
-    together,
-    twins_of,
-)
-from wearlab.simulation.wear_off import DEEPEST, End, ErrorOfWear, WornFurther, end_of, late_rate
+from wearlab.life import coupled, history, limits, record
+from wearlab.scene import build
+from wearlab.simulation import operating, twins, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of drawn scenes."""
@@ -44,14 +32,6 @@ LARGE = 0.5
 """Estimated error of the mesh force over the largest force from which small changes tell little of it."""
 
 
-class ForcesOfStates(NamedTuple):
-    """Estimated errors of the forces of the kept states, (n_updates,) each [N]; see `ForceErrors`."""
-
-    mesh: Array
-    largest: Array
-    bearing: Array
-
-
 class Estimates(NamedTuple):
     """Estimated errors.
 
@@ -64,7 +44,7 @@ class Estimates(NamedTuple):
     """
 
     wear_depth: Array | None
-    force: tuple[ForcesOfStates, ...] | None
+    force: tuple[twins.ForceErrors, ...] | None
     life: float | None
     doubts: tuple[str, ...] = ()
 
@@ -79,9 +59,9 @@ class Looked(NamedTuple):
     force : see `Estimates`
     """
 
-    joint: list[Rougher | None]
-    worn: list[WornFurther | None]
-    force: tuple[ForcesOfStates, ...] | None
+    joint: list[twins.Rougher | None]
+    worn: list[wear_off.WornFurther | None]
+    force: tuple[twins.ForceErrors, ...] | None
 
     @property
     def missing(self) -> int:
@@ -89,7 +69,7 @@ class Looked(NamedTuple):
         return sum(state is None or None in state.worse for state in self.worn)
 
 
-def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates:
+def estimated(stage: operating.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
@@ -108,9 +88,9 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
     Where forces would be off by more than `LARGE` of the largest, finer twins are asked.
     """
     clock = time.perf_counter()
-    looked = _looked(stage, lived, twins_of, inherited)
+    looked = _looked(stage, lived, twins.twins_of, inherited)
     if _loudest(lived, looked.force) > LARGE:
-        closer = _looked(stage, lived, finer_twins_of, inherited)
+        closer = _looked(stage, lived, twins.finer_twins_of, inherited)
         looked = closer if closer.missing <= looked.missing else looked
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
     last = next((twin for twin in reversed(looked.joint) if twin is not None and twin.rate is not None), None)
@@ -123,22 +103,26 @@ def estimated(stage: Stage, lived: History, inherited: float = 0.0) -> Estimates
 
 
 def _looked(
-    stage: Stage, lived: History, twins: Callable[..., list[Rougher | None]], inherited: float
+    stage: operating.Stage,
+    lived: history.History,
+    of: Callable[..., list[twins.Rougher | None]],
+    inherited: float,
 ) -> Looked:
-    """Return what twins, as a function makes them of a condition, say of the errors."""
-    each = [twins(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
-    joint = [together(list(own), stage.shares.weight) for own in zip(*each, strict=True)]
-    worn = _worn_further(stage, lived, each, joint, inherited)
+    """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
+    conditions = [(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
+    each = [of(*condition) for condition in conditions]
+    joint = [twins.together(own, stage.weight) for own in zip(*each, strict=True)]
+    worn = wear_off.errors_of_wear(joint, inherited + _stepping(lived, lived.samples.cycle))
     force = None
     if stage.first.vibration is not None:
         force = tuple(
-            _forces(parts, lived.in_block(block), own, worn, block)
-            for block, (parts, own) in enumerate(zip(stage.parts, each, strict=True))
+            _forces(*condition, own, worn, block)
+            for block, (condition, own) in enumerate(zip(conditions, each, strict=True))
         )
     return Looked(joint, worn, force)
 
 
-def not_estimated(lived: History) -> Estimates:
+def not_estimated(lived: history.History) -> Estimates:
     """Return the estimates of a life of which none could be made: all NaN, and doubtful."""
     unknown = None if lived.life is None else np.full(len(lived.cycle), np.nan)
     life = np.nan if lived.life is not None and lived.life.worn_out else None
@@ -146,10 +130,10 @@ def not_estimated(lived: History) -> Estimates:
 
 
 def _doubts(
-    stage: Stage,
-    lived: History,
-    joint: list[Rougher | None],
-    force: tuple[ForcesOfStates, ...] | None,
+    stage: operating.Stage,
+    lived: history.History,
+    joint: list[twins.Rougher | None],
+    force: tuple[twins.ForceErrors, ...] | None,
 ) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life whose states have these rougher twins."""
     loudest = _loudest(lived, force)
@@ -179,7 +163,7 @@ def _doubts(
     return tuple(words for words, holds in said.items() if holds)
 
 
-def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
+def _loudest(lived: history.History, force: tuple[twins.ForceErrors, ...] | None) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     ratios = [0.0]
     for block, errors in enumerate(force or ()):
@@ -190,7 +174,7 @@ def _loudest(lived: History, force: tuple[ForcesOfStates, ...] | None) -> float:
     return float(max(ratios))
 
 
-def _hardest(stage: Stage, state: WearState) -> float:
+def _hardest(stage: operating.Stage, state: coupled.WearState) -> float:
     """Return the largest mesh force of a state over the static one, of all conditions and meshes [1]."""
     factors = [0.0]
     for parts, condition in zip(stage.parts, state.block or (state,), strict=True):
@@ -201,47 +185,30 @@ def _hardest(stage: Stage, state: WearState) -> float:
     return float(max(factors))
 
 
-def _stepping(lived: History, cycle: Array) -> Array:
+def _stepping(lived: history.History, cycle: Array) -> Array:
     """Return what steps over cycles, and averages in them, accumulate of error up to cycles (k,) [m]."""
     if lived.life is None:
         return np.zeros(len(cycle))
     return np.interp(cycle, lived.life.cycle, lived.life.accumulated_error)
 
 
-def _worn_further(
-    stage: Stage,
-    lived: History,
-    each: list[list[Rougher | None]],
-    joint: list[Rougher | None],
-    inherited: float,
-) -> list[WornFurther | None]:
-    """Return the error of the wear at the states, None where a twin is missing."""
-    stepping = inherited + _stepping(lived, lived.samples.cycle)
-    off, out = ErrorOfWear(stage.shares.weight), []
-    for at, twin in enumerate(joint):
-        twins = [own_twin for own_twin in (own[at] for own in each) if own_twin is not None]
-        out.append(None if twin is None else off.next(twin, twins, float(stepping[at])))
-    return out
-
-
-def _depth(lived: History, worn: list[WornFurther | None]) -> Array | None:
+def _depth(lived: history.History, worn: list[wear_off.WornFurther | None]) -> Array | None:
+    """Return the errors of the depth of all kept states, (n_updates,) [m]; None when nothing wears on."""
     if lived.life is None:
         return None
-    total = _stepping(lived, lived.cycle)
-    known = _driven(worn)
-    if not known and any(map(is_periodic, lived.samples.state)):
+    total, known = _stepping(lived, lived.cycle), _driven(worn)
+    if not known and any(map(twins.is_periodic, lived.samples.state)):
         return np.full(len(total), np.nan)
     if known:
-        total = total + BETWEEN_SHARE * _between(lived.cycle, known) + DEPTH_SHARE * _carried(lived, known)
+        cycles = [one.cycle for one in known]
+        given = known[0].between if known[0].cycle <= lived.cycle[0] else 0.0  # the initial wear is no error
+        between = np.interp(lived.cycle, cycles, [max(0.0, one.between - given) for one in known])
+        if len(known) == 1:  # one state speaks for all of the life
+            carried = float(np.abs(np.asarray(known[0].drive)).max()) * lived.cycle
+        else:
+            carried = np.interp(lived.cycle, cycles, [float(np.abs(one.error).max()) for one in known])
+        total = total + BETWEEN_SHARE * between + DEPTH_SHARE * carried
     return np.minimum(total, _worn_at_most(lived.life, lived.cycle))
-
-
-def _carried(lived: History, known: list[WornFurther]) -> Array:
-    """Return what the change of rate comes to, largest over the nodes, (k,) [m]."""
-    if len(known) == 1:  # one state speaks for all of the life
-        return float(np.abs(np.asarray(known[0].drive)).max()) * lived.cycle
-    largest = [float(np.abs(worn.error).max()) for worn in known]
-    return np.interp(lived.cycle, [worn.cycle for worn in known], largest)
 
 
 def _worn_at_most(life: record.Life, cycle: Array | float) -> Array:
@@ -249,58 +216,60 @@ def _worn_at_most(life: record.Life, cycle: Array | float) -> Array:
     return np.asarray(float(life.rate.max(initial=0.0)) * np.asarray(cycle))
 
 
-def _between(cycle: Array, known: list[WornFurther]) -> Array:
-    """Return what nodes do not tell of the wear between them, but for the initial wear, (k,) [m]."""
-    given = known[0].between if known[0].cycle <= cycle[0] else 0.0
-    each = [max(0.0, worn.between - given) for worn in known]
-    return np.interp(cycle, [worn.cycle for worn in known], each)
-
-
-def _driven(worn: list[WornFurther | None]) -> list[WornFurther]:
+def _driven(worn: list[wear_off.WornFurther | None]) -> list[wear_off.WornFurther]:
     """Return the states at which a wear law drives the error of the wear."""
     return [state for state in worn if state is not None and state.drive is not None]
 
 
 def _forces(
-    parts: Parts,
-    lived: History,
-    twins: list[Rougher | None],
-    worn: list[WornFurther | None],
+    parts: build.Parts,
+    lived: history.History,
+    own: list[twins.Rougher | None],
+    worn: list[wear_off.WornFurther | None],
     block: int,
-) -> ForcesOfStates:
+) -> twins.ForceErrors:
     """Return the errors of the forces of all kept states, from those of the states that have twins.
 
     Parameters
     ----------
-    parts, lived, twins : of one condition
+    parts, lived, own : of one condition, and the twins in it
     worn : the error of the wear at the states
     block : number of the condition
     """
     tolerance, known = parts.scene.numerics.tolerance, []
-    for state, twin, further in zip(lived.samples.state, twins, worn, strict=True):
+    for state, twin, further in zip(lived.samples.state, own, worn, strict=True):
         worse = None if further is None else further.worse[block]
         if twin is not None and worse is not None:
-            errors = force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
+            errors = twins.force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
             least = TOLERATED * tolerance * max(extremes(one).largest.max() for one in state.responses)
             errors = errors._replace(largest=max(errors.largest, float(least)))
             known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
-        return ForcesOfStates(*np.full((3, len(lived.state)), np.nan))
+        return twins.ForceErrors(*np.full((3, len(lived.state)), np.nan))
     cycle, *each = np.array(known).T
     aperiodic = [any(response.period == 0 for response in state.responses) for state in lived.state]
-    return ForcesOfStates(
+    return twins.ForceErrors(
         *(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, error)) for error in each)
     )
 
 
-def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Rougher | None) -> float | None:
+def _life(
+    stage: operating.Stage,
+    lived: history.History,
+    worn: list[wear_off.WornFurther | None],
+    last: twins.Rougher | None,
+) -> float | None:
     """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
     life = lived.life
     if life is None or not life.worn_out:
         return None
-    counts = wear.build_limits(stage.first.scene, stage.first.gears, stage.coupling).flank
-    rate = life.rate[-1] if is_periodic(lived.samples.state[-1]) else late_rate(life.cycle, life.depth)
-    end = end_of(life.depth[-1], rate, flank_of_nodes(stage.first), counts)
+    counts = build.wear.build_limits(stage.first.scene, stage.first.gears, stage.coupling).flank
+    rate = (
+        life.rate[-1]
+        if twins.is_periodic(lived.samples.state[-1])
+        else wear_off.late_rate(life.cycle, life.depth)
+    )
+    end = wear_off.end_of(life.depth[-1], rate, twins.flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     steps = float(np.abs(life.depth_error[end.nodes]).max()) + life.scatter
@@ -308,12 +277,17 @@ def _life(stage: Stage, lived: History, worn: list[WornFurther | None], last: Ro
     return min(error, float(_worn_at_most(life, lived.cycle[-1]))) / end.rate
 
 
-def _at_deepest(lived: History, worn: list[WornFurther | None], last: Rougher | None, end: End) -> float:
+def _at_deepest(
+    lived: history.History,
+    worn: list[wear_off.WornFurther | None],
+    last: twins.Rougher | None,
+    end: wear_off.End,
+) -> float:
     """Return the weighed error of the wear where the flanks that end the life are worn most [m]."""
     known = _driven(worn)
     if not known or last is None:
-        return np.nan if any(map(is_periodic, lived.samples.state)) else 0.0
+        return np.nan if any(map(twins.is_periodic, lived.samples.state)) else 0.0
     error = known[-1].error if len(known) > 1 else np.asarray(known[0].drive) * lived.cycle[-1]
     there = np.isin(last.flank, end.flanks)
-    deep = there & (last.wear >= DEEPEST * last.wear[there].max())
+    deep = there & (last.wear >= wear_off.DEEPEST * last.wear[there].max())
     return LIFE_SHARE * float(np.abs(error)[deep].max()) + CHANCE * float(np.abs(error)[there].mean())

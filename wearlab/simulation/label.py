@@ -7,7 +7,7 @@ import platform
 import subprocess
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -31,7 +31,9 @@ class Refused(ValueError):
 Found = TypeVar("Found")
 
 
-def diagnosed(name: str, find: Callable[[], Found], instead: Found, failures: list[str]) -> Found:
+def diagnosed(
+    name: str, failures: list[str], instead: Found, find: Callable[..., Found], *given: Any
+) -> Found:
     """Return what is found of a run that has ended, or what stands for it where the search fails.
 
     Any error counts: hours of life are not lost for a number that describes them.
@@ -39,12 +41,12 @@ def diagnosed(name: str, find: Callable[[], Found], instead: Found, failures: li
     Parameters
     ----------
     name : what is found, in words
-    find : finds it
-    instead : what stands for it after a failure
     failures : gets a line that names what is missing and why
+    instead : what stands for it after a failure
+    find, given : finds it, from what is given
     """
     try:
-        return find()
+        return find(*given)
     except Exception as error:
         reason = str(error).split("\n")[0] or type(error).__name__
         failures.append(f"not computed: {name}: {reason}")
@@ -146,6 +148,15 @@ def padded(arrays: Sequence[np.ndarray], axis: int = 0, fill: float = np.nan) ->
     )
 
 
+def of_states(rows: Sequence[Sequence[Any]]) -> np.ndarray:
+    """Return values of every state at every error angle, (n_updates, …), with the angles next where several.
+
+    Shorter responses are padded with NaN.
+    """
+    each, angles = padded([np.asarray(value) for row in rows for value in row]), len(rows[0])
+    return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])
+
+
 def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iterable[str] = ()) -> xr.Dataset:
     """Return the dataset with what `wearlab.results` finds from its variables, labelled as declared.
 
@@ -157,8 +168,10 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iter
     """
     for result in (*RESULTS.values(), *(OF_PLUGINS[name] for name in added)):
         if all(name in run for name in result.needs):
-            find = partial(_variable, result, run)
-            found = find() if failures is None else diagnosed(result.name, find, None, failures)
+            if failures is None:
+                found: xr.Variable | None = _variable(result, run)
+            else:
+                found = diagnosed(result.name, failures, None, _variable, result, run)
             run = run if found is None else run.assign({result.name: found})
     return run
 

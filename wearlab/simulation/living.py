@@ -5,6 +5,7 @@ What a run may do is bounded by the cost of its right-hand sides, never by secon
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,22 +13,16 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.shooting import RHS_PER_STEP
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
-from wearlab.life import coupled, history, integrate, record
-from wearlab.life.coupled import Wear
-from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.scene import Scene
-from wearlab.scene.build import Parts
-from wearlab.scene.build.face import sliced_flank
-from wearlab.scene.build.wear import build_limits, build_snapshots
+from wearlab.life import coupled, history, integrate, limits, record
+from wearlab.scene import Scene, build
 from wearlab.scene.wear import is_replaced
 from wearlab.simulation import label, operating
-from wearlab.simulation.label import Refused
 
 APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart
 BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
 
 
-def continued_wear(scene: Scene, parts: Parts) -> Wear:
+def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
     """Return the wear that a run starts from, of every kind of mesh [m]; replaced flanks are new.
 
     Depths are taken over by position on the path, linear between the parent's nodes; where the parent's path
@@ -40,7 +35,7 @@ def continued_wear(scene: Scene, parts: Parts) -> Wear:
     assert scene.start is not None
     given = scene.start_wear
     if given is None:
-        raise Refused(
+        raise label.Refused(
             f"this scene continues run {scene.start.run}: run it with the store that holds that one, "
             "or hand over the wear: scene.with_start_wear(start_wear(parent, scene.start))"
         )
@@ -49,9 +44,11 @@ def continued_wear(scene: Scene, parts: Parts) -> Wear:
         if is_replaced(name, scene.start.replace):
             continue
         if name not in given.depth:
-            raise Refused(f"run {scene.start.run} has no flank {name!r}: it has {', '.join(given.depth)}")
+            raise label.Refused(
+                f"run {scene.start.run} has no flank {name!r}: it has {', '.join(given.depth)}"
+            )
         if given.side.get(name) not in ("", None, scene.operation.drive_flank):
-            raise Refused(
+            raise label.Refused(
                 f"run {scene.start.run} wore the {given.side[name]} flanks, this one loads the "
                 f"{scene.operation.drive_flank} ones: they are new; leave [start] out"
             )
@@ -61,7 +58,7 @@ def continued_wear(scene: Scene, parts: Parts) -> Wear:
     return wear
 
 
-def inherited_error(scene: Scene, parts: Parts) -> float:
+def inherited_error(scene: Scene, parts: build.Parts) -> float:
     """Return the error of the wear that a run starts from [m]: its parent's, and of reading between states.
 
     It is 0 where nothing is inherited; NaN where the parent has no estimate.
@@ -119,7 +116,7 @@ MANY_PERIODS, OUT_OF_CACHE = 100, 10.0
 is dearer then: 0.67 µs a right-hand side over 1,633 periods, and the forces that wear take as long again."""
 
 
-def most_work(scene: Scene, parts: Parts) -> float:
+def most_work(scene: Scene, parts: build.Parts) -> float:
     """Return the right-hand sides after which a life ends."""
     if scene.numerics.most_right_hand_sides is not None:
         return float(scene.numerics.most_right_hand_sides)
@@ -143,16 +140,9 @@ def units(system: System) -> float:
     return work if system.friction_constant is None else FRICTIONAL * work
 
 
-def live(scene: Scene, parts: Parts) -> history.History:
-    """Integrate the wear of a scene in one condition to its end, or evaluate its one state."""
-    wear = initial_wear(scene, parts)
-    if scene.wear is None or scene.wear.until is None:
-        return history.single_state(parts.coupling, wear)
-    limits = build_limits(scene, parts.gears, parts.coupling)
-    return _integrated(scene, parts, parts.coupling, wear, limits)
-
-
-def life_at_rate(scene: Scene, parts: Parts, rate: history.SetRate, wear: Wear) -> record.Life | None:
+def life_at_rate(
+    scene: Scene, parts: build.Parts, rate: history.SetRate, wear: coupled.Wear
+) -> record.Life | None:
     """Integrate a wear rate of a scene in one condition to its end, no state kept; None: nothing wears on.
 
     Parameters
@@ -167,7 +157,7 @@ def life_at_rate(scene: Scene, parts: Parts, rate: history.SetRate, wear: Wear) 
     return integrate.integrate(
         rate,
         parts.coupling.flat(wear),
-        limits=build_limits(scene, parts.gears, parts.coupling),
+        limits=build.wear.build_limits(scene, parts.gears, parts.coupling),
         method=scene.wear.step.build(),
         tolerance=tolerance,
         most_evaluations=history.most_evaluations(tolerance),
@@ -191,15 +181,15 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
     first = stages[0]
     wear = initial_wear(scene, first.first, first.coupling)
     if scene.wear is None or (scene.wear.until is None and not scene.operation.stages):
-        only = history.single_state(first.coupling, wear)
+        only = history.History(np.zeros(1), (first.coupling.evaluate(wear),))
         return only._replace(stages=(only,), seconds=np.zeros(1))
     histories: list[history.History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
-        limits, ends = _limits(scene, stage, cycles, seconds)
+        until, ends = _limits(scene, stage, cycles, seconds)
         try:
-            lived = _integrated(scene, stage.first, stage.coupling, wear, limits, cycles)
-        except StopWear as stop:
+            lived = _integrated(scene, stage, wear, until, cycles)
+        except limits.StopWear as stop:
             if not histories:
                 raise
             reason = stop.reason
@@ -219,31 +209,27 @@ def _seconds(stage: operating.Stage, cycles: float) -> float:
     return cycles * 2 * np.pi / stage.speed if stage.speed > 0.0 else np.nan
 
 
-def _limits(scene: Scene, stage: operating.Stage, cycles: float, seconds: float) -> tuple[Limits, bool]:
+def _limits(
+    scene: Scene, stage: operating.Stage, cycles: float, seconds: float
+) -> tuple[limits.Limits, bool]:
     """Return where a stage ends, and whether the scene ends with its cycles."""
-    gears = stage.first.gears
-    if scene.wear is not None and scene.wear.until is not None:
-        limits = build_limits(scene, gears, stage.coupling, stage.speed, (cycles, seconds))
-    else:
-        limits = Limits()
-    if stage.cycles is None:
-        return limits, True
-    if limits.cycles is not None and limits.cycles <= stage.cycles:
-        return limits, True
-    return limits._replace(cycles=stage.cycles), False
+    until = build.wear.build_limits(scene, stage.first.gears, stage.coupling, stage.speed, (cycles, seconds))
+    if stage.cycles is None or (until.cycles is not None and until.cycles <= stage.cycles):
+        return until, True
+    return until._replace(cycles=stage.cycles), False
 
 
 def _integrated(
-    scene: Scene, parts: Parts, coupling: coupled.Coupled, wear: Wear, limits: Limits, before: float = 0.0
+    scene: Scene, stage: operating.Stage, wear: coupled.Wear, until: limits.Limits, before: float
 ) -> history.History:
     assert scene.wear is not None
-    most = most_work(scene, parts)
+    parts, most = stage.first, most_work(scene, stage.first)
     return history.history(
-        coupling,
+        stage.coupling,
         wear,
-        limits=limits,
+        limits=until,
         method=scene.wear.step.build(),
-        snapshots=_after(build_snapshots(scene, parts.gears, coupling), before),
+        snapshots=_after(build.wear.build_snapshots(scene, parts.gears, stage.coupling), before),
         tolerance=cycle_tolerance(scene),
         most_work=most,
         kept_work=KEPT_SHARE * most,
@@ -251,7 +237,7 @@ def _integrated(
     )
 
 
-def _after(snapshots: Snapshots, cycles: float) -> Snapshots:
+def _after(snapshots: limits.Snapshots, cycles: float) -> limits.Snapshots:
     """Return snapshots counted from a later cycle; states passed before are no longer asked for."""
     left = tuple(cycle - cycles for cycle in snapshots.cycles if cycle > cycles)
     return snapshots._replace(cycles=left, only=snapshots.asked)
@@ -297,13 +283,11 @@ def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Li
         return np.concatenate([each[0], *(later[1:] for later in each[1:])])
 
     none = np.zeros(len(lives))
+    before = {"cycle": starts, "depth": none, "rate": none, "error": none, "accumulated_error": end}
+    rows: dict[str, Any] = {name: row(name, offset) for name, offset in before.items()}
     return replace(
         lives[-1],
-        cycle=row("cycle", starts),
-        depth=row("depth", none),
-        rate=row("rate", none),
-        error=row("error", none),
-        accumulated_error=row("accumulated_error", end),
+        **rows,
         depth_error=lives[-1].depth_error + np.copysign(end[-1], lives[-1].depth_error),
         snapshot_cycle=np.concatenate([life.snapshot_cycle + start for life, start in begun]),
         snapshot_depth=np.concatenate([life.snapshot_depth for life in lives]),
@@ -317,7 +301,7 @@ def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Li
     )
 
 
-def initial_wear(scene: Scene, parts: Parts, coupling: coupled.Coupled | None = None) -> Wear:
+def initial_wear(scene: Scene, parts: build.Parts, coupling: coupled.Coupled | None = None) -> coupled.Wear:
     """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 
     Parameters
@@ -342,17 +326,18 @@ def initial_wear(scene: Scene, parts: Parts, coupling: coupled.Coupled | None = 
             wear[kind][gear] = flank.at_nodes(pair, gear, position)
         else:
             slices = parts.face.kinds[kind].contact.grid.position
-            sliced = sliced_flank(scene, parts.gears, (kind, gear), slices)
+            sliced = build.face.sliced_flank(scene, parts.gears, (kind, gear), slices)
             wear[kind][gear] = flank.over_face(pair, gear, position, sliced)
     if not by_law:
         return wear
     try:
-        return history.worn_by_law(
-            coupling or parts.coupling,
-            wear,
+        flat = history.worn(
+            history.SetRate(coupling or parts.coupling),
+            parts.coupling.flat(wear),
             by_law,
             tolerance=scene.numerics.tolerance,
             most_work=most_work(scene, parts),
         )
     except ValueError as error:
         raise label.Refused(str(error)) from error
+    return parts.coupling.split(flat)

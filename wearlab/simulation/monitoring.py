@@ -17,12 +17,11 @@ import numpy as np
 from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces.mesh_forces import NODES, mesh_acceleration_at, within_steps
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_of
-from wearlab.life.coupled import WearState
+from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
-from wearlab.mesh.clock import Instants
-from wearlab.mesh.stages import StageGrid
-from wearlab.scene.build import Parts
-from wearlab.simulation.label import padded
+from wearlab.mesh import clock, stages
+from wearlab.scene import build
+from wearlab.simulation import label
 
 Values = dict[str, Array]
 
@@ -46,7 +45,7 @@ STATISTICS = {
 """Of a signal (n_periods, n_mesh, n_nodes) and the weights of its nodes, (n_mesh,) each."""
 
 
-def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+def monitoring_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
     """Return what was asked for by name, along the wear states and, where there are any, the error angles."""
     names, vibration = parts.scene.store.requested, parts.vibration
     if not names or vibration is None:
@@ -56,18 +55,20 @@ def monitoring_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
         [_of_response(parts, vibration, response, names, lines) for response in state.responses]
         for state in states
     ]
-    values = {name: _stacked([[signal[name] for signal in row] for row in per_state]) for name in names}
+    values = {
+        name: label.of_states([[signal[name] for signal in row] for row in per_state]) for name in names
+    }
     return values | ({"order": lines} if any(name.endswith("_orders") for name in names) else {})
 
 
-def _lines(vibration: Vibration, states: Sequence[WearState]) -> Array:
+def _lines(vibration: Vibration, states: Sequence[coupled.WearState]) -> Array:
     """Return the orders of all lines of the spectra, those of the states' longest common period."""
     kept = math.lcm(*(len(one.state) * vibration.hunting for state in states for one in state.responses))
     return np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
 
 
 def _of_response(
-    parts: Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
+    parts: build.Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
 ) -> Values:
     when, weight = _nodes(vibration, lines)
     values: Values = {}
@@ -89,12 +90,12 @@ def _of_response(
     return values
 
 
-def _nodes(vibration: Vibration, lines: Array) -> tuple[Instants, Array]:
+def _nodes(vibration: Vibration, lines: Array) -> tuple[clock.Instants, Array]:
     """Return instants and weights of a mean, as many within a step as the highest line asks for."""
     grid = vibration.sampling.grid
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
     phase, segment, weight = within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
-    return Instants(phase, segment), weight
+    return clock.Instants(phase, segment), weight
 
 
 def carried_order(vibration: Vibration, response: Response, lines: Array) -> float:
@@ -126,7 +127,7 @@ def carried_order(vibration: Vibration, response: Response, lines: Array) -> flo
     return math.inf
 
 
-def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
+def uncarried(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[str]:
     """Return in words from where on the steps do not carry the accelerations that were asked for."""
     vibration = parts.vibration
     if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.scene.store.requested):
@@ -144,7 +145,9 @@ def uncarried(parts: Parts, states: Sequence[WearState]) -> list[str]:
     ]
 
 
-def _approach_at(response: Response, grid: StageGrid, phase: Array, segment: Index | None = None) -> Array:
+def _approach_at(
+    response: Response, grid: stages.StageGrid, phase: Array, segment: Index | None = None
+) -> Array:
     """Return the projections d·q of the meshes, (n_kept, n_mesh, n) [m]."""
     step = step_of(grid, phase, segment)
     position, _ = response.approach.at(step, (phase - grid.start[step]) / grid.width[step])
@@ -185,11 +188,3 @@ def _mean(values: Array, weight: Array) -> Array:
 def over(values: Array, size: Array) -> Array:
     """Return values over a size, NaN where there is none."""
     return np.divide(values, size, out=np.full_like(values, np.nan), where=size > 0.0)
-
-
-def _stacked(rows: list[list[Array]]) -> Array:
-    """Stack states and, where there are several, error angles; shorter responses are padded with NaN."""
-    flat = [signal for row in rows for signal in row]
-    each = padded(flat)
-    angles = len(rows[0])
-    return each if angles == 1 else each.reshape(len(rows), angles, *each.shape[1:])

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.life.coupled import Coupled
-from wearlab.life.coupling import DutyCoupling, DutyShares, duty_shares
-from wearlab.life.history import History
-from wearlab.scene import Scene
-from wearlab.scene.build import Parts, build
+from wearlab.arrays import Array
+from wearlab.life import coupled, coupling, history
+from wearlab.scene import Scene, build
 from wearlab.scene.operation import DutyBlock, OperationStage, labels_of
 
 
@@ -21,28 +19,23 @@ class Stage:
 
     Parameters
     ----------
-    label : its name, "" where it is the only one
     parts : its physics
-    shares : how often each condition comes
+    weight : share of the cycles of each condition [1]
+    speed : mean speed of the reference gear relative to the carrier, over time [rad/s]
     coupling : contact, dynamics and wear of all conditions together
     cycles : how long it lasts, None: to the limits of the scene
     """
 
-    label: str
-    parts: tuple[Parts, ...]
-    shares: DutyShares
-    coupling: Coupled
+    parts: tuple[build.Parts, ...]
+    weight: Array
+    speed: float
+    coupling: coupled.Coupled
     cycles: float | None
 
     @property
-    def first(self) -> Parts:
+    def first(self) -> build.Parts:
         """The physics in the first condition; the flanks are the same in all."""
         return self.parts[0]
-
-    @property
-    def speed(self) -> float:
-        """Mean speed of the reference gear relative to the carrier, over time [rad/s]."""
-        return self.shares.mean_speed
 
 
 def stages_of(scene: Scene) -> tuple[Stage, ...]:
@@ -60,30 +53,35 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
         return scene.model_copy(update={"operation": condition})
 
     if operation.stages:
-        labelled = zip(labels_of(operation.stages), operation.stages, strict=True)
-        return tuple(_stage([alone(stage)], (1.0,), label, stage.cycles) for label, stage in labelled)
+        return tuple(stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages)
     if not operation.blocks:
-        return (_stage([scene], (1.0,)),)
+        return (stage_of([scene], [1.0]),)
     blocks = operation.blocks
-    return (_stage([alone(block) for block in blocks], [block.share for block in blocks]),)
+    return (stage_of([alone(block) for block in blocks], [block.share for block in blocks]),)
 
 
-def _stage(
-    scenes: Sequence[Scene], share: Sequence[float], label: str = "", cycles: float | None = None
-) -> Stage:
-    parts = tuple(map(build, scenes))
-    shares = DutyShares(np.ones(1), parts[0].speed)
-    if len(parts) > 1:
-        shares = duty_shares(share, [part.speed for part in parts])
-    return Stage(label, parts, shares, coupled(parts, shares), cycles)
+def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None) -> Stage:
+    """Return conditions that take turns, of the cycles ``w_b = u_b ω_b / Σ u_b ω_b``.
+
+    Parameters
+    ----------
+    scenes : in one condition each
+    share : u, of the time; only their proportions count [1]
+    cycles : how long they last, None: to the limits of the scene
+    """
+    parts = tuple(map(build.build, scenes))
+    time, speed = np.asarray(share, float) / np.sum(share), np.array([part.speed for part in parts])
+    weight = time * speed / (time @ speed) if len(parts) > 1 else np.ones(1)
+    mean_speed = float(coupling.mixture(time, list(speed)))
+    return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
 
 
-def coupled(parts: tuple[Parts, ...], shares: DutyShares) -> Coupled:
+def taking_turns(parts: tuple[build.Parts, ...], weight: Array) -> coupled.Coupled:
     """Return conditions that take turns as one coupling."""
     if len(parts) == 1:
         return parts[0].coupling
     couplings = tuple(part.coupling for part in parts)
-    return DutyCoupling(couplings[0].kinds, couplings, shares.weight)
+    return coupling.DutyCoupling(couplings[0].kinds, couplings, weight)
 
 
 Values = dict[str, Any]
@@ -139,7 +137,7 @@ def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
     return xr.Dataset(restored)
 
 
-def condition_coordinates(scene: Scene, lived: History) -> Values:
+def condition_coordinates(scene: Scene, lived: history.History) -> Values:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
     operation = scene.operation
     if operation.blocks:

@@ -8,15 +8,11 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces import extremes, mesh_forces
-from wearlab.dynamics.orbits.continuation import Continuation, JumpOfResponse, Point
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.system import System
-from wearlab.life.coupled import WearState
+from wearlab.dynamics.orbits import continuation, periodic
+from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import stages, tabulation
-from wearlab.mesh.force import Deflections
-from wearlab.scene.build import Parts
-from wearlab.scene.build.vibration import steps_grid
+from wearlab.mesh import force, stages, tabulation
+from wearlab.scene import build
 from wearlab.simulation.vibration import transmission_error
 
 Values = dict[str, Any]
@@ -30,21 +26,15 @@ ORDERS = 5
 
 @dataclass(frozen=True)
 class OverSpeed:
-    """What a continuation over speed needs of one wear state.
+    """What the continuation that ``dynamics.response`` asks for needs of one wear state.
 
     Parameters
     ----------
     parts, state : the physics of the scene, and the wear state
-    speeds : (n,) ascending speeds of the input member [rad/s]
-    directions : names of the directions, in the order in which they are followed
-    continuation : how
     """
 
-    parts: Parts
-    state: WearState
-    speeds: Array
-    directions: tuple[str, ...]
-    continuation: Continuation
+    parts: build.Parts
+    state: coupled.WearState
 
     def vibration(self, speed: float) -> Vibration:
         """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
@@ -52,35 +42,36 @@ class OverSpeed:
         assert parts.vibration is not None and scene.operation.speed is not None
         period = parts.gears.period * scene.operation.speed / speed
         stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
-        grid = steps_grid(scene, parts.on_clock, parts.vibration.system, stiffest, period)
+        grid = build.vibration.steps_grid(scene, parts.on_clock, parts.vibration.system, stiffest, period)
         return parts.with_steps(grid, 1, period)
 
-    def mesh_at(self, speed: float) -> tuple[System, stages.StageTables, float]:
+    def mesh_at(self, speed: float) -> tuple[Any, stages.StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = self.vibration(speed)
-        tables = tabulation.stage_tables(
-            self.parts.coupling.flanks_of(self.state), moving.sampling, moving.fluctuation
-        )
+        flanks = self.parts.coupling.flanks_of(self.state)
+        tables = tabulation.stage_tables(flanks, moving.sampling, moving.fluctuation)
         return moving.system, tables, moving.period
 
 
-def _over_speed(parts: Parts, state: WearState) -> OverSpeed:
-    """Return the continuation that ``dynamics.response`` asks for, at one wear state."""
-    assert parts.vibration is not None and isinstance(parts.vibration.method, Periodic)
+ORDER = {"up": slice(None), "down": slice(None, None, -1)}
+
+
+def over_speed_values(parts: build.Parts, state: coupled.WearState) -> Values:
+    """Follow the response of one wear state over speed and return what is read off it.
+
+    The first speed starts from the steady response there, each further direction where the last has ended.
+    """
+    clock, wanted = time.perf_counter(), OverSpeed(parts, state)
+    assert parts.vibration is not None and isinstance(parts.vibration.method, periodic.Periodic)
     given: Any = parts.scene.dynamics and parts.scene.dynamics.response
     speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
-    return OverSpeed(
-        parts, state, speeds, given.directions,
-        Continuation(given.transient, given.strobe, parts.vibration.method),
-    )  # fmt: skip
-
-
-def over_speed_values(parts: Parts, state: WearState) -> Values:
-    """Follow the response of one wear state over speed and return what is read off it."""
-    clock = time.perf_counter()
-    wanted = _over_speed(parts, state)
-    branches = _branches(wanted)
-    jumps = [wanted.continuation.jumps(wanted.mesh_at, points) for points in branches]
+    way = continuation.Continuation(given.transient, given.strobe, parts.vibration.method)
+    begin = float(speeds[ORDER[given.directions[0]]][0])
+    start, branches = way.method.solve(*wanted.mesh_at(begin)).end, list[list[continuation.Point]]()
+    for direction in given.directions:
+        branches.append(way.follow(wanted.mesh_at, list(speeds[ORDER[direction]]), start))
+        start = branches[-1][-1].response.end
+    jumps = [way.jumps(wanted.mesh_at, points) for points in branches]
     ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
     rows = [[_described(wanted, point) for point in points] for points in ordered]
     values = {
@@ -93,42 +84,22 @@ def over_speed_values(parts: Parts, state: WearState) -> Values:
         account.counts["period_maps"] += point.response.counts.period_maps
         account.counts["right_hand_sides"] += point.response.counts.right_hand_sides
     labels: Values = {
-        "response_speed": wanted.speeds,
-        "direction": list(wanted.directions),
+        "response_speed": speeds,
+        "direction": list(given.directions),
         "order": np.arange(1, ORDERS * LINES + 1) / LINES,
     }
     return values | labels | _jump_values(jumps)
 
 
-ORDER = {"up": slice(None), "down": slice(None, None, -1)}
-
-
-def _branches(wanted: OverSpeed) -> list[list[Point]]:
-    """Follow each direction; the second one starts where the first has ended."""
-    start = _first_state(wanted)
-    branches: list[list[Point]] = []
-    for direction in wanted.directions:
-        speeds = wanted.speeds[ORDER[direction]]
-        branches.append(wanted.continuation.follow(wanted.mesh_at, list(speeds), start))
-        start = branches[-1][-1].response.end
-    return branches
-
-
-def _first_state(wanted: OverSpeed) -> Array:
-    """Return the state from which the first speed starts: the steady response there, (2n,)."""
-    first = wanted.speeds[ORDER[wanted.directions[0]]][0]
-    return wanted.continuation.method.solve(*wanted.mesh_at(float(first))).end
-
-
-def _described(wanted: OverSpeed, point: Point) -> Values:
+def _described(wanted: OverSpeed, point: continuation.Point) -> Values:
     parts, response = wanted.parts, point.response
     vibration = wanted.vibration(point.speed)
     phases = np.arange(SAMPLES) / SAMPLES
     where, when = parts.look(0, phases), vibration.look(phases)
-    motion = Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
+    motion = force.Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
     kinds = parts.coupling.flanks_of(wanted.state)
-    force = mesh_forces.mesh_forces(vibration.system, 0, kinds[0], where, motion, vibration.period).elastic
+    elastic = mesh_forces.mesh_forces(vibration.system, 0, kinds[0], where, motion, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
     poincare = _strobed(vibration, point)
@@ -136,20 +107,20 @@ def _described(wanted: OverSpeed, point: Point) -> Values:
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
         "force_peak_to_peak": extreme.largest[0] - extreme.least[0],
-        "force_rms": force.std(),
+        "force_rms": elastic.std(),
         "dte_peak_to_peak": np.ptp(transmission),
         "dte_rms": transmission.std(),
         "separation_fraction": extreme.separated[0],
         "orbit_period": response.period,
         "multiplier": multiplier,
         "dte_orders": order_amplitudes(transmission),
-        "force_orders": order_amplitudes(force),
+        "force_orders": order_amplitudes(elastic),
         "poincare_deflection": poincare[0],
         "poincare_rate": poincare[1],
     }
 
 
-def _strobed(vibration: Vibration, point: Point) -> tuple[Array, Array]:
+def _strobed(vibration: Vibration, point: continuation.Point) -> tuple[Array, Array]:
     """Return δ and its rate at phase 0 of the strobed states, (n_strobe,) each."""
     response, direction = point.response, vibration.system.direction[0]
     n = len(direction)
@@ -187,7 +158,7 @@ def _stacked(rows: list[list[Any]], name: str) -> Array:
     return values if name in ("orbit_period", "multiplier") else values[None]
 
 
-def _jump_values(jumps: list[list[JumpOfResponse]]) -> Values:
+def _jump_values(jumps: list[list[continuation.JumpOfResponse]]) -> Values:
     """Return the brackets of the jumps, padded with NaN; nothing when there is none."""
     most = max(map(len, jumps))
     if not most:

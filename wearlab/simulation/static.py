@@ -1,32 +1,32 @@
-"""The arrays of a gear set's life, named as the dataset names them."""
+"""The arrays of a gear set's life, named as the dataset names them: contact, what is worn, how long it lasts.
 
+Those of flanks with a width lie along the face before they do along the profile.
+"""
+
+import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.life.coupled import WearState
-from wearlab.life.history import History
+from wearlab.gears.helix import overlap_ratio
+from wearlab.life import coupled, face, history
 from wearlab.mesh import contact, force, harmonics, profile
 from wearlab.mesh.exact.flank import wear_slope
-from wearlab.scene import Scene
-from wearlab.scene.build import KindParts, Parts
-from wearlab.scene.build.wear import build_limits, build_snapshots
-from wearlab.simulation.label import padded
-from wearlab.wear.films import film_thickness
-from wearlab.wear.law import effective_coefficient, lambda_ratio
-from wearlab.wear.path import mean_pressure, sliding_velocity, worn_mass
+from wearlab.scene import Scene, build
+from wearlab.simulation import label
+from wearlab.wear import films, law, path
 
+States = tuple[coupled.WearState, ...]
 LANDED = 1e-6
 """How near, relatively, a state is to the depth at which it was asked for."""
 Values = dict[str, Any]
-
 POINT_TOLERANCE = 1e-12
 
 
-def coordinates(parts: Parts) -> Values:
-    """Return the labels of the dimensions and the places of the nodes on each flank."""
+def coordinates(parts: build.Parts) -> Values:
+    """Return the labels of the dimensions, and where nodes and slices lie; slices are those of every mesh."""
     slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
     position, radius, roll, beyond = [], [], [], []
     for kind, gear in parts.gears.flank_places:
@@ -36,32 +36,35 @@ def coordinates(parts: Parts) -> Values:
         radius.append(mesh_kind.pair.radius(gear, s))
         roll.append(mesh_kind.pair.roll_angle(gear, s))
         beyond.append(radius[-1] - own.base_radius / np.cos(mesh_kind.pair.working_pressure_angle))
-    return {
+    slices: Values = (
+        {} if parts.face is None else {"face_position": parts.face.kinds[0].contact.grid.position}
+    )
+    return slices | {
         "flank": list(parts.gears.flanks),
         "member": list(parts.gears.members),
         "mesh": list(parts.gears.mesh_names),
         "phase": parts.phase,
         "pair": np.arange(1, slots + 1),
         "harmonic": np.arange(1, parts.harmonics + 1),
-        "path_position": padded(position, -2),
-        "diameter": 2.0 * padded(radius, -2),
-        "roll_angle": padded(roll, -2),
-        "distance_to_pitch_circle": padded(beyond, -2),
+        "path_position": label.padded(position, -2),
+        "diameter": 2.0 * label.padded(radius, -2),
+        "roll_angle": label.padded(roll, -2),
+        "distance_to_pitch_circle": label.padded(beyond, -2),
         "characteristic_point": characteristic_points(parts),
         "flank_side": [parts.scene.operation.drive_flank] * len(parts.gears.flanks),
     }
 
 
-def by_flank(parts: Parts, of_kind: Sequence[Array], along: int = 1) -> Array:
+def by_flank(parts: build.Parts, of_kind: Sequence[Array], along: int = 1) -> Array:
     """Return values of every kind of mesh, each (…, 2, n), flank after flank, (…, n_flanks, n).
 
     With ``along`` = 2 they are (…, 2, n_face, n), and (…, n_flanks, n_face, n) then.
     """
     axis = -1 - along
-    return padded([np.take(of_kind[kind], gear, axis) for kind, gear in parts.gears.flank_places], axis)
+    return label.padded([np.take(of_kind[kind], gear, axis) for kind, gear in parts.gears.flank_places], axis)
 
 
-def characteristic_points(parts: Parts) -> list[Any]:
+def characteristic_points(parts: build.Parts) -> list[Any]:
     """Return the letter of each node that is one of the points A–E, else an empty string.
 
     One list (n,) for the two flanks of a pair; a list for each flank where meshes of several kinds differ.
@@ -77,52 +80,60 @@ def characteristic_points(parts: Parts) -> list[Any]:
     return points[0] if len(points) == 1 else [points[kind] for kind, _ in parts.gears.flank_places]
 
 
-def mesh_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
-    """Return what the quasi-static contact analysis says at the stored phases."""
-    each = [_of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
-    values: Values = {name: padded([own[name] for own in each], 1, 0.0) for name in each[0]}
-    gears = parts.gears
-    values |= {
-        **of_set(parts),
-        "residual_load_share": [
-            max(
-                _share_residual(gears.kinds[k].load, kind_state.static)
-                for k, kind_state in enumerate(state.kind)
-            )
-            for state in states
-        ],
-    }
-    return values | _slow_error(parts)
-
-
-def of_set(parts: Parts) -> Values:
-    """Return what the gear set alone says of its meshes, (n_mesh,) each."""
+def mesh_values(parts: build.Parts, states: States) -> Values:
+    """Return what the quasi-static contact says at the stored phases, over the face where flanks have one."""
+    of_mesh, fill = (_of_pairs, 0.0) if parts.face is None else (_of_lines, np.nan)
+    each = [of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
+    values: Values = {name: label.padded([own[name] for own in each], 1, fill) for name in each[0]}
     kinds = [parts.gears.kinds[mesh.kind] for mesh in parts.meshes]
-    return {
+    values |= {
         "mesh_frequency": [parts.gears.mesh_frequency] * len(kinds),
         "contact_ratio": [kind.pair.contact_ratio for kind in kinds],
         "mesh_phase_offset": parts.gears.mesh_lags,
         "static_mesh_force": [kind.load for kind in kinds],
     }
+    return values | (_of_shares(parts, states) if parts.face is None else _of_face(parts, parts.face, states))
 
 
-def _of_mesh(parts: Parts, mesh: int, states: tuple[WearState, ...]) -> dict[str, Array]:
+def _of_shares(parts: build.Parts, states: States) -> Values:
+    """Return how well shares add up, and once-per-revolution errors over equally weighted member angles."""
+    kinds, rows = parts.gears.kinds, parts.gears.slow_errors(parts.meshes)
+    residual = [
+        max(_share_residual(own.load, of.static) for own, of in zip(kinds, state.kind, strict=True))
+        for state in states
+    ]
+    values: Values = {"residual_load_share": residual}
+    if rows is not None:
+        values |= {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
+    return values
+
+
+def _share_residual(load: float, state: contact.Quasistatic) -> float:
+    """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
+    return float(np.max(np.abs(force.load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
+
+
+def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]:
     """Return the contact analysis of one mesh, every array with the updates first."""
     own = parts.meshes[mesh]
     kind, where = parts.kinds[own.kind], parts.look(mesh, parts.phase)
+    grid, load = kind.analysis.grid, kind.analysis.load
     solved = [kind.analysis.quasistatic(state.kind[own.kind].nodes, where) for state in states]
-    prescribed = own.error.value(where.phase) + parts.constant_error[mesh]
+    error = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
-        "mesh_stiffness": np.stack([shared.tangent for shared in solved]),
-        "secant_stiffness": np.stack([_secant(kind.analysis.load, shared) for shared in solved]),
-        "static_transmission_error": np.stack([shared.deflection for shared in solved]) + prescribed,
-        "unloaded_transmission_error": np.stack([shared.unloaded for shared in solved]) + prescribed,
-        "pair_stiffness": np.stack([pair_slots(shared.stiffness, kind.analysis.grid) for shared in solved]),
-        "load_share": np.stack(
-            [pair_slots(force.load_share(shared), kind.analysis.grid) for shared in solved]
-        ),
+        "mesh_stiffness": [shared.tangent for shared in solved],
+        "secant_stiffness": [_secant(load, shared) for shared in solved],
+        "static_transmission_error": [shared.deflection + error for shared in solved],
+        "unloaded_transmission_error": [shared.unloaded + error for shared in solved],
+        "pair_stiffness": [pair_slots(shared.stiffness, grid) for shared in solved],
+        "load_share": [pair_slots(force.load_share(shared), grid) for shared in solved],
     }
-    return values | _static_harmonics(parts, mesh, [state.kind[own.kind].static for state in states])
+    phase, weight = grid.phase_nodes
+    nodal = [state.kind[own.kind].static for state in states]
+    error = own.error.value(phase) + parts.constant_error[mesh]
+    stiffness, deflection = [one.tangent for one in nodal], [one.deflection + error for one in nodal]
+    series = _over_period(stiffness, deflection, phase + own.lag, weight, parts.harmonics)
+    return {name: np.stack(each) for name, each in values.items()} | series
 
 
 def _secant(load: float, state: contact.Quasistatic) -> Array:
@@ -132,125 +143,224 @@ def _secant(load: float, state: contact.Quasistatic) -> Array:
     return np.asarray(load / (state.deflection - state.unloaded))
 
 
-def _share_residual(load: float, state: contact.Quasistatic) -> float:
-    """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
-    return float(np.max(np.abs(force.load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
-
-
 def pair_slots(values: Array, grid: profile.ProfileGrid) -> Array:
     """Return values (n_phases, n_pairs), 0 where absent, as (slots, n_phases)."""
     return grid.into_slots(values.T, 0.0)
 
 
-def _static_harmonics(parts: Parts, mesh: int, states: Sequence[contact.Quasistatic]) -> dict[str, Array]:
-    own = parts.meshes[mesh]
-    phase, weight = parts.kinds[own.kind].analysis.grid.phase_nodes
-    prescribed = own.error.value(phase) + parts.constant_error[mesh]
-    clock = phase + own.lag
-    stiffness = [harmonics.harmonics(clock, weight, state.tangent, parts.harmonics) for state in states]
-    ste = [
-        harmonics.harmonics(clock, weight, state.deflection + prescribed, parts.harmonics) for state in states
-    ]
-    values = harmonic_values("stiffness", stiffness) | harmonic_values("ste", ste)
-    errors = [state.deflection + prescribed for state in states]
-    return values | {"ste_peak_to_peak": np.ptp(errors, axis=1), "ste_max": np.max(errors, axis=1)}
+def _over_period(
+    stiffness: Sequence[Array], error: Sequence[Array], clock: Array, weight: Array, count: int
+) -> dict[str, Array]:
+    """Return mean, RMS, harmonics and extremes of stiffness and transmission error, (n_updates, …).
 
-
-def harmonic_values(name: str, amplitude: list[harmonics.Harmonics]) -> dict[str, Array]:
-    """Return mean, RMS, amplitudes and phases of the harmonics of every state, (n_updates, …)."""
-    return {
-        f"{name}_mean": np.array([state.mean for state in amplitude]),
-        f"{name}_rms": np.array([state.rms for state in amplitude]),
-        f"{name}_harmonics": np.stack([state.amplitude for state in amplitude]),
-        f"{name}_harmonics_phase": np.stack([state.phase for state in amplitude]),
-    }
-
-
-def _slow_error(parts: Parts) -> Values:
-    """Return the once-per-revolution errors over equally weighted member angles, when there are any."""
-    rows = parts.gears.slow_errors(parts.meshes)
-    return {} if rows is None else {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
-
-
-def path_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
-    """Return forces, pressures, sliding and film where the flanks touch."""
-    factor = parts.pressure_factor
-    forces = [[state.kind[k].mean_tooth_force for state in states] for k in range(len(parts.kinds))]
-
-    def on_both(of_force: Callable[[KindParts, Array], Array]) -> Array:
-        """Return what both flanks of a mesh have in common, (n_updates, n_flanks, n)."""
-        each = [
-            np.stack([of_force(kind, force) for force in path])
-            for kind, path in zip(parts.kinds, forces, strict=True)
-        ]
-        return by_flank(parts, [np.stack([values_of, values_of], axis=1) for values_of in each])
-
-    steady = np.ones((len(states), 1, 1))
-    values: Values = {
-        "tooth_force": on_both(lambda of_kind, force: force),
-        "contact_pressure": on_both(lambda of_kind, force: factor * mean_pressure(force, of_kind.path)),
-        "sliding_velocity": steady * by_flank(parts, [sliding_velocity(kind.path) for kind in parts.kinds]),
-        "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in parts.kinds]),
-    }
-    if all(kind.film is not None for kind in parts.kinds):
-        values["film_thickness"] = on_both(lambda of_kind, force: thickness(of_kind, force)[0])
-        values["lambda_ratio"] = on_both(lambda of_kind, force: thickness(of_kind, force)[1])
-    laws = [kind.law for kind in parts.kinds]
-    if all(law is not None for law in laws):
-        values["effective_wear_coefficient"] = by_flank(
-            parts,
-            [
-                np.stack(
-                    [
-                        effective_coefficient(law, force, state.kind[k].wear)
-                        for force, state in zip(path, states, strict=True)
-                    ]
-                )
-                for k, (law, path) in enumerate(zip(laws, forces, strict=True))
-                if law is not None
-            ],
-        )
+    Parameters
+    ----------
+    stiffness, error : of every state, (n,) at the phases of the clock
+    clock, weight : (n,) these phases, and weights of a mean over them
+    count : of harmonics
+    """
+    values = {"ste_peak_to_peak": np.ptp(error, axis=1), "ste_max": np.max(error, axis=1)}
+    for name, each in (("stiffness", stiffness), ("ste", error)):
+        found = [harmonics.harmonics(clock, weight, own, count) for own in each]
+        values |= {
+            f"{name}_mean": np.array([state.mean for state in found]),
+            f"{name}_rms": np.array([state.rms for state in found]),
+            f"{name}_harmonics": np.stack([state.amplitude for state in found]),
+            f"{name}_harmonics_phase": np.stack([state.phase for state in found]),
+        }
     return values
 
 
-def thickness(kind: KindParts, force: Array) -> tuple[Array, Array]:
-    """Return film thickness [m] and λ [1] along the path, both (n,)."""
+def states_of(states: Sequence[coupled.WearState], kind: int) -> list[face.FaceState]:
+    """Return the states of one kind of mesh whose flanks have a width."""
+    return [cast("face.FaceState", state.kind[kind]) for state in states]
+
+
+def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) -> Values:
+    """Return how the lines of contact lie, and how well their loads add up."""
+    kinds = [coupling.kinds[mesh.kind] for mesh in parts.meshes]
+    values: Values = {
+        "base_helix_angle": [kind.contact.helix.sense * kind.contact.helix.base_angle for kind in kinds],
+        "overlap_ratio": [
+            overlap_ratio(kind.contact.grid.face_width, kind.contact.helix.angle, normal_module(parts, kind))
+            for kind in kinds
+        ],
+    }
+    if all(kind.load > 0.0 for kind in parts.gears.kinds):
+        each = [
+            [
+                np.abs(kind.contact.residuals(own.loads, kind.contact.analysis.load)).max()
+                for own in states_of(states, number)
+            ]
+            for number, kind in enumerate(coupling.kinds)
+        ]
+        values["residual_line_load"] = np.max(each, axis=0)
+    return values
+
+
+def normal_module(parts: build.Parts, kind: face.FaceKind) -> float:
+    """Return the module of the normal section [m]."""
+    return parts.kinds[0].pair.driving.module * math.cos(kind.contact.helix.angle)
+
+
+def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]:
+    """Return the contact of one mesh whose flanks have a width, every array with the updates first."""
+    assert parts.face is not None
+    number, lag = parts.meshes[mesh].kind, parts.meshes[mesh].lag
+    kind, own = parts.face.kinds[number], states_of(states, number)
+    grid, load, stored = kind.contact.grid, kind.contact.analysis.load, (parts.phase - lag) % 1.0
+    deflection, tangent = [one.loads.deflection for one in own], [one.loads.tangent for one in own]
+    over_phases = {
+        "mesh_stiffness": tangent,
+        "static_transmission_error": deflection,
+        "unloaded_transmission_error": [one.loads.unloaded for one in own],
+    }
+    values = _over_period(tangent, deflection, grid.phase + lag, grid.weight, parts.harmonics)
+    values |= {
+        name: np.stack([grid.at_phases(one, stored) for one in each]) for name, each in over_phases.items()
+    }
+    means = [mean_line_load(kind, one.loads.load) for one in own]
+    values |= {"line_load": np.stack([one.line_load for one in own]), "mean_line_load": np.stack(means)}
+    if load > 0.0:
+        window = normal_module(parts, kind)
+        values |= {
+            "face_load_factor": np.array([face_load_factor(grid.width, mean, window) for mean in means]),
+            "peak_line_load_factor": np.array([one.loads.load.max() * grid.face_width / load for one in own]),
+        }
+    return values
+
+
+def mean_line_load(kind: face.FaceKind, load: Array) -> Array:
+    """Return the load of all lines per face width, mean over the mesh period, (n_face,) [N/m].
+
+    Parameters
+    ----------
+    kind : of mesh
+    load : (n_phases, n_lines, n_face) line loads [N/m]
+    """
+    grid = kind.contact.grid
+    part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
+    return np.asarray(grid.weight @ (load * part).sum(axis=1))
+
+
+def face_load_factor(width: Array, mean: Array, window: float) -> float:
+    """Return K_Hβ: the largest over the mean of a load over the face, averaged over a window [1].
+
+    Parameters
+    ----------
+    width : (n_face,) of the slices [m]
+    mean : (n_face,) load per width [N/m]
+    window : width over which it is averaged, which stays within the face [m]
+
+    References
+    ----------
+    ISO 6336-1:2019, 7, for the ratio; the window is wearlab's.
+    """
+    edges = np.concatenate([[0.0], np.cumsum(width)])
+    carried = np.concatenate([[0.0], np.cumsum(mean * width)])
+    total = float(edges[-1])
+    window = min(window, total)
+    begin = np.clip(np.concatenate([edges, edges - window]), 0.0, total - window)
+    within = np.interp(begin + window, edges, carried) - np.interp(begin, edges, carried)
+    return float(within.max() / window / (carried[-1] / total))
+
+
+def path_values(parts: build.Parts, states: States) -> Values:
+    """Return forces, pressures, sliding and film where the flanks touch."""
+    kinds, along = parts.kinds, 1 if parts.face is None else 2
+    forces = [_tooth_force(parts, kind, states) for kind in range(len(kinds))]
+
+    def on_both(of_force: Callable[[build.KindParts, Array], Array]) -> Array:
+        """Return what both flanks of a mesh have in common, (n_updates, n_flanks, …, n)."""
+        each = [of_force(*own) for own in zip(kinds, forces, strict=True)]
+        return by_flank(parts, [np.stack([own, own], axis=1) for own in each], along)
+
+    steady = np.ones((len(states), 1, 1))
+    values: Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
+    values |= {
+        "contact_pressure": on_both(
+            lambda kind, load: parts.pressure_factor * path.mean_pressure(load, kind.path)
+        ),
+        "sliding_velocity": steady * by_flank(parts, [path.sliding_velocity(kind.path) for kind in kinds]),
+        "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in kinds]),
+    }
+    if all(kind.film is not None for kind in kinds):
+        values["film_thickness"] = on_both(lambda kind, load: thickness(kind, load)[0])
+        values["lambda_ratio"] = on_both(lambda kind, load: thickness(kind, load)[1])
+    laws = [kind.law for kind in kinds if kind.law is not None]
+    if len(laws) == len(kinds) and parts.face is None:
+        each = [
+            [law.effective_coefficient(own, *of) for of in zip(load, _depths(k, states), strict=True)]
+            for k, (own, load) in enumerate(zip(laws, forces, strict=True))
+        ]
+        values["effective_wear_coefficient"] = by_flank(parts, list(map(np.stack, each)))
+    return values
+
+
+def _tooth_force(parts: build.Parts, kind: int, states: States) -> Array:
+    """Return the force on a pair at every node, over the face as if all of it carried as much [N]."""
+    if parts.face is None:
+        return np.stack([state.kind[kind].mean_tooth_force for state in states])
+    line_load = np.stack([one.line_load for one in states_of(states, kind)])
+    return line_load * parts.kinds[kind].path.face_width
+
+
+def thickness(kind: build.KindParts, load: Array) -> tuple[Array, Array]:
+    """Return film thickness [m] and λ [1] along the path, both (…, n), of forces on a pair (…, n) [N]."""
     assert kind.film is not None
-    ratio = None if kind.law is None else lambda_ratio(kind.law, force)
+    ratio = None if kind.law is None else law.lambda_ratio(kind.law, load)
     if ratio is not None:
         return ratio * kind.film.roughness, ratio
-    least = film_thickness(kind.film, kind.path, force)
+    least = films.film_thickness(kind.film, kind.path, load)
     return least, least / kind.film.roughness
 
 
-def wear_values(parts: Parts, lived: History) -> Values:
+def _depths(kind: int, states: States) -> Array:
+    """Return the depths of one kind of mesh, (n_updates, 2, …, n) [m]."""
+    return np.stack([state.kind[kind].wear for state in states])
+
+
+def wear_values(parts: build.Parts, lived: history.History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
-    states = lived.state
-    kinds = range(len(parts.kinds))
-    depths = [np.stack([state.kind[k].wear for state in states]) for k in kinds]
-    masses = [
-        worn_mass(
-            depth, own.path,
-            density=[gear.material.density for gear in own.pair.gears],
-            teeth=[gear.teeth for gear in own.pair.gears],
-        )
-        for depth, own in zip(depths, parts.kinds, strict=True)
-    ]  # fmt: skip
-    depth = by_flank(parts, depths)
-    modification = by_flank(parts, [mesh_kind.modification for mesh_kind in parts.kinds])
+    states, kinds, along = lived.state, range(len(parts.kinds)), 1 if parts.face is None else 2
+    depths = [_depths(kind, states) for kind in kinds]
     values: Values = {
-        "wear_depth": depth,
-        "wear_slope": by_flank(parts, list(map(_slopes, parts.kinds, depths))),
-        "flank_deviation": -(depth + modification),
-        "worn_mass": by_member(parts, masses),
+        "wear_depth": by_flank(parts, depths, along),
+        "flank_deviation": by_flank(
+            parts, [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds], along
+        ),
+        "worn_mass": by_member(parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds]),
         **counts(parts, lived),
     }
+    if parts.face is None:
+        values["wear_slope"] = by_flank(parts, list(map(_slopes, parts.kinds, depths)))
     if all(state.wears for state in states):
-        values["wear_rate"] = by_flank(parts, [np.stack([state.rate[k] for state in states]) for k in kinds])
+        rates = [np.stack([state.rate[kind] for state in states]) for kind in kinds]
+        values["wear_rate"] = by_flank(parts, rates, along)
     return values
 
 
-def counts(parts: Parts, lived: History) -> Values:
+def on_purpose(parts: build.Parts, kind: int) -> Array:
+    """Return what is removed on purpose from the flanks of a kind of mesh, (2, …, n) [m]."""
+    modification = parts.kinds[kind].modification
+    if parts.face is None:
+        return modification
+    contact = parts.face.kinds[kind].contact
+    return contact.lead + (modification * contact.helix.cosine)[:, None, :]
+
+
+def worn_mass(parts: build.Parts, kind: int, depth: Array) -> Array:
+    """Return the mass worn off each gear of a kind of mesh , (n_updates, 2) [kg]."""
+    own = parts.kinds[kind]
+    density, teeth = zip(*((gear.material.density, gear.teeth) for gear in own.pair.gears), strict=True)
+    if parts.face is None:
+        return path.worn_mass(depth, own.path, density=density, teeth=teeth)
+    contact = parts.face.kinds[kind].contact
+    slices, width = np.moveaxis(depth, 2, 1), contact.grid.width[:, None] / contact.helix.cosine
+    return path.worn_mass(slices, own.path, density=density, teeth=teeth, face_width=width).sum(axis=1)
+
+
+def counts(parts: build.Parts, lived: history.History) -> Values:
     """Return the cycles of meshes and flanks and the operating time of the states, (n_updates, …)."""
     gears = parts.gears
     passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
@@ -263,21 +373,24 @@ def counts(parts: Parts, lived: History) -> Values:
     return values
 
 
-def _slopes(kind: KindParts, depth: Array) -> Array:
+def _slopes(kind: build.KindParts, depth: Array) -> Array:
     """Return dh/ds of the worn flanks of one kind of mesh, (n_updates, 2, n) [1]."""
     both = [wear_slope(kind.pair, gear, kind.analysis.grid, depth[:, gear]) for gear in (0, 1)]
     return np.stack(both, axis=1)
 
 
-def preset_depth(scene: Scene, parts: Parts, states: tuple[WearState, ...]) -> Array | None:
+def preset_depth(scene: Scene, parts: build.Parts, states: States) -> Values:
     """Return the depths by which states were asked for, on their flank, (n_updates, n_flank) [m].
 
-    NaN where none was; None where nobody asked by depth.
+    NaN where none was; nothing where nobody asked by depth.
     """
     coupling, gears = parts.coupling, parts.gears
-    snapshots, limit = build_snapshots(scene, gears, coupling), build_limits(scene, gears, coupling)
+    snapshots, limit = (
+        build.wear.build_snapshots(scene, gears, coupling),
+        build.wear.build_limits(scene, gears, coupling),
+    )
     if not snapshots.depths:
-        return None
+        return {}
     asked = [(depth, snapshots.flank) for depth in snapshots.depths]
     asked += [] if limit.depth is None else [(limit.depth, limit.flank)]
     depths = np.full((len(states), len(gears.flank_places)), np.nan)
@@ -287,7 +400,7 @@ def preset_depth(scene: Scene, parts: Parts, states: tuple[WearState, ...]) -> A
         for depth, flank in asked:
             if abs(float(wear[flank].max()) - depth) <= LANDED * depth:
                 row[np.argmax([_deepest(wear, own, flank) for own in entries])] = depth
-    return depths
+    return {"preset_depth": depths}
 
 
 def _deepest(wear: Array, own: slice, among: slice | Index) -> float:
@@ -297,7 +410,7 @@ def _deepest(wear: Array, own: slice, among: slice | Index) -> float:
     return float(wear[own][counts[own]].max(initial=-1.0))
 
 
-def by_member(parts: Parts, of_kinds: Sequence[Array]) -> Array:
+def by_member(parts: build.Parts, of_kinds: Sequence[Array]) -> Array:
     """Return masses of the gears of every kind of mesh (n_updates, 2) member by member, flanks together."""
     total = np.zeros((len(of_kinds[0]), len(parts.gears.members)))
     for own, mass in zip(parts.kinds, of_kinds, strict=True):
@@ -307,7 +420,7 @@ def by_member(parts: Parts, of_kinds: Sequence[Array]) -> Array:
     return total
 
 
-def life_values(scene: Scene, lived: History) -> Values:
+def life_values(scene: Scene, lived: history.History) -> Values:
     """Return the life to a depth limit and what is left of it at every kept state."""
     if lived.life is None or scene.wear is None:
         return {}

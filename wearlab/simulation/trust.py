@@ -11,11 +11,9 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
-from wearlab.life.history import History
+from wearlab.life import history
 from wearlab.mesh.face.contact import FaceContact
-from wearlab.scene import Scene
-from wearlab.scene.build import Parts, contact
-from wearlab.scene.face import face_coupling
+from wearlab.scene import Scene, build, face
 from wearlab.simulation import calibration, estimates, monitoring, operating
 from wearlab.wear.coefficients import CoefficientModel
 
@@ -39,7 +37,7 @@ ENDS_OF_WORK = {
 
 def trust_values(
     stages: Sequence[operating.Stage],
-    lived: History,
+    lived: history.History,
     estimates: Sequence[estimates.Estimates],
     searches: Sequence[Search] = (),
     calibration: calibration.Calibration | None = None,
@@ -79,7 +77,7 @@ def trust_values(
 
 
 def accumulated(
-    estimates: Sequence[estimates.Estimates], whole: History, inherited: float = 0.0
+    estimates: Sequence[estimates.Estimates], whole: history.History, inherited: float = 0.0
 ) -> tuple[Array, float | None]:
     """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up.
 
@@ -97,7 +95,7 @@ def accumulated(
     return np.concatenate(depths), of_life
 
 
-def _flags(stages: Sequence[operating.Stage], lived: History) -> list[str]:
+def _flags(stages: Sequence[operating.Stage], lived: history.History) -> list[str]:
     """Return the flags of every condition of operation."""
     return [
         flag
@@ -117,7 +115,7 @@ def _cut_off(searches: Sequence[Search]) -> list[str]:
     ]
 
 
-def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
+def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
     """Return in one word what the run amounts to; what deviates most from an ordinary run wins.
 
     Parameters
@@ -141,16 +139,16 @@ def verdict(lived: History, searches: Sequence[Search] = ()) -> str:
     return "coexisting" if any(search.rival is not None for search in searches) else "completed"
 
 
-def scene_validity(parts: Parts, lived: History) -> tuple[str, ...]:
+def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...]:
     """Return limits of validity that show only once the scene has run."""
     flags: list[str] = []
     for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
         state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
         worst = state.kind[kind]
-        flags += contact.reached_limits(
+        flags += build.contact.reached_limits(
             mesh_kind.pair, mesh_kind.analysis, state.wear[kind], worst.nodes.gap, worst.static.deflection
         )
-        flags += contact.cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
+        flags += build.contact.cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
     if parts.face is None:
         flags += monitoring.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
@@ -191,12 +189,12 @@ OVER_FACE = "load over the face: every tooth alike, isothermal; bodies of the ge
 """What is known of the load of flanks with a width, before what their coupling leaves out."""
 
 
-def model_errors(scene: Scene, parts: Parts) -> str:
+def model_errors(scene: Scene, parts: build.Parts) -> str:
     """Return the known model errors of a scene's models with size and source, one a line."""
     return "\n".join(dict.fromkeys(_lines(scene, parts)))
 
 
-def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
+def _lines(scene: Scene, parts: build.Parts) -> Iterator[str]:
     sections = {kind.section: kind for kind in parts.gears.kinds}
     for section, part in sections.items():
         mesh = scene.mesh.of(section)
@@ -219,10 +217,10 @@ def _lines(scene: Scene, parts: Parts) -> Iterator[str]:
             yield f"{OVER_FACE}: {_coupling(scene, section, kind.contact)}"
 
 
-def _coupling(scene: Scene, section: str, contact: FaceContact) -> str:
+def _coupling(scene: Scene, section: str, own: FaceContact) -> str:
     """Return what the coupling along the face leaves out, and how it yields beside plane elements."""
-    told = face_coupling(scene.mesh.of(section)).model_error
-    if contact.solid is None:
+    told = face.face_coupling(scene.mesh.of(section)).model_error
+    if own.solid is None:
         return told
-    softer = 100.0 * (contact.solid.even / contact.section.body - 1.0)
+    softer = 100.0 * (own.solid.even / own.section.body - 1.0)
     return f"{told}; at even load {softer.min():+.1f} to {softer.max():+.1f} % against plane elements"

@@ -10,7 +10,8 @@ taken at every instant, and a largest force can be off by no more than the error
 reading it off the steps of the twin changes of it.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,13 +19,10 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits.response import Response
 from wearlab.gears.specification import GearError
-from wearlab.life import history, limits, vibration
-from wearlab.life.coupled import Wear, WearState
-from wearlab.mesh import excitation, force
-from wearlab.mesh.clock import Instants, look_within
-from wearlab.mesh.profile import ProfileGrid, interpolate, lookup
-from wearlab.scene.build import Parts, build, mesh
-from wearlab.simulation.vibration import bearing_values, has_bearings
+from wearlab.life import coupled, history, limits, vibration
+from wearlab.mesh import clock, profile
+from wearlab.scene import build
+from wearlab.simulation import vibration as vibrating
 
 COARSENED = 0.5
 LESS_COARSENED = 0.75
@@ -49,16 +47,19 @@ class Rougher(NamedTuple):
     parts, state : the rougher physics and what the state is there
     weight : what its changes are worth as ones of half the steps and nodes [1]
     between : what its nodes alone do not tell of the wear between them, at most [m]
+    shares, conditions : of the cycles [1], and the twins in all conditions of operation, of which this is one
     """
 
     cycle: float
     wear: Array
     rate: Array | None
     flank: Index
-    parts: Parts
-    state: WearState
+    parts: build.Parts
+    state: coupled.WearState
     weight: float = 1.0
     between: float = 0.0
+    shares: Array = np.ones(1)
+    conditions: "tuple[Rougher, ...]" = ()
 
     def scaled(self, weight: float) -> "Rougher":
         """Return the twin with changes that are worth so much as ones of half the steps and nodes [1]."""
@@ -66,35 +67,39 @@ class Rougher(NamedTuple):
         return self._replace(rate=rate, weight=weight, between=weight * self.between)
 
 
-def rough_parts(parts: Parts, share: float = COARSENED) -> Parts | None:
+def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
-    changed: dict[str, int] = {"profile_points": max(9, int(share * mesh.profile_points(parts.scene)))}
+    changed: dict[str, int] = {"profile_points": max(9, int(share * build.mesh.profile_points(parts.scene)))}
     if parts.vibration is not None:
         changed["steps_per_period"] = max(4, int(share * len(parts.vibration.sampling.grid.width)))
     numerics = parts.scene.numerics.model_copy(update=changed)
     try:
-        return build(parts.scene.model_copy(update={"numerics": numerics}))
+        return build.build(parts.scene.model_copy(update={"numerics": numerics}))
     except GearError:
         return None
 
 
-def carried(fine: ProfileGrid, values: Array, rough: ProfileGrid) -> Array:
+def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid) -> Array:
     """Return values (k, n) at the nodes of a grid on those of another that has the same breaks, (k, n')."""
     phases, _ = rough.phase_nodes
     segment = np.repeat(np.arange(len(rough.intervals)), rough.intervals + 1)
-    where = lookup(fine, phases, segment)
+    where = profile.lookup(fine, phases, segment)
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
     depths = np.empty((len(values), len(rough.contact_position)))
     for row, removed in zip(depths, fine.beyond(values), strict=True):
         at_phases = np.empty(pairs.shape)
-        interpolate(fine.first, where, np.ascontiguousarray(removed), 0.0, at_phases)
+        profile.interpolate(fine.first, where, np.ascontiguousarray(removed), 0.0, at_phases)
         row[pairs[present]] = at_phases[present]
     return depths[:, rough.on_flank]
 
 
 def rougher(
-    parts: Parts, rough: Parts, cycle: float, state: WearState, before: Rougher | None = None
+    parts: build.Parts,
+    rough: build.Parts,
+    cycle: float,
+    state: coupled.WearState,
+    before: Rougher | None = None,
 ) -> Rougher | None:
     """Evaluate one state once more, None when the response is another one or none.
 
@@ -120,8 +125,8 @@ def rougher(
 
 
 def alike(
-    parts: Parts, wear: Wear, start: vibration.Responses, wanted: vibration.Responses
-) -> WearState | None:
+    parts: build.Parts, wear: coupled.Wear, start: vibration.Responses, wanted: vibration.Responses
+) -> coupled.WearState | None:
     """Return a wear state, None where it does not respond with the periods that are wanted."""
     try:
         found = parts.coupling.evaluate(wear, start)
@@ -136,26 +141,26 @@ def _permanent_contact(responses: vibration.Responses) -> bool:
     return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 
 
-def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
+def _carried(parts: build.Parts, values: coupled.Wear, rough: build.Parts) -> coupled.Wear:
     return tuple(
         carried(fine.analysis.grid, value, other.analysis.grid)
         for fine, value, other in zip(parts.kinds, values, rough.kinds, strict=True)
     )
 
 
-def between_nodes(parts: Parts, wear: Wear, rough: Parts) -> float:
+def between_nodes(parts: build.Parts, wear: coupled.Wear, rough: build.Parts) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(float(np.abs(carried - own).max()) for carried, own in zip(back, wear, strict=True))
 
 
-def flank_of_nodes(parts: Parts) -> Index:
+def flank_of_nodes(parts: build.Parts) -> Index:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(parts: Parts, lived: history.History) -> list[Rougher | None]:
+def twins_of(parts: build.Parts, lived: history.History) -> list[Rougher | None]:
     """Return the rougher twins of the sampled states in one condition."""
     twins = _of_share(parts, lived.samples, COARSENED)
     if any(twins) or not any(map(is_periodic, lived.samples.state)):
@@ -163,12 +168,14 @@ def twins_of(parts: Parts, lived: history.History) -> list[Rougher | None]:
     return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(parts: Parts, lived: history.History) -> list[Rougher | None]:
+def finer_twins_of(parts: build.Parts, lived: history.History) -> list[Rougher | None]:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
     return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
-def _of_share(parts: Parts, own: history.History, share: float, weight: float = 1.0) -> list[Rougher | None]:
+def _of_share(
+    parts: build.Parts, own: history.History, share: float, weight: float = 1.0
+) -> list[Rougher | None]:
     rough = rough_parts(parts, share)
     twins: list[Rougher | None] = [None] * len(own.state)
     if rough is None:
@@ -180,21 +187,20 @@ def _of_share(parts: Parts, own: history.History, share: float, weight: float = 
     return twins
 
 
-def is_periodic(state: WearState) -> bool:
+def is_periodic(state: coupled.WearState) -> bool:
     """Return whether a state responds periodically in every condition; without dynamics it does."""
     return all(response.period > 0 for response in state.responses) and all(map(is_periodic, state.block))
 
 
-def together(twins: list[Rougher | None], weight: Array) -> Rougher | None:
+def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
     """Return the twins of one state in all conditions as one, None where one is missing."""
-    known = [twin for twin in twins if twin is not None]
+    known = tuple(twin for twin in twins if twin is not None)
     if len(known) < len(twins):
         return None
-    rates = [twin.rate for twin in known if twin.rate is not None]
-    rate = None
+    rates, rate = [twin.rate for twin in known if twin.rate is not None], None
     if len(rates) == len(known):
-        rate = np.asarray(sum(w * own for w, own in zip(weight, rates, strict=True)))
-    return known[0]._replace(rate=rate)
+        rate = np.asarray(sum(share * own for share, own in zip(shares, rates, strict=True)))
+    return known[0]._replace(rate=rate, shares=shares, conditions=known)
 
 
 FORCE_SHARE = 2.0
@@ -210,7 +216,7 @@ NODES = 3
 
 
 class ForceErrors(NamedTuple):
-    """Estimated errors of the forces of one state [N].
+    """Estimated errors of the forces of one state, or (n_updates,) of several [N].
 
     Parameters
     ----------
@@ -219,26 +225,16 @@ class ForceErrors(NamedTuple):
     bearing : of the force of a bearing along one axis, the largest of all; NaN without bearings
     """
 
-    mesh: float
-    largest: float
-    bearing: float
-
-
-class ForcesAtInstants(NamedTuple):
-    """Forces of a response at the same instants of every mesh period, both sides of every jump.
-
-    Parameters
-    ----------
-    mesh : (n_periods, n_mesh, n_instants) [N]
-    bearing : (n_periods, n_members · n_axes, n_instants) [N]
-    """
-
-    mesh: Array
-    bearing: Array
+    mesh: Any
+    largest: Any
+    bearing: Any
 
 
 def force_errors(
-    parts: Parts, rough: Parts, states: tuple[WearState, WearState, WearState], weight: float
+    parts: build.Parts,
+    rough: build.Parts,
+    states: tuple[coupled.WearState, ...],
+    weight: float,
 ) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
@@ -256,41 +252,29 @@ def force_errors(
 
 
 def _of_responses(
-    parts: Parts, rough: Parts, states: tuple[WearState, WearState, WearState], at: int, weight: float
-) -> ForceErrors:
+    parts: build.Parts,
+    rough: build.Parts,
+    states: tuple[coupled.WearState, ...],
+    at: int,
+    weight: float,
+) -> tuple[float, float, float]:
     assert parts.vibration is not None
     phase, segment, _ = mesh_forces.within_steps(parts.vibration.sampling.grid, NODES)
-    when = Instants(phase, segment)
     own, twin, worse = (
-        forces_of(physics, state, state.responses[at], when)
+        forces_of(physics, state, state.responses[at], clock.Instants(phase, segment))
         for physics, state in zip((parts, rough, rough), states, strict=True)
     )
-    turns = (
-        range(len(own.mesh)) if parts.vibration.hunting == 1 else (0,)
-    )  # hunting teeth say where it begins
-    turn = min(turns, key=lambda turn: float(np.abs(_turned(twin.mesh, turn) - own.mesh).max()))
-    by_steps, by_wear = (
-        ForcesAtInstants(
-            *(np.abs(_turned(first - second, turn)) for first, second in zip(*pair, strict=True))
-        )
-        for pair in ((twin, ForcesAtInstants(*(_turned(force, -turn) for force in own))), (worse, twin))
+    meshes = len(parts.meshes)
+    turns = len(own) if parts.vibration.hunting == 1 else 1  # hunting teeth say where it begins
+    turn = min(range(turns), key=lambda turn: np.abs(_turned(twin, turn) - own)[:, :meshes].max())
+    error = weight * np.abs(_turned(twin, turn) - own) + np.abs(_turned(worse - twin, turn))
+    read, again = (extremes.extremes(state.responses[at]).largest for state in states[:2])
+    largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
+    return (
+        INSTANT_SHARE * float(error[:, :meshes].max()),
+        max(*largest, weight * float(np.abs(read - again).max())),
+        INSTANT_SHARE * float(error[:, meshes:].max()) if vibrating.has_bearings(parts) else np.nan,
     )
-    both = ForcesAtInstants(*(weight * steps + wear for steps, wear in zip(by_steps, by_wear, strict=True)))
-    errors = _largest(own, both)
-    read = (
-        extremes.extremes(states[0].responses[at]).largest
-        - extremes.extremes(states[1].responses[at]).largest
-    )
-    return errors._replace(largest=max(errors.largest, weight * float(np.abs(read).max())))
-
-
-def _largest(own: ForcesAtInstants, error: ForcesAtInstants) -> ForceErrors:
-    at_largest = max(
-        error_of_largest(own.mesh[:, mesh].ravel(), error.mesh[:, mesh].ravel())
-        for mesh in range(own.mesh.shape[1])
-    )
-    bearing = float(error.bearing.max()) if error.bearing.size else np.nan
-    return ForceErrors(INSTANT_SHARE * float(error.mesh.max()), at_largest, INSTANT_SHARE * bearing)
 
 
 def _turned(values: Array, turn: int) -> Array:
@@ -312,27 +296,23 @@ def error_of_largest(values: Array, error: Array) -> float:
         there, largest = narrower, float(error[narrower].max())
 
 
-def forces_of(parts: Parts, state: WearState, response: Response, when: Instants) -> ForcesAtInstants:
-    """Return mesh and bearing forces of a response at instants that lie in steps of equal length."""
+def forces_of(
+    parts: build.Parts, state: coupled.WearState, response: Response, when: clock.Instants
+) -> Array:
+    """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
+
+    At the same instants of every mesh period, which lie in steps of equal length: both sides of every jump.
+    """
     vibration = parts.vibration
     assert vibration is not None
-    kinds = parts.coupling.flanks_of(state)
-    motions = vibration.motions(response, when)
-    mesh = np.stack(
-        [_mesh_force(parts, kinds, mesh, when, motions) for mesh in range(len(parts.meshes))],
-        axis=1,
-    )
-    if not has_bearings(parts):
-        return ForcesAtInstants(mesh, np.empty((len(mesh), 0, len(when.phase))))
+    kinds, motions = parts.coupling.flanks_of(state), vibration.motions(response, when)
+    inside, each = when.phase.reshape(-1, NODES), []
+    for number, own in enumerate(parts.meshes):
+        where = clock.look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
+        each.append(parts.forces(kinds, number, where, motions).elastic)
+    if not vibrating.has_bearings(parts):
+        return np.stack(each, axis=1)
     position, velocity = vibration.coordinates(response, when)
-    bearing = bearing_values(parts, position, velocity, np.moveaxis(mesh, 1, 0))
-    return ForcesAtInstants(mesh, bearing.reshape(-1, *bearing.shape[2:]).transpose(1, 0, 2))
-
-
-def _mesh_force(
-    parts: Parts, kinds: list[excitation.MeshFlanks], mesh: int, when: Instants, motions: force.Deflections
-) -> Array:
-    """Return the elastic force of one mesh, (n_periods, n_instants) [N]."""
-    own, inside = parts.meshes[mesh], when.phase.reshape(-1, NODES)
-    where = look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
-    return parts.forces(kinds, mesh, where, motions).elastic
+    bearing = vibrating.bearing_values(parts, position, velocity, np.stack(each))
+    along = bearing.reshape(-1, *bearing.shape[2:])
+    return np.stack([*each, *along], axis=1)

@@ -7,59 +7,40 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces import extremes, mesh_forces
-from wearlab.dynamics.forces.energy import energy_balance
+from wearlab.dynamics.forces import energy, extremes, mesh_forces
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
-from wearlab.life import history, loads
-from wearlab.life.coupled import WearState
+from wearlab.life import coupled, history, loads
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import clock, excitation, force, harmonics
-from wearlab.mesh.gear_set import GearSet
-from wearlab.mesh.stages import StageGrid
-from wearlab.scene import Scene
-from wearlab.scene.build import Parts, SceneModes, build, build_modes
+from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
+from wearlab.scene import Scene, build
 from wearlab.simulation import label, monitoring, static
-from wearlab.simulation.label import Refused
 
 Values = dict[str, Any]
 
 
-def energy_values(parts: Parts, response: Response) -> Values:
+def energy_values(parts: build.Parts, response: Response) -> Values:
     """Return every term of the balance of energy [W], its residual and the efficiency, where flanks rub."""
     nominal = None if parts.vibration is None else parts.vibration.nominal
     if nominal is None or parts.friction is None:
         return {}
-    balance = energy_balance(response, nominal)
+    balance = energy.energy_balance(response, nominal)
     values: Values = {f"energy_{name}": power for name, power in balance._asdict().items()}
     return values | {"residual_energy": balance.residual, "efficiency": balance.efficiency}
 
 
-def dynamic_values(parts: Parts, states: tuple[WearState, ...]) -> Values:
+def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
     """
-    angles = len(states[0].responses)
-    each = []
-    for angle in range(angles):
-        responses = [_response_values(parts, state, state.responses[angle]) for state in states]
-        each.append(
-            {
-                name: label.padded([np.asarray(response[name]) for response in responses])
-                for name in responses[0]
-            }
-        )
-    asked = monitoring.monitoring_values(parts, states)
-    if angles == 1:
-        return each[0] | asked
-    return {
-        name: np.moveaxis(label.padded([values[name] for values in each]), 0, 1) for name in each[0]
-    } | asked
+    each = [[_response_values(parts, state, response) for response in state.responses] for state in states]
+    values = {name: label.of_states([[own[name] for own in row] for row in each]) for name in each[0][0]}
+    return values | monitoring.monitoring_values(parts, states)
 
 
-def _response_values(parts: Parts, state: WearState, response: Response) -> Values:
+def _response_values(parts: build.Parts, state: coupled.WearState, response: Response) -> Values:
     vibration = parts.vibration
     assert vibration is not None
     when = vibration.look(parts.phase)
@@ -103,7 +84,7 @@ def _response_values(parts: Parts, state: WearState, response: Response) -> Valu
     return values
 
 
-def bearing_values(parts: Parts, position: Array, velocity: Array, normal: Array) -> Array:
+def bearing_values(parts: build.Parts, position: Array, velocity: Array, normal: Array) -> Array:
     """Return the forces of the bearings on the members, (n_members, 2 or 3, n_periods, n_instants) [N].
 
     Along x, y and, of helical gears, z. A bearing that does not give way holds what the meshes push at once.
@@ -129,7 +110,7 @@ def bearing_values(parts: Parts, position: Array, velocity: Array, normal: Array
     return force
 
 
-def rigid_bearing_forces(gears: GearSet, share: float, normal: Array) -> Array:
+def rigid_bearing_forces(gears: gear_set.GearSet, share: float, normal: Array) -> Array:
     """Return along one axis the forces of bearings that do not give way, ``± share F`` of the meshes [N].
 
     What the mesh pushes the bearing holds at once, along the axis on the pins of planets, too, and all of
@@ -160,7 +141,7 @@ def rigid_bearing_forces(gears: GearSet, share: float, normal: Array) -> Array:
     return total
 
 
-def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
+def phase_forces(parts: build.Parts, state: coupled.WearState, response: Response) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
     vibration = parts.vibration
     assert vibration is not None
@@ -174,7 +155,7 @@ def phase_forces(parts: Parts, state: WearState, response: Response) -> Array:
 
 
 def _mesh_response(
-    parts: Parts, kinds: list[excitation.MeshFlanks], mesh: int, motions: force.Deflections
+    parts: build.Parts, kinds: list[excitation.MeshFlanks], mesh: int, motions: force.Deflections
 ) -> dict[str, Array]:
     """Return what one mesh does at the stored phases, the mesh periods first (the pairs before them)."""
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
@@ -202,7 +183,7 @@ def _mesh_response(
     return values
 
 
-def extreme_values(parts: Parts, response: Response) -> Values:
+def extreme_values(parts: build.Parts, response: Response) -> Values:
     """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
     extremes_found = extremes.extremes(response)
     static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
@@ -215,12 +196,14 @@ def extreme_values(parts: Parts, response: Response) -> Values:
     }
 
 
-def mean_moments(parts: Parts, kinds: list[excitation.MeshFlanks], kind: int, response: Response) -> Array:
+def mean_moments(
+    parts: build.Parts, kinds: list[excitation.MeshFlanks], kind: int, response: Response
+) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
     assert parts.vibration is not None
     mine, vibration = kinds[kind], parts.vibration
 
-    def moments(mesh: int, steps: StageGrid) -> Array:
+    def moments(mesh: int, steps: stages.StageGrid) -> Array:
         phase, segment, _ = mesh_forces.within_steps(steps)
         middle = steps.start + 0.5 * steps.width
         where = clock.look_within(
@@ -258,7 +241,7 @@ def _over_periods(values: Array, phase: Array, count: int) -> harmonics.Harmonic
     return harmonics.harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
 
 
-def has_bearings(parts: Parts) -> bool:
+def has_bearings(parts: build.Parts) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and parts.vibration.system.on_bearings
 
@@ -271,8 +254,9 @@ def _as_parts(response: Response, count: int) -> Array:
     return values
 
 
-def mode_values(modes: SceneModes) -> Values:
+def mode_values(parts: build.Parts) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
+    modes = build.build_modes(parts)
     values = {
         "natural_frequency": modes.modes.frequency,
         "critical_speed": modes.critical_speed[0],
@@ -310,11 +294,11 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
         When the scene has no dynamics, or no such gears can exist.
     """
     if scene.dynamics is None:
-        raise Refused("the scene has no [dynamics]: nothing vibrates")
+        raise label.Refused("the scene has no [dynamics]: nothing vibrates")
     try:
-        table = build_modes(build(scene))
+        table = build.build_modes(build.build(scene))
     except GearError as error:
-        raise Refused(str(error)) from error
+        raise label.Refused(str(error)) from error
     rows, excited = [], table.modes.excited()
     for mode in range(len(table.modes.frequency)):
         shape = np.abs(table.modes.shape[mode])

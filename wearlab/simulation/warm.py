@@ -6,13 +6,11 @@ from contextlib import suppress
 
 import numpy as np
 
-from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.orbits import periodic, shooting
 from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.options import Part
-from wearlab.scene import Scene
-from wearlab.scene.build import build
+from wearlab.scene import Scene, build
 
 Job = tuple[Callable[[Scene], None], Scene]
 """What to do with a scene that calls some of its kernels."""
@@ -68,18 +66,19 @@ def kinds_of(scenes: Iterable[Scene]) -> list[Scene]:
 
 
 def _evaluate(scene: Scene) -> None:
-    coupling = build(scene).coupling
+    coupling = build.build(scene).coupling
     coupling.evaluate(coupling.unworn())
 
 
 def _integrate(scene: Scene) -> None:
     """Integrate a system over a mesh period."""
-    coupling = build(scene).coupling
+    coupling = build.build(scene).coupling
     moves = coupling.vibration
-    if moves is None or not isinstance(moves.method, Periodic):
+    if moves is None or not isinstance(moves.method, periodic.Periodic):
         return
-    shooting = Shooting(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
-    shooting.integrate(np.zeros(shooting.rows), 1)
+    tables = moves.tables(coupling.flanks(coupling.unworn()))
+    period = shooting.Shooting(moves.system, tables, moves.period)
+    period.integrate(np.zeros(period.rows), 1)
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:

@@ -163,66 +163,62 @@ class WornFurther(NamedTuple):
     between: float = 0.0
 
 
-class ErrorOfWear:
-    """The error of the wear from state to state.
+def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[WornFurther | None]:
+    """Return the error of the wear from state to state, None where a state has no twin.
 
     Parameters
     ----------
-    weight : shares of the cycles that the conditions have [1]
+    joint : rougher twins of the states, in all conditions together
+    stepping : error of the depth at the states by the steps over cycles and by what was before [m]
     """
+    found: list[WornFurther | None] = []
+    before: WornFurther | None = None
+    for twin, steps in zip(joint, stepping, strict=True):
+        own = None if twin is None else _next(twin, float(steps), before)
+        before = own or before
+        found.append(own)
+    return found
 
-    def __init__(self, weight: Array) -> None:
-        self.weight = weight
-        self.before: WornFurther | None = None
 
-    def next(self, joint: Rougher, twins: Sequence[Rougher], stepping: float) -> WornFurther:
-        """Return the error at the next state that has twins.
+def _next(joint: Rougher, stepping: float, before: WornFurther | None) -> WornFurther:
+    """Return the error at the next state that has twins."""
+    step = joint.cycle - (0.0 if before is None else before.cycle)
+    error = _driven(joint, step, before)
+    off = _further(joint, error, stepping)
+    worse = _worn_by(joint, off)
+    if _is_levelled(joint, step, error, off, _answer(joint, worse)):
+        error = levelled(error, step, lambda off: _answer(joint, _worn_by(joint, off)))
+        again = _worn_by(joint, _further(joint, error, stepping))
+        worse = worse if None in again else again
+    return WornFurther(joint.cycle, error, joint.rate, worse, joint.between)
 
-        Parameters
-        ----------
-        joint : its rougher twin in all conditions together
-        twins : in each
-        stepping : error of the depth by the steps over cycles and by what was before [m]
-        """
-        error = self._driven(joint)
-        off = _further(joint, error, stepping)
-        worse = _worn_by(twins, off)
-        if self._is_levelled(joint, error, off, self._answer(twins, worse)):
-            step = joint.cycle - (self.before.cycle if self.before else 0.0)
-            error = levelled(error, step, lambda off: self._answer(twins, _worn_by(twins, off)))
-            again = _worn_by(twins, _further(joint, error, stepping))
-            worse = worse if None in again else again
-        self.before = WornFurther(joint.cycle, error, joint.rate, worse, joint.between)
-        return self.before
 
-    def _driven(self, joint: Rougher) -> Array:
-        """Return the error when nothing levels it since the state before, (n_rough,) [m]."""
-        before = self.before
-        start = np.zeros_like(joint.wear) if before is None else before.error
-        if joint.rate is None:
-            return start
-        mean = joint.rate
-        if before is not None and before.drive is not None:
-            mean = 0.5 * (joint.rate + before.drive)
-        return np.asarray(start + (joint.cycle - (before.cycle if before else 0.0)) * mean)
+def _driven(joint: Rougher, step: float, before: WornFurther | None) -> Array:
+    """Return the error when nothing levels it since the state before, (n_rough,) [m]."""
+    start = np.zeros_like(joint.wear) if before is None else before.error
+    if joint.rate is None:
+        return start
+    mean = joint.rate if before is None or before.drive is None else 0.5 * (joint.rate + before.drive)
+    return np.asarray(start + step * mean)
 
-    def _is_levelled(self, joint: Rougher, error: Array, off: Array, answer: Array | None) -> bool:
-        """Whether the rate levels the error many times over within the step, and it is worth asking how."""
-        if answer is None or float(np.abs(error).max()) <= WORTH * float(joint.wear.max(initial=0.0)):
-            return False
-        step = joint.cycle - (self.before.cycle if self.before else 0.0)
-        return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
 
-    def _answer(self, twins: Sequence[Rougher], worse: Sequence[WearState | None]) -> Array | None:
-        """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
-        total: Array | None = None
-        for share, twin, moved in zip(self.weight, twins, worse, strict=True):
-            if moved is None or not (moved.wears and twin.state.wears):
-                return None
-            coupling = twin.parts.coupling
-            own = share * (coupling.flat(moved.rate) - coupling.flat(twin.state.rate))
-            total = own if total is None else total + own
-        return total
+def _is_levelled(joint: Rougher, step: float, error: Array, off: Array, answer: Array | None) -> bool:
+    """Whether the rate levels the error many times over within the step, and it is worth asking how."""
+    if answer is None or float(np.abs(error).max()) <= WORTH * float(joint.wear.max(initial=0.0)):
+        return False
+    return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
+
+
+def _answer(joint: Rougher, worse: Sequence[WearState | None]) -> Array | None:
+    """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
+    total: Array | None = None
+    for share, twin, moved in zip(joint.shares, joint.conditions, worse, strict=True):
+        if moved is None or not (moved.wears and twin.state.wears):
+            return None
+        coupling = twin.parts.coupling
+        own = share * (coupling.flat(moved.rate) - coupling.flat(twin.state.rate))
+        total = own if total is None else total + own
+    return total
 
 
 def _further(joint: Rougher, error: Array, stepping: float) -> Array:
@@ -232,10 +228,10 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
     return np.asarray(own - alike if own @ alike < 0.0 else own + alike)
 
 
-def _worn_by(twins: Sequence[Rougher], off: Array) -> tuple[WearState | None, ...]:
+def _worn_by(joint: Rougher, off: Array) -> tuple[WearState | None, ...]:
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
     states: list[WearState | None] = []
-    for twin in twins:
+    for twin in joint.conditions:
         worse: WearState | None = twin.state
         if not np.isfinite(off).all():
             worse = None
