@@ -33,9 +33,8 @@ class KindState(NamedTuple):
     Parameters
     ----------
     wear : (2, n) wear depth, (driving, driven) [m]
-    nodes : compliance and gaps at the nodes
+    flanks : compliance and gaps at the nodes, and the series that the dynamics received
     static : sharing of the static load at the phase nodes
-    fitted : the series the dynamics received, None for pairs
     weight : (n_rows,) of each row [1]
     drive : (n_rows, n_phase_nodes) normal force of the drive flanks at the phase nodes [N]
     tooth_force : (n_rows, n), one row for loads that know no rows: force on a pair at the node [N]
@@ -43,9 +42,8 @@ class KindState(NamedTuple):
     """
 
     wear: Array
-    nodes: contact.Nodes
+    flanks: excitation.MeshFlanks
     static: contact.Quasistatic
-    fitted: excitation.AlongPhase | None
     weight: Array
     drive: Array
     tooth_force: Array
@@ -78,6 +76,11 @@ class WearState(NamedTuple):
     def response(self) -> Response | None:
         """The steady response (at the first error angle), None without dynamics."""
         return self.responses[0] if self.responses else None
+
+    @property
+    def flanks(self) -> list[excitation.MeshFlanks]:
+        """The flanks of every kind of mesh, as the dynamics see them."""
+        return [kind.flanks for kind in self.kind]
 
     @property
     def wear(self) -> Wear:

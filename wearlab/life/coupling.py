@@ -72,11 +72,7 @@ class Coupling(OneCondition):
             if kind.law is not None and any(response.period == 0 for response in responses):
                 rate_of = partial(self._rate_of, kind.law, flanks, state, force, depth)
                 noises.append(scatter(rate_of, len(kind.meshes), force.periods))
-            states.append(
-                KindState(
-                    depth, flanks.nodes, state, flanks.series, force.weight, force.drive, tooth_force, rate
-                )
-            )
+            states.append(KindState(depth, flanks, state, force.weight, force.drive, tooth_force, rate))
         self._spent("wear", begun)
         return WearState(tuple(states), responses, max(noises))
 
@@ -95,13 +91,6 @@ class Coupling(OneCondition):
     def resting(self) -> "Coupling | None":
         """Return what wears under the static load alone, None where it does so already."""
         return replace(self, vibration=None, load=loads.StaticLoad()) if self.load.moving else None
-
-    def flanks_of(self, state: WearState) -> list[excitation.MeshFlanks]:
-        """Return the flanks of every kind of mesh in a wear state."""
-        return [
-            excitation.MeshFlanks(kind.analysis, known.nodes, known.fitted)
-            for kind, known in zip(self.kinds, state.kind, strict=True)
-        ]
 
     def flanks(self, wear: Wear, near: WearState | None = None) -> list[excitation.MeshFlanks]:
         """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.

@@ -14,7 +14,7 @@ from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
 from wearlab.life.limits import StopWear
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh.face.contact import FaceContact, LineLoads
-from wearlab.mesh.face.curves import Curves, FaceFlanks, curves
+from wearlab.mesh.face.curves import FaceFlanks, curves
 from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate
@@ -30,14 +30,14 @@ class FaceState(NamedTuple):
     loads : line loads under the static load
     line_load : (n_face, n) load per width when the node is in contact [N/m]
     rate : (2, n_face, n) wear depth per cycle, None without a wear law [m]
-    curves : force over deflection, which the dynamics received; None without
+    flanks : as the dynamics see them, by their force over deflection; None without
     """
 
     wear: Array
     loads: LineLoads
     line_load: Array
     rate: Array | None
-    curves: Curves | None = None
+    flanks: FaceFlanks | None = None
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,6 @@ class FaceKind:
     def meshes(self) -> tuple[int, ...]:
         """Which meshes of the set are of this kind."""
         return tuple(self.lags)
-
-    def flanks(self, table: Curves) -> FaceFlanks:
-        """Return the flanks as dynamics see them."""
-        return FaceFlanks(self.contact.analysis, self.contact, table)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -107,7 +103,7 @@ class FaceCoupling(OneCondition):
         clock = self._spent("contact", clock)
         responses: Responses = ()
         if self.vibration is not None:
-            responses = self._respond(self.vibration, self._flanks(found), start or None)
+            responses = self._respond(self.vibration, [state.flanks for state in found], start or None)
             if self.moving:
                 found = [
                     state._replace(line_load=self._moving_load(kind, state, own, responses[0]))
@@ -121,9 +117,9 @@ class FaceCoupling(OneCondition):
         self._spent("wear", clock)
         return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
 
-    def flanks(self, wear: Wear) -> list[FaceFlanks]:
+    def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
         """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
-        return self._flanks(self._in_contact(wear, self._felt(wear)))
+        return [state.flanks for state in self._in_contact(wear, self._felt(wear))]
 
     def _felt(self, wear: Wear) -> list[Array]:
         return [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
@@ -141,8 +137,11 @@ class FaceCoupling(OneCondition):
         self.account.counts["contact_analyses"] += 1
         found: list[FaceState] = []
         for kind, depth, own, loads in zip(self.kinds, wear, worn, static, strict=True):
-            table = None if self.vibration is None else curves(kind.contact, own, loads)
-            found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, table))
+            flanks = None
+            if self.vibration is not None:
+                table = curves(kind.contact, own, loads)
+                flanks = FaceFlanks(kind.contact.analysis, kind.contact, table)
+            found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, flanks))
         return found
 
     def _moving_load(self, kind: FaceKind, state: FaceState, worn: Array, response: Response) -> Array:
@@ -152,8 +151,8 @@ class FaceCoupling(OneCondition):
         the face as a static one of its size.
         """
         vibration, grid = self.vibration, kind.contact.grid
-        assert vibration is not None and state.curves is not None
-        springs = kind.flanks(state.curves).springs(grid.inside % 1.0).per(vibration.period)
+        assert vibration is not None and state.flanks is not None
+        springs = state.flanks.springs(grid.inside % 1.0).per(vibration.period)
         mean, rows = np.zeros(grid.shape), 0
         for mesh, lag in kind.lags.items():
             dashpot = dashpot_of_mesh(vibration.system, mesh)
@@ -164,15 +163,6 @@ class FaceCoupling(OneCondition):
                 mean += grid.at_nodes(kind.contact.solve(worn, state.loads, drive).load)
                 rows += 1
         return np.asarray(mean / rows)
-
-    def flanks_of(self, state: WearState) -> list[FaceFlanks]:
-        """Return the flanks of every kind of mesh in a wear state, as dynamics see them."""
-        return self._flanks([cast("FaceState", known) for known in state.kind])
-
-    def _flanks(self, states: Sequence[FaceState]) -> list[FaceFlanks]:
-        return [
-            kind.flanks(cast("Curves", state.curves)) for kind, state in zip(self.kinds, states, strict=True)
-        ]
 
     @property
     def slope(self) -> float:

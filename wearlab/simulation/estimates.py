@@ -50,23 +50,28 @@ class Estimates(NamedTuple):
 
 
 class Looked(NamedTuple):
-    """What twins of one kind say of the errors.
+    """What twins of one kind say of the errors of a life.
 
     Parameters
     ----------
-    joint : the twins of the states, in all conditions together; None where one is missing
-    worn : the error of the wear at the states
-    force : see `Estimates`
+    stage, lived : what runs, and its history
+    worn : the error of the wear at the samples; None where a state has no twin in one of the conditions
     """
 
-    joint: list[twins.Rougher | None]
+    stage: operating.Stage
+    lived: history.History
     worn: list[wear_off.WornFurther | None]
-    force: tuple[twins.ForceErrors, ...] | None
 
     @property
     def missing(self) -> int:
         """How many states have no twin, or none that may be worn further."""
         return sum(state is None or None in state.worse for state in self.worn)
+
+    @property
+    def driven(self) -> list[tuple[wear_off.WornFurther, Array]]:
+        """The states at which a wear law drives the error of the wear, and its change of the rate there."""
+        states = (state for state in self.worn if state is not None)
+        return [(state, state.twin.rate) for state in states if state.twin.rate is not None]
 
 
 def estimated(stage: operating.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
@@ -89,17 +94,13 @@ def estimated(stage: operating.Stage, lived: history.History, inherited: float =
     """
     clock = time.perf_counter()
     looked = _looked(stage, lived, twins.twins_of, inherited)
-    if _loudest(lived, looked.force) > LARGE:
+    force = _forces(looked)
+    if _loudest(lived, force) > LARGE:
         closer = _looked(stage, lived, twins.finer_twins_of, inherited)
-        looked = closer if closer.missing <= looked.missing else looked
+        if closer.missing <= looked.missing:
+            looked, force = closer, _forces(closer)
     stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
-    last = next((twin for twin in reversed(looked.joint) if twin is not None and twin.rate is not None), None)
-    return Estimates(
-        _depth(lived, looked.worn),
-        looked.force,
-        _life(stage, lived, looked.worn, last),
-        _doubts(stage, lived, looked.joint, looked.force),
-    )
+    return Estimates(_depth(looked), force, _life(looked), _doubts(looked, force))
 
 
 def _looked(
@@ -109,17 +110,10 @@ def _looked(
     inherited: float,
 ) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
-    conditions = [(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
-    each = [of(*condition) for condition in conditions]
+    each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
     joint = [twins.together(own, stage.weight) for own in zip(*each, strict=True)]
-    worn = wear_off.errors_of_wear(joint, inherited + _stepping(lived, lived.samples.cycle))
-    force = None
-    if stage.first.vibration is not None:
-        force = tuple(
-            _forces(*condition, own, worn, block)
-            for block, (condition, own) in enumerate(zip(conditions, each, strict=True))
-        )
-    return Looked(joint, worn, force)
+    stepping = inherited + _stepping(lived, lived.samples.cycle)
+    return Looked(stage, lived, wear_off.errors_of_wear(joint, stepping))
 
 
 def not_estimated(lived: history.History) -> Estimates:
@@ -129,19 +123,14 @@ def not_estimated(lived: history.History) -> Estimates:
     return Estimates(unknown, None, life, ("its errors could not be estimated",))
 
 
-def _doubts(
-    stage: operating.Stage,
-    lived: history.History,
-    joint: list[twins.Rougher | None],
-    force: tuple[twins.ForceErrors, ...] | None,
-) -> tuple[str, ...]:
-    """Return what speaks against the estimates of a life whose states have these rougher twins."""
-    loudest = _loudest(lived, force)
+def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tuple[str, ...]:
+    """Return what speaks against the estimates of a life."""
+    stage, lived, loudest = looked.stage, looked.lived, _loudest(looked.lived, force)
     states = (*lived.samples.state, *lived.state)
     responses = [
         response for state in states for each in (state.block or (state,)) for response in each.responses
     ]
-    missing = sum(twin is None for twin in joint)
+    missing = sum(state is None for state in looked.worn)
     jumps = 0 if lived.life is None else len(lived.life.jumps)
     unfinished = lived.life is not None and lived.life.end_reason in limits.ENDS_OF_WORK
     hurried = lived.life is not None and lived.life.hurried
@@ -153,7 +142,7 @@ def _doubts(
         "an orbit is not alone or hardly attracts": any(
             not response.verdict.unique or response.verdict.attracting is False for response in responses
         ),
-        f"{missing} of {len(joint)} states respond otherwise with half the steps and nodes": missing,
+        f"{missing} of {len(looked.worn)} states respond otherwise with half the steps and nodes": missing,
         f"the wear rate jumps at {jumps} places": jumps,
         "waves of wear grow from any error": waves,
         f"the force may be off by {loudest:.0%} of the largest": loudest > LARGE,
@@ -192,22 +181,22 @@ def _stepping(lived: history.History, cycle: Array) -> Array:
     return np.interp(cycle, lived.life.cycle, lived.life.accumulated_error)
 
 
-def _depth(lived: history.History, worn: list[wear_off.WornFurther | None]) -> Array | None:
+def _depth(looked: Looked) -> Array | None:
     """Return the errors of the depth of all kept states, (n_updates,) [m]; None when nothing wears on."""
+    lived, known = looked.lived, looked.driven
     if lived.life is None:
         return None
-    total, known = _stepping(lived, lived.cycle), _driven(worn)
+    total, cycles = _stepping(lived, lived.cycle), [state.twin.cycle for state, _ in known]
     if not known and any(map(twins.is_periodic, lived.samples.state)):
         return np.full(len(total), np.nan)
     if known:
-        cycles = [one.cycle for one in known]
-        given = known[0].between if known[0].cycle <= lived.cycle[0] else 0.0  # the initial wear is no error
-        between = np.interp(lived.cycle, cycles, [max(0.0, one.between - given) for one in known])
+        between = np.array([state.twin.between for state, _ in known])
+        between -= between[0] if cycles[0] <= lived.cycle[0] else 0.0  # the initial wear is no error
+        total = total + BETWEEN_SHARE * np.interp(lived.cycle, cycles, np.maximum(0.0, between))
+        carried = np.interp(lived.cycle, cycles, [float(np.abs(state.error).max()) for state, _ in known])
         if len(known) == 1:  # one state speaks for all of the life
-            carried = float(np.abs(np.asarray(known[0].drive)).max()) * lived.cycle
-        else:
-            carried = np.interp(lived.cycle, cycles, [float(np.abs(one.error).max()) for one in known])
-        total = total + BETWEEN_SHARE * between + DEPTH_SHARE * carried
+            carried = float(np.abs(known[0][1]).max()) * lived.cycle
+        total = total + DEPTH_SHARE * carried
     return np.minimum(total, _worn_at_most(lived.life, lived.cycle))
 
 
@@ -216,33 +205,24 @@ def _worn_at_most(life: record.Life, cycle: Array | float) -> Array:
     return np.asarray(float(life.rate.max(initial=0.0)) * np.asarray(cycle))
 
 
-def _driven(worn: list[wear_off.WornFurther | None]) -> list[wear_off.WornFurther]:
-    """Return the states at which a wear law drives the error of the wear."""
-    return [state for state in worn if state is not None and state.drive is not None]
+def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
+    """Return the errors of the forces of all kept states in every condition; None without dynamics."""
+    if looked.stage.first.vibration is None:
+        return None
+    return tuple(_forces_in(looked, block) for block in range(len(looked.stage.parts)))
 
 
-def _forces(
-    parts: build.Parts,
-    lived: history.History,
-    own: list[twins.Rougher | None],
-    worn: list[wear_off.WornFurther | None],
-    block: int,
-) -> twins.ForceErrors:
-    """Return the errors of the forces of all kept states, from those of the states that have twins.
-
-    Parameters
-    ----------
-    parts, lived, own : of one condition, and the twins in it
-    worn : the error of the wear at the states
-    block : number of the condition
-    """
-    tolerance, known = parts.scene.numerics.tolerance, []
-    for state, twin, further in zip(lived.samples.state, own, worn, strict=True):
+def _forces_in(looked: Looked, block: int) -> twins.ForceErrors:
+    """Return those in one condition, from the errors of the states that have twins."""
+    parts, lived, known = looked.stage.parts[block], looked.lived.in_block(block), []
+    for state, further in zip(lived.samples.state, looked.worn, strict=True):
         worse = None if further is None else further.worse[block]
-        if twin is not None and worse is not None:
+        if further is not None and worse is not None:
+            twin = further.twin.conditions[block]
             errors = twins.force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
-            least = TOLERATED * tolerance * max(extremes(one).largest.max() for one in state.responses)
-            errors = errors._replace(largest=max(errors.largest, float(least)))
+            largest = max(extremes(one).largest.max() for one in state.responses)
+            least = TOLERATED * parts.scene.numerics.tolerance * float(largest)
+            errors = errors._replace(largest=max(errors.largest, least))
             known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
     if not known:
         return twins.ForceErrors(*np.full((3, len(lived.state)), np.nan))
@@ -253,41 +233,29 @@ def _forces(
     )
 
 
-def _life(
-    stage: operating.Stage,
-    lived: history.History,
-    worn: list[wear_off.WornFurther | None],
-    last: twins.Rougher | None,
-) -> float | None:
+def _life(looked: Looked) -> float | None:
     """Return the error of the deepest depth over the rate of wear there, at the end of the life [1]."""
-    life = lived.life
+    stage, lived, life = looked.stage, looked.lived, looked.lived.life
     if life is None or not life.worn_out:
         return None
     counts = build.wear.build_limits(stage.first.scene, stage.first.gears, stage.coupling).flank
-    rate = (
-        life.rate[-1]
-        if twins.is_periodic(lived.samples.state[-1])
-        else wear_off.late_rate(life.cycle, life.depth)
-    )
+    repeats = twins.is_periodic(lived.samples.state[-1])
+    rate = life.rate[-1] if repeats else wear_off.late_rate(life.cycle, life.depth)
     end = wear_off.end_of(life.depth[-1], rate, twins.flank_of_nodes(stage.first), counts)
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     steps = float(np.abs(life.depth_error[end.nodes]).max()) + life.scatter
-    error = steps + end.between + _at_deepest(lived, worn, last, end)
+    error = steps + end.between + _at_deepest(looked, end)
     return min(error, float(_worn_at_most(life, lived.cycle[-1]))) / end.rate
 
 
-def _at_deepest(
-    lived: history.History,
-    worn: list[wear_off.WornFurther | None],
-    last: twins.Rougher | None,
-    end: wear_off.End,
-) -> float:
+def _at_deepest(looked: Looked, end: wear_off.End) -> float:
     """Return the weighed error of the wear where the flanks that end the life are worn most [m]."""
-    known = _driven(worn)
-    if not known or last is None:
+    lived, known = looked.lived, looked.driven
+    if not known:
         return np.nan if any(map(twins.is_periodic, lived.samples.state)) else 0.0
-    error = known[-1].error if len(known) > 1 else np.asarray(known[0].drive) * lived.cycle[-1]
-    there = np.isin(last.flank, end.flanks)
-    deep = there & (last.wear >= wear_off.DEEPEST * last.wear[there].max())
-    return LIFE_SHARE * float(np.abs(error)[deep].max()) + CHANCE * float(np.abs(error)[there].mean())
+    last, drive = known[-1]
+    error = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
+    there = np.isin(last.twin.flank, end.flanks)
+    deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
+    return LIFE_SHARE * float(error[deep].max()) + CHANCE * float(error[there].mean())

@@ -68,7 +68,7 @@ def _fill(parts: build.Parts, values: Values, place: tuple[int, int], state: cou
         engaged = found.engaged_by_threshold(pair, contact.threshold)
         single = relation.single_share(meeting.flanks, state.wear, contact.threshold)
     else:
-        engaged = np.asarray(analysis.quasistatic(state.nodes, where).force.T > 0.0)
+        engaged = np.asarray(analysis.quasistatic(state.flanks.nodes, where).force.T > 0.0)
         single = float(np.mean(engaged.sum(axis=0) == 1))
     lag = (found.gap - found.unloaded_error) / pair.driven.base_radius
     of_mesh: Values = {

@@ -48,8 +48,7 @@ class OverSpeed:
     def mesh_at(self, speed: float) -> tuple[Any, stages.StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = self.vibration(speed)
-        flanks = self.parts.coupling.flanks_of(self.state)
-        tables = tabulation.stage_tables(flanks, moving.sampling, moving.fluctuation)
+        tables = tabulation.stage_tables(self.state.flanks, moving.sampling, moving.fluctuation)
         return moving.system, tables, moving.period
 
 
@@ -98,7 +97,7 @@ def _described(wanted: OverSpeed, point: continuation.Point) -> Values:
     where, when = parts.look(0, phases), vibration.look(phases)
     motion = force.Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
-    kinds = parts.coupling.flanks_of(wanted.state)
+    kinds = wanted.state.flanks
     elastic = mesh_forces.mesh_forces(vibration.system, 0, kinds[0], where, motion, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)

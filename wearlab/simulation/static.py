@@ -118,7 +118,7 @@ def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     own = parts.meshes[mesh]
     kind, where = parts.kinds[own.kind], parts.look(mesh, parts.phase)
     grid, load = kind.analysis.grid, kind.analysis.load
-    solved = [kind.analysis.quasistatic(state.kind[own.kind].nodes, where) for state in states]
+    solved = [kind.analysis.quasistatic(state.kind[own.kind].flanks.nodes, where) for state in states]
     error = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
         "mesh_stiffness": [shared.tangent for shared in solved],

@@ -144,11 +144,10 @@ def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...
     flags: list[str] = []
     for kind, mesh_kind in enumerate(parts.kinds if parts.face is None else ()):
         state = max(lived.state, key=lambda state: float(state.kind[kind].static.deflection.max()))
-        worst = state.kind[kind]
-        flags += build.contact.reached_limits(
-            mesh_kind.pair, mesh_kind.analysis, state.wear[kind], worst.nodes.gap, worst.static.deflection
-        )
-        flags += build.contact.cut_short(mesh_kind.pair, mesh_kind.analysis, worst.nodes)
+        worst, nodes = state.kind[kind].static.deflection, state.kind[kind].flanks.nodes
+        pair, analysis = mesh_kind.pair, mesh_kind.analysis
+        flags += build.contact.reached_limits(pair, analysis, state.wear[kind], nodes.gap, worst)
+        flags += build.contact.cut_short(pair, analysis, nodes)
     if parts.face is None:
         flags += monitoring.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:

@@ -305,7 +305,7 @@ def forces_of(
     """
     vibration = parts.vibration
     assert vibration is not None
-    kinds, motions = parts.coupling.flanks_of(state), vibration.motions(response, when)
+    kinds, motions = state.flanks, vibration.motions(response, when)
     inside, each = when.phase.reshape(-1, NODES), []
     for number, own in enumerate(parts.meshes):
         where = clock.look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))

@@ -46,7 +46,7 @@ def _response_values(parts: build.Parts, state: coupled.WearState, response: Res
     when = vibration.look(parts.phase)
     motions = vibration.motions(response, when)
     position, velocity = vibration.coordinates(response, when)
-    kinds = parts.coupling.flanks_of(state)
+    kinds = state.flanks
     meshes = [_mesh_response(parts, kinds, mesh, motions) for mesh in range(len(parts.meshes))]
     values: Values = {name: label.padded([mesh[name] for mesh in meshes], fill=0.0) for name in meshes[0]}
     transmission = transmission_error(vibration, position) + parts.constant_error[:, None]
@@ -146,7 +146,7 @@ def phase_forces(parts: build.Parts, state: coupled.WearState, response: Respons
     vibration = parts.vibration
     assert vibration is not None
     motions = vibration.motions(response, vibration.look(parts.phase))
-    kinds = parts.coupling.flanks_of(state)
+    kinds = state.flanks
     each = [
         parts.forces(kinds, mesh, parts.look(mesh, parts.phase), motions).elastic
         for mesh in range(len(parts.meshes))

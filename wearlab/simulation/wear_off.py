@@ -149,18 +149,14 @@ class WornFurther(NamedTuple):
 
     Parameters
     ----------
-    cycle : of the state [1]
+    twin : the rougher twin of the state, in all conditions together
     error : (n_rough,) error of the wear with its sign [m]
-    drive : (n_rough,) change of the rate by half the steps and nodes, None without a wear law [m per cycle]
     worse : the twin worn by as much further, in every condition; None where it responds otherwise
-    between : what every second node does not tell of the wear between them [m]
     """
 
-    cycle: float
+    twin: Rougher
     error: Array
-    drive: Array | None
     worse: tuple[WearState | None, ...]
-    between: float = 0.0
 
 
 def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[WornFurther | None]:
@@ -180,26 +176,26 @@ def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[Wor
     return found
 
 
-def _next(joint: Rougher, stepping: float, before: WornFurther | None) -> WornFurther:
+def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFurther:
     """Return the error at the next state that has twins."""
-    step = joint.cycle - (0.0 if before is None else before.cycle)
-    error = _driven(joint, step, before)
-    off = _further(joint, error, stepping)
-    worse = _worn_by(joint, off)
-    if _is_levelled(joint, step, error, off, _answer(joint, worse)):
-        error = levelled(error, step, lambda off: _answer(joint, _worn_by(joint, off)))
-        again = _worn_by(joint, _further(joint, error, stepping))
+    step = twin.cycle - (0.0 if before is None else before.twin.cycle)
+    error = _driven(twin, step, before)
+    off = _further(twin, error, stepping)
+    worse = _worn_by(twin, off)
+    if _is_levelled(twin, step, error, off, _answer(twin, worse)):
+        error = levelled(error, step, lambda off: _answer(twin, _worn_by(twin, off)))
+        again = _worn_by(twin, _further(twin, error, stepping))
         worse = worse if None in again else again
-    return WornFurther(joint.cycle, error, joint.rate, worse, joint.between)
+    return WornFurther(twin, error, worse)
 
 
-def _driven(joint: Rougher, step: float, before: WornFurther | None) -> Array:
+def _driven(twin: Rougher, step: float, before: WornFurther | None) -> Array:
     """Return the error when nothing levels it since the state before, (n_rough,) [m]."""
-    start = np.zeros_like(joint.wear) if before is None else before.error
-    if joint.rate is None:
+    start = np.zeros_like(twin.wear) if before is None else before.error
+    if twin.rate is None:
         return start
-    mean = joint.rate if before is None or before.drive is None else 0.5 * (joint.rate + before.drive)
-    return np.asarray(start + step * mean)
+    last = None if before is None else before.twin.rate
+    return np.asarray(start + step * (twin.rate if last is None else 0.5 * (twin.rate + last)))
 
 
 def _is_levelled(joint: Rougher, step: float, error: Array, off: Array, answer: Array | None) -> bool:
