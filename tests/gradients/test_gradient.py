@@ -139,7 +139,7 @@ def test_derivatives_of_an_orbit_are_those_that_shooting_gives() -> None:
     ends = []
     for one in (parts, moved):
         assert one.vibration is not None
-        tables = one.vibration.tables(one.coupling.flanks_of(one.coupling.evaluate(one.coupling.unworn())))
+        tables = one.vibration.tables(one.coupling.evaluate(one.coupling.unworn()).flanks)
         shooting = Shooting(one.vibration.system, tables, start.mesh_period)
         ends.append(shooting.period_map(start.state[0, 0].copy()))
     (here, matrix), (beside, _) = ends

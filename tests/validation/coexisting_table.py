@@ -61,7 +61,7 @@ def steady(scene: Scene) -> tuple[Response, Periodic] | None:
     vibration, state = parts.vibration, parts.coupling.evaluate(parts.coupling.unworn())
     if vibration is None or state.response is None or not isinstance(vibration.method, Periodic):
         return None
-    whole = vibration.on_all_stages(state.response, parts.coupling.flanks_of(state))
+    whole = vibration.on_all_stages(state.response, state.flanks)
     return (whole, vibration.method) if whole.period and whole.verdict.unique else None
 
 
