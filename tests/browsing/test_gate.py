@@ -100,7 +100,7 @@ def test_text_of_strangers_is_never_markup(small):
 def test_a_failed_trace_is_not_told(small, monkeypatch):
     from wearlab.browsing import contents
 
-    monkeypatch.setattr(contents, "updates", lambda store: 1 / 0)
+    monkeypatch.setattr(contents, "updates", lambda *asked: 1 / 0)
     status, _, content = small.send("updates")
     assert status == 500 and "ZeroDivisionError" in content.decode() and "Traceback" not in content.decode()
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from wearlab.figures.question import Question
     from wearlab.store import Store
 
+Asked = Mapping[str, Sequence[str]]
+"""The arguments of an address."""
+
 CARDS = 24  # campaigns of a page
 FIGURES = 2  # of a campaign that are drawn at once
 MOST_BESIDE = 24  # runs told side by side
@@ -27,13 +30,12 @@ BESIDE = (
     f"WHERE r.state = 'done' AND m.campaign = {recorded.CAMPAIGN_OF_RUN} LIMIT {MOST_BESIDE + 1}"
 )
 """The finished runs of the campaign recorded last that has a run, as far as they are told side by side."""
-USUAL = {"state": "last", "back": ""}
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
-def campaigns(store: "Store", page: str) -> dict[str, Any]:
+def campaigns(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of the campaigns."""
-    number = whole(page)
+    number = whole(question.first(asked).get("page", ""))
     told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
     said: dict[str, list[remarks.Remark]] = {}
     for remark in remarks.remarks_on(store.catalogue, [remarks.subject_of(each.title) for each in told]):
@@ -41,51 +43,44 @@ def campaigns(store: "Store", page: str) -> dict[str, Any]:
     return {"told": told, "remarked": said, "number": number, "pages": max(1, -(-count // CARDS))}
 
 
-def campaign(store: "Store", key: str, place: Any, first: Mapping[str, str]) -> dict[str, Any]:
-    """Return a campaign: a page of its cases, and some of its figures.
+def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+    """Return a campaign: a page of its cases, and some of its figures; in a copy all of them.
 
     Raises
     ------
     StoreError : it is not in the store
     """
-    told = _told(store, key)
-    number = whole(first.get("page", ""))
+    first = question.first(asked)
+    key, number = first.get("key", ""), whole(first.get("page", ""))
+    told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
+    if told is None:
+        raise StoreError(f"campaign {key[:40]!r} is not in this store")
+    shown = ROWS if place.live else told.cases
     sort = first.get("sort", "") if told.cases <= MOST_DRAWN else ""
     heads, rows = (
-        sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * ROWS, ROWS)
+        sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * shown, shown)
     )
-    source = recorded.campaign_of(store, key) if told.cases <= MOST_DRAWN else None
     drawn: list[figures.ShownFigure] = []
     others: list[tuple[int, str]] = []
-    if source is not None and told.counts.get("done"):
-        drawn, others = _figures(store, key, source, place, first.get("figure", ""))
+    if told.cases <= MOST_DRAWN and told.counts.get("done"):
+        drawn, others = _figures(store, key, place, whole(first.get("figure", "")))
     subject = remarks.subject_of(told.title)
     quote = next((sign for sign in "\"'" if sign not in told.title), "")
     return {
+        "heading": told.title,
         "told": told,
         "heads": heads,
         "rows": rows,
-        "caption": f"{len(rows)} of {told.cases} cases",
         "sort": sort,
-        "sort_url": (lambda name: place.url("campaign", key=key, sort=name))
-        if place.live and told.cases <= MOST_DRAWN
-        else None,
+        "sortable": place.live and told.cases <= MOST_DRAWN,
         "number": number,
-        "pages": max(1, -(-told.cases // ROWS)),
-        "where": f"campaign = {quote}{told.title}{quote}" if quote else "",
+        "pages": max(1, -(-told.cases // shown)),
+        "where": f"campaign = {quote}{told.title}{quote}" if quote and place.live else "",
         "figures": drawn,
         "others": others,
-        "more": len(others),
         "subject": subject,
         "remarked": remarks.remarks_on(store.catalogue, [subject]),
     }
-
-
-def _told(store: "Store", key: str) -> recorded.Told:
-    known = [each for each in recorded.campaigns(store)[0] if each.key == key]
-    if not known:
-        raise StoreError(f"campaign {key[:40]!r} is not in this store")
-    return known[0]
 
 
 def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
@@ -139,19 +134,21 @@ def _in_order(cell: str) -> tuple[bool, float, str]:
 
 
 def _figures(
-    store: "Store", key: str, source: Any, place: Any, chosen: str
+    store: "Store", key: str, place: Any, chosen: int
 ) -> tuple[list[figures.ShownFigure], list[tuple[int, str]]]:
     """Return the figures of a campaign that are drawn, and number and name of the others."""
-    grid = store.open(source)
-    asked = asked_of(source, grid)
-    at = min(whole(chosen), len(asked)) - 1
-    drawn = []
-    for number, each in list(enumerate(asked, 1))[at : at + FIGURES]:
-        files = files_of(place, "campaign", f"key={key}&figure={number}")
-        drawn.append(figures.shown(store, each, grid, files))
-    shown = range(at, at + FIGURES)
-    names = [(n, str(each.table.get("title") or each.table["kind"])) for n, each in enumerate(asked, 1)]
-    return drawn, [pair for i, pair in enumerate(names) if i not in shown]
+    source = recorded.campaign_of(store, key)
+    grid = store.open(source)  # type: ignore[arg-type]
+    asked = dict(enumerate(asked_of(source, grid), 1))
+    at = min(chosen, len(asked))
+    shown = range(at, at + FIGURES) if place.live else asked.keys()
+    drawn = [
+        figures.shown(store, each, grid, place.files("campaign", f"key={key}&figure={number}"))
+        for number, each in asked.items()
+        if number in shown
+    ]
+    names = [(n, str(each.table.get("title") or each.table["kind"])) for n, each in asked.items()]
+    return drawn, [pair for pair in names if pair[0] not in shown]
 
 
 def asked_of(source: Any, grid: Any) -> "list[Question]":
@@ -164,80 +161,65 @@ def asked_of(source: Any, grid: Any) -> "list[Question]":
     return [*swept, *(question.asked(source, kind, {}) for kind in kinds[: FIGURES - len(swept)])]
 
 
-def files_of(place: Any, name: str, address: str) -> tuple[tuple[str, str], ...]:
-    """Return format and address of the files of a figure; none in a copy, which draws nothing."""
-    return (
-        tuple((ending.upper(), place.file(name, ending, address)) for ending in figures.FORMATS)
-        if place.live
-        else ()
-    )
-
-
-def runs(store: "Store", first: Mapping[str, str], place: Any) -> dict[str, Any]:
-    """Return a page of runs, and the addresses of others."""
-    told = listing.listed(store, first)
-    asked = {"where": told.where, "columns": ",".join(told.columns), "sort": told.sort}
-
-    def without(name: str) -> str:
-        kept = ",".join(column for column in told.columns if column != name)
-        return str(place.url("runs", **{**asked, "columns": kept}))
-
+def runs(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+    """Return a page of runs."""
+    told = listing.listed(store, question.first(asked))
+    beside = [row[0] for row in told.rows]
     return {
         "told": told,
         "signs": listing.SIGNS,
-        "sort_url": lambda name: place.url("runs", **{**asked, "sort": name}),
-        "page_url": lambda number: place.url("runs", **asked, page=number),
-        "without": without,
-        "back": urlencode(asked),
-        "compare_url": place.url("compare", run=[row[0] for row in told.rows], back=urlencode(asked))
-        if 1 < len(told.rows) <= MOST_BESIDE
-        else "",
+        "back": urlencode(told.asked),
+        "beside": beside if 1 < len(beside) <= MOST_BESIDE else [],
     }
 
 
-def run(store: "Store", prefix: str, place: Any, back: str = "") -> dict[str, Any]:
-    """Return what a page of one run tells.
-
-    Parameters
-    ----------
-    store, prefix, place : the run, and where addresses lead
-    back : condition, columns and order of the table that it was chosen in, as an address writes them
+def run(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+    """Return what a page of one run tells: of the run ``id``, chosen in the table ``back``.
 
     Raises
     ------
     StoreError : no such run
     """
-    entry = store.find(prefix)
+    first = question.first(asked)
+    entry = store.find(first.get("id", ""))
     told = one_run.content(store, entry)
-    done = told["state"] == "done"
-    prints, first = [], "wear-profile"
-    if done and place.live:
-        grid = store.open(recorded.together(store, [entry.id]))  # type: ignore[arg-type]
-        for kind in question.of_one_run(grid):
-            files = files_of(place, "figure", f"run={entry.id}&kind={kind}")
+    prints: list[Any] = []
+    drawn: list[figures.ShownFigure] = []
+    kinds: list[str] = []
+    if told["state"] == "done":
+        source = recorded.together(store, [entry.id])
+        try:
+            grid = store.open(source)  # type: ignore[arg-type]
+            kinds = question.of_one_run(grid)
+        except figures.PROBLEMS as error:
+            drawn = [figures.ShownFigure("", problem=str(error))]
+    for kind in kinds:
+        if place.live:
+            files = place.files("figure", f"run={entry.id}&kind={kind}")
             prints.append((KINDS[kind].title or kind, files))
-        first = (question.of_one_run(grid) or [first])[0]
+        else:
+            drawn.append(figures.shown(store, question.asked(source, kind, {}), grid))
     where = store.address or str(store.path.absolute())
     beside = [row[0] for row in store.catalogue.read(BESIDE, [entry.id])] if place.live else []
     return {
+        "heading": told["title"],
         "told": told,
-        "back_url": _back_url(place, back),
-        "beside_url": place.url("compare", run=beside) if 1 < len(beside) <= MOST_BESIDE else "",
+        "back": _back(first),
+        "beside": beside if 1 < len(beside) <= MOST_BESIDE else [],
         "has_life": bool(entry.summary.get("life")),
         "prints": prints,
-        "cite_url": place.url("citation", id=entry.id) if done and place.live else "",
-        "data_url": place.url("data", id=entry.id) if done and place.live else "",
+        "figures": drawn,
         "commands": f"wearlab show {entry.id} --store {_quoted(where)}\n"
         f"wearlab figures --from FIGURE.png --store {_quoted(where)}   # a figure that was taken along",
         "python": f"import wearlab as wl\nrun = wl.open({where!r}).run({entry.id!r})\n"
-        f"wl.figure(run, {first!r})",
+        f"wl.figure(run, {next(iter(kinds), 'wear-profile')!r})",
     }
 
 
-def _back_url(place: Any, back: str) -> str:
-    """Return the address of the table of runs that was left, "" where none was."""
-    chosen = {name: text for name, text in parse_qsl(back) if name in ("where", "columns", "sort")}
-    return str(place.url("runs", **chosen)) if chosen else ""
+def _back(first: Mapping[str, str]) -> dict[str, str]:
+    """Return condition, columns and order of the table of runs that was left, as far as there was one."""
+    known = ("where", "columns", "sort")
+    return {name: text for name, text in parse_qsl(first.get("back", "")) if name in known}
 
 
 def _quoted(path: str) -> str:
@@ -248,34 +230,33 @@ def _quoted(path: str) -> str:
     )
 
 
-def compared(store: "Store", arguments: Mapping[str, Sequence[str]], place: Any) -> dict[str, Any]:
+def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return marked runs, or a campaign, in one figure, with what there is to choose from."""
-    told: dict[str, Any] = dict.fromkeys(("kinds", "numbers", "abscissae", "roles"), ())
-    told |= {"figure": None, "beside": None, "problem": "", "commands": "", "title": "Compare"}
-    told["state"], back = ((list(arguments.get(name, ())) or [usual])[0] for name, usual in USUAL.items())
-    asked = question.wanted({**arguments, "state": [told["state"]]})
-    told |= {"asked": asked, "back": back, "back_url": _back_url(place, back)}
-    if not asked.runs and not asked.campaign:
+    first = {"state": "last", "back": "", **question.first(asked)}
+    wanted = question.wanted({**asked, "state": [first["state"]]})
+    told: dict[str, Any] = dict.fromkeys(("kinds", "numbers", "abscissae", "roles", "figures"), ())
+    told |= {"beside": None, "problem": "", "commands": "", "heading": "Compare", "asked": wanted}
+    told |= {"state": first["state"], "back": first["back"], "left": _back(first)}
+    if not wanted.runs and not wanted.campaign:
         return {**told, "problem": "Mark some runs in a table first, then choose to compare them."}
-    if asked.runs and not asked.campaign:
-        told["beside"] = one_run.side_by_side(store, asked.runs[:MOST_BESIDE])
-    source = question.source_of(store, asked)
+    if wanted.runs and not wanted.campaign:
+        told["beside"] = one_run.side_by_side(store, wanted.runs[:MOST_BESIDE])
+    source = question.source_of(store, wanted)
     grid = store.open(source)  # type: ignore[arg-type]
-    able = question.possible(grid)
     axes = [str(dim) for dim in grid.run_id.dims]
     told |= {
-        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in able],
+        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in question.possible(grid)],
         "numbers": [(name, f"{name}: {words}"[:90]) for name, words in question.numbers(grid)],
         "abscissae": [*axes, *question.beside_axes(grid)],
         "roles": [*axes, *(str(d) for d in ("flank", "mesh", "update", "member") if d in grid.dims)],
-        "title": f"Compare {source.title}" if len(asked.runs) > 1 else source.title,
+        "heading": f"Compare {source.title}" if len(wanted.runs) > 1 else source.title,
     }
     try:
-        question_, grid = question.question_of(store, asked)
+        drawn, grid = question.question_of(store, wanted)
     except FigureError as error:
         return {**told, "problem": str(error)}
-    told["figure"] = figures.shown(store, question_, grid, files_of(place, "figure", asked.address))
-    told["commands"] = _compare_commands(store, asked, question_)
+    told["figures"] = [figures.shown(store, drawn, grid, place.files("figure", wanted.address))]
+    told["commands"] = _compare_commands(store, wanted, drawn)
     return told
 
 
@@ -291,7 +272,7 @@ FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
 """Figures of an update, before the others."""
 
 
-def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str], list[str]]]:
+def updates(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return the updates of a store, the latest first, each with its answer and what speaks against it."""
     told = []
     for update in reversed(kept.kept_updates(store).values()):
@@ -301,33 +282,32 @@ def updates(store: "Store") -> list[tuple[kept.KeptUpdate, list[str], list[str]]
             told.append((update, said, [] if tree is None else alerts(text_of(tree))))
         except (StoreError, KeyError, ValueError) as error:
             told.append((update, [f"It cannot be read: {error}"], []))
-    return told
+    return {"told": told}
 
 
-def update(store: "Store", prefix: str, place: Any) -> dict[str, Any]:
+def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return the answer of an update and its figures.
 
     Raises
     ------
     StoreError : there is none, or its file is damaged
     """
+    prefix = question.first(asked).get("id", "")
     known = kept.find_update(store, prefix)
     tree = None if known is None else kept.read_update(store, known.id)
     if known is None or tree is None:
         raise StoreError(f"update {prefix[:40]!r}: no such update, or its file has gone")
     drawn = []
-    of_updates = [name for name, kind in KINDS.items() if kind.of == "update"]
-    for name in [*(n for n in FIRST if n in of_updates), *(n for n in of_updates if n not in FIRST)]:
-        shown = update_plot(store, known.subject, name)
-        if shown is not None:
-            files = files_of(place, "update", f"id={known.id}&kind={name}")
-            drawn.append(figures.of_plot(shown, files))
+    for name in question.put_first(FIRST, (name for name, kind in KINDS.items() if kind.of == "update")):
+        if (plot := update_plot(store, known.subject, name)) is not None:
+            drawn.append(figures.of_plot(plot, place.files("update", f"id={known.id}&kind={name}")))
+    lines, tables = text_of(tree)[1:], fleet_tables(tree)
     return {
-        "title": known.title or "Update",
+        "heading": known.title or "Update",
         "answers": answers(tree),
-        "alerts": alerts(lines := text_of(tree)[1:]),
+        "alerts": alerts(lines),
         "lines": lines,
-        "fleet": (tables := fleet_tables(tree)),
+        "fleet": tables,
         "about": fleet_about(tree) if tables else "",
         "figures": drawn,
         "runs": known.runs,
@@ -341,3 +321,8 @@ def update_plot(store: "Store", subject: str, kind: str) -> Any:
         return of_update(subject, store, read(specified({"kind": kind}), 1, None))
     except (FigureError, KeyError, ValueError):
         return None
+
+
+def progress(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+    """Return how far runs are that are being computed, and whether the page looks again by itself."""
+    return {"follow": bool(question.first(asked).get("follow")), **recorded.progress(store)}

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from wearlab.figures.question import Question
     from wearlab.store import Store
 
-FORMATS = ("png", "svg", "pdf", "csv")
 PAUSE = 100  # ms between two states that are made ahead
 MOST_AHEAD = 24
 WIDE = {"sizing_mode": "stretch_width"}
@@ -46,7 +45,6 @@ class ShownFigure:
     words : what it shows, in sentences
     files : name and address of its files for print
     problem : why there is none
-    open : whether its words are seen at once
     """
 
     title: str
@@ -55,7 +53,6 @@ class ShownFigure:
     words: tuple[str, ...] = ()
     files: tuple[tuple[str, str], ...] = ()
     problem: str = ""
-    open: bool = False
 
 
 def shown(

@@ -1,24 +1,32 @@
 """The frame of all pages: how they look, where they lie, and who may ask for them; others are refused."""
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
+from bokeh.embed import server_document
 from bokeh.resources import Resources
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.views.static_handler import StaticHandler
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 from tornado.httputil import HTTPServerRequest
 from tornado.web import RequestHandler
 
+from wearlab.store import Store
 from wearlab.version import __version__
 
 HERE = Path(__file__).parent
 PAGES = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
-NAMES = "names.js"
+STYLE, NAMES = "style.css", "names.js"
+FORMATS = {
+    **{"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"},
+    "csv": "text/csv; charset=utf-8",
+}
+"""Of the files of a figure."""
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
 """Parts of Bokeh that pages load; not that which typesets formulas: texts of others could hold some."""
@@ -47,49 +55,59 @@ def templates() -> Environment:
 
 
 @cache
-def style() -> str:
-    """Return the style of all pages: that of reports, and what windows need besides."""
-    parts = (HERE.parent / "report" / "page.css", HERE / "templates" / "style.css")
+def beside(name: str) -> str:
+    """Return what pages load: their style, that of reports and what windows need besides; or a script."""
+    parts = [HERE / "templates" / name]
+    if name == STYLE:
+        parts.insert(0, HERE.parent / "report" / "page.css")
     return "\n".join(part.read_text(encoding="utf-8") for part in parts)
 
 
 class Place:
-    """Where pages lie: addresses of the window, each with its token.
+    """Where pages lie: addresses of the window, each with its token; and what loads with a page.
 
     Parameters
     ----------
     token : of the window
+    store : on which it looks
+    libraries : addresses of Bokeh's scripts
     """
 
     pages = PAGES
     live = True
 
-    def __init__(self, token: str) -> None:
-        self.token = token
-        self.style = self.url("style.css")
+    def __init__(self, token: str, store: Store, libraries: Sequence[str]) -> None:
+        self.token, self.nonce = token, secrets.token_urlsafe(16)
+        self.store_name, self.writable = store.address or str(store.path), store.address is None
+        self.style, self.scripts = self.url(STYLE), (*libraries, self.url(NAMES))
 
     def url(self, name: str, **arguments: Any) -> str:
         """Return the address of a page."""
         pairs = [(key, value) for key, value in arguments.items() if value not in (None, "")]
         return f"/{name}?{urlencode([('token', self.token), *pairs], doseq=True)}"
 
-    def file(self, name: str, ending: str, address: str) -> str:
-        """Return the address of a file of a figure, by what its question's address says."""
-        return f"{self.url(f'{name}.{ending}')}&{address}"
+    def files(self, name: str, address: str) -> tuple[tuple[str, str], ...]:
+        """Return format and address of the files of a figure, by what its question's address says."""
+        return tuple((ending.upper(), f"{self.url(f'{name}.{ending}')}&{address}") for ending in FORMATS)
+
+    def follower(self, run_id: str) -> Markup:
+        """Return what shows the figures of a run that follow a slider."""
+        arguments = {"token": self.token, "id": run_id}
+        shown = server_document("/figure", relative_urls=True, arguments=arguments)
+        return Markup(shown.replace("<script id", f'<script nonce="{self.nonce}" id'))
 
 
-def rendered(template: str, place: Any, heading: str, told: Mapping[str, Any]) -> str:
+def rendered(template: str, place: Any, told: Mapping[str, Any]) -> str:
     """Return a page.
 
     Parameters
     ----------
     template : its file
     place : where the others lie: `Place`, or that of a static copy
-    heading : above it
     told : what it tells
     """
-    more = {"url": place.url, "place": place, "heading": heading, "version": __version__, "live": place.live}
-    return templates().get_template(template).render({**more, **told})
+    shared = {"url": place.url, "place": place, "live": place.live, "version": __version__}
+    return templates().get_template(template).render({**shared, **told})
 
 
 def policy(nonce: str) -> str:

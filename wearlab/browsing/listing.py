@@ -84,6 +84,11 @@ class Listed:
         return max(1, -(-self.count // ROWS))
 
     @property
+    def asked(self) -> dict[str, str]:
+        """What the address of another page of the table says."""
+        return {"where": self.where, "columns": ",".join(self.columns), "sort": self.sort}
+
+    @property
     def reach(self) -> str:
         """Which rows these are, in words."""
         if not self.rows:

@@ -1,6 +1,6 @@
 """What a figure of a window asks, read from an address: one question for screen and print."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 from wearlab.browsing import recorded
 from wearlab.campaign.campaign import RecordedCampaign
 from wearlab.figures import drawing, kinds
-from wearlab.figures.kind import KINDS, FigureError, Kind
+from wearlab.figures.kind import KINDS, FigureError
 from wearlab.figures.question import KEYS, Question
 from wearlab.schema import VARIABLES
 
@@ -18,13 +18,15 @@ if TYPE_CHECKING:
     from wearlab.figures.plot import Plot
     from wearlab.store import Store
 
-ROLES = ("x", "hue", "rows", "cols")
+ROLES = ("x", "hue", "rows", "cols", "y")
 MOST_RUNS = 200
 AT = {"first": {"update": 0}, "last": {"update": -1}, "all": {}}
 OF_RUN = ("wear-profile", "tvms", "ste", "mesh-force", "orders")
 """Kinds that tell of one run at its wear states, before those of a flank with a width."""
 OF_CAMPAIGN = ("wear-profile", "max-wear", "tvms", "mesh-force", "scatter", "cases")
 """Kinds that a campaign without figures of its own is shown by, the first that can be drawn."""
+FIRST_NUMBERS = ("life", "service_life", "max_wear_depth", "dynamic_factor")
+"""Results that a sweep is drawn of, before the others."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,20 @@ class WantedFigure:
         return urlencode([*(pair for pair in pairs if pair[1]), *options.items()])
 
 
+def first(arguments: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Return the first value of every argument of an address."""
+    return {name: values[0] for name, values in arguments.items() if values}
+
+
+def put_first(preferred: Sequence[str], names: Iterable[str]) -> list[str]:
+    """Return names with some of them before the others.
+
+    >>> put_first(("b", "c"), "abd")
+    ['b', 'a', 'd']
+    """
+    return sorted(names, key=lambda name: preferred.index(name) if name in preferred else len(preferred))
+
+
 def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     """Return what the arguments of an address ask for.
 
@@ -63,21 +79,19 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     runs = tuple(dict.fromkeys(run for run in arguments.get("run", ()) if run))
     if len(runs) > MOST_RUNS:
         raise FigureError(f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows")
-    first = {name: values[0] for name, values in arguments.items() if values and values[0]}
+    given = {name: value for name, value in first(arguments).items() if value}
     select: dict[str, Any] = {}
     for pair in arguments.get("select", ()):
         dim, sign, label = pair.partition("=")
         if sign and dim:
             select[dim] = _label(label)
-    select |= AT.get(first.get("state", ""), {})
-    options: dict[str, Any] = {name: first[name] for name in ROLES if name in first}
-    if "y" in first:
-        options["y"] = first["y"]
-    if first.get("y_as") in ("logarithm", "difference"):
-        options["y_as"] = first["y_as"]
+    select |= AT.get(given.get("state", ""), {})
+    options: dict[str, Any] = {name: given[name] for name in ROLES if name in given}
+    if given.get("y_as") in ("logarithm", "difference"):
+        options["y_as"] = given["y_as"]
     if select:
         options["select"] = select
-    return WantedFigure(runs, first.get("campaign", ""), first.get("kind", ""), options)
+    return WantedFigure(runs, given.get("campaign", ""), given.get("kind", ""), options)
 
 
 def _label(text: str) -> Any:
@@ -150,15 +164,11 @@ def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> "Plot":
     return drawing.seen(asked, grid, store)[0]
 
 
-def possible(grid: "xr.Dataset", first: Sequence[str] = OF_CAMPAIGN) -> list[str]:
+def possible(grid: "xr.Dataset") -> list[str]:
     """Return the kinds of figures that runs have the variables for, the most telling first."""
-    able = [name for name, kind in KINDS.items() if kind.of == "runs" and name != "line" and _has(grid, kind)]
-    preferred = [name for name in first if name in able]
-    return [*preferred, *(name for name in able if name not in preferred), "line"]
-
-
-def _has(grid: "xr.Dataset", kind: Kind) -> bool:
-    return all(need in grid.variables for need in kind.needs)
+    of_runs = {name: kind.needs for name, kind in KINDS.items() if kind.of == "runs" and name != "line"}
+    able = (name for name, needs in of_runs.items() if all(need in grid.variables for need in needs))
+    return [*put_first(OF_CAMPAIGN, able), "line"]
 
 
 def of_one_run(grid: "xr.Dataset") -> list[str]:
@@ -178,9 +188,7 @@ def numbers(grid: "xr.Dataset") -> list[tuple[str, str]]:
         if name in VARIABLES and values.dtype.kind in "fiu" and set(map(str, values.dims)) <= dims | inner
         and not str(name).startswith(("count_", "run_time_", "residual_", "error_estimate_"))
     ]  # fmt: skip
-    place = {name: number for number, name in enumerate(VARIABLES)}
-    first = ("life", "service_life", "max_wear_depth", "dynamic_factor")
-    ordered = sorted(found, key=lambda name: first.index(name) - len(first) if name in first else place[name])
+    ordered = put_first(FIRST_NUMBERS, (name for name in VARIABLES if name in found))
     return [(name, VARIABLES[name].long_name) for name in ordered]
 
 

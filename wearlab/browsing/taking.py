@@ -1,12 +1,11 @@
 """What is taken along: figures for print, files of runs, citations, whole campaigns; and remarks left."""
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bokeh.resources import Resources
-from markupsafe import Markup
 
 from wearlab.browsing import contents, figures, frame, one_run, question, recorded, words
 from wearlab.browsing.listing import whole
@@ -32,7 +31,7 @@ def printed(store: "Store", name: str, ending: str, arguments: Mapping[str, Sequ
     ------
     FigureError, StoreError : it cannot be drawn
     """
-    first = {key: values[0] for key, values in arguments.items() if values}
+    first = question.first(arguments)
     if name == "campaign":
         source = recorded.campaign_of(store, first.get("key", ""))
         grid = store.open(source)  # type: ignore[arg-type]
@@ -64,12 +63,9 @@ def printed_update(store: "Store", prefix: str, kind: str, ending: str) -> bytes
 
 def file_name(name: str, arguments: Mapping[str, Sequence[str]]) -> str:
     """Return the name of a file that is taken along, of letters, digits and signs that every system takes."""
-    first = [
-        values[0]
-        for key, values in arguments.items()
-        if values and key in ("kind", "key", "id", "run", "figure")
-    ]
-    words = "-".join([name, *(value[:24] for value in first)])
+    known = ("kind", "key", "id", "run", "figure")
+    told = [value[:24] for key, value in question.first(arguments).items() if key in known]
+    words = "-".join([name, *told])
     return "".join(sign if sign.isascii() and (sign.isalnum() or sign in "-_") else "-" for sign in words)
 
 
@@ -117,19 +113,31 @@ MOST = 200  # runs
 
 
 class Folder:
-    """Where the pages of a copy lie: beside each other; what only a window can do leads to the campaign."""
+    """Where the pages of a copy lie: beside each other; what only a window can do leads to the campaign.
 
-    pages = (("index", "Campaign"),)
-    live = False
-    style = "style.css"
+    Parameters
+    ----------
+    store : that is copied
+    runs : which have a page of their own
+    """
 
-    def __init__(self, runs: Sequence[str]) -> None:
+    pages = (("", "Campaign"),)
+    live, writable, token, nonce = False, False, "", ""
+    style, libraries = frame.STYLE, Resources(mode="absolute", components=frame.SCRIPTS).js_files
+    scripts = (*(Path(file).name for file in libraries), frame.NAMES)
+
+    def __init__(self, store: "Store", runs: Iterable[str]) -> None:
         self.runs = frozenset(runs)
+        self.store_name = str(store.address or store.path.absolute().name)
 
     def url(self, name: str, **arguments: Any) -> str:
         """Return the address of a page."""
         run = arguments.get("id")
         return f"run-{run}.html" if name == "run" and run in self.runs else "index.html"
+
+    def files(self, name: str, address: str) -> tuple[tuple[str, str], ...]:
+        """Return no files of a figure: a copy draws nothing for print."""
+        return ()
 
 
 def write_copy(store: "Store", folder: Path, title: str | None = None) -> Path:
@@ -154,17 +162,19 @@ def write_copy(store: "Store", folder: Path, title: str | None = None) -> Path:
         raise StoreError(f"{told.title}: {told.cases} cases are more than the {MOST} of a copy")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StoreError(f"{folder}: is there already: name an empty folder, or a new one")
-    rows = contents.cases(store, told.key, 0, MOST)[1]
-    ids = [run_id for run_id, _ in rows if run_id in store.entries([run_id])]
-    place = Folder(ids)
+    place = Folder(store, store.entries(run for run, _ in contents.cases(store, told.key, 0, MOST)[1]))
+    campaign = contents.campaign(store, place, {"key": [told.key]})
     with files.replaced(folder.absolute()) as part:
         part.mkdir()
-        scripts = _scripts(part)
-        pages = {"style.css": frame.style(), "index.html": _campaign(store, told, place, scripts)}
+        for library in place.libraries:
+            shutil.copyfile(library, part / Path(library).name)
+        pages = {name: frame.beside(name) for name in (frame.STYLE, frame.NAMES)}
+        pages["index.html"] = frame.rendered("campaign.html", place, campaign)
         for name, text in pages.items():
             (part / name).write_text(text, encoding="utf-8")
-        for run_id in dict.fromkeys(ids):
-            (part / f"run-{run_id}.html").write_text(_run(store, run_id, place, scripts), encoding="utf-8")
+        for run in place.runs:
+            page = frame.rendered("run.html", place, contents.run(store, place, {"id": [run]}))
+            (part / f"run-{run}.html").write_text(page, encoding="utf-8")
         if folder.exists():
             folder.rmdir()
     return folder / "index.html"
@@ -181,55 +191,3 @@ def _chosen(store: "Store", title: str | None) -> recorded.Told:
             f"this store has {len(found)} campaigns: choose one by --campaign; {choices('', titles)}"
         )
     return found[0]
-
-
-def _scripts(folder: Path) -> Markup:
-    """Put Bokeh's scripts into a folder; return what loads them."""
-    names = []
-    for file in (
-        *Resources(mode="absolute", components=frame.SCRIPTS).js_files,
-        frame.HERE / "templates" / frame.NAMES,
-    ):
-        shutil.copyfile(file, folder / Path(file).name)
-        names.append(Path(file).name)
-    return Markup("".join(f'<script src="{Markup.escape(name)}"></script>' for name in names))
-
-
-def _page(store: "Store", template: str, place: Folder, heading: str, told: dict[str, Any]) -> str:
-    name = str(store.address or store.path.absolute().name)
-    beside = {"here": "index", "store_name": name, "token": "", "writable": False}
-    return frame.rendered(template, place, heading, {**beside, **told})
-
-
-def _drawn(scripts: Markup, shown: Sequence[figures.ShownFigure]) -> Markup:
-    own = "\n".join(figure.script for figure in shown if figure.script)
-    return Markup(f"{scripts}<script>{own}</script>") if own else Markup("")
-
-
-def _campaign(store: "Store", told: recorded.Told, place: Folder, scripts: Markup) -> str:
-    content = contents.campaign(store, told.key, place, {})
-    heads, rows = contents.cases(store, told.key, 0, MOST)
-    source = recorded.campaign_of(store, told.key)
-    shown = content["figures"]
-    if source.figures:
-        grid = store.open(source)  # type: ignore[arg-type]
-        asked = [question.question_of_figure(source, number) for number in range(1, len(source.figures) + 1)]
-        shown = [figures.shown(store, each, grid) for each in asked]
-    content |= {"heads": heads, "rows": rows, "caption": f"{len(rows)} cases", "pages": 1, "where": ""}
-    content |= {"figures": shown, "more": 0, "others": [], "scripts": _drawn(scripts, shown)}
-    return _page(store, "campaign.html", place, told.title, content)
-
-
-def _run(store: "Store", run_id: str, place: Folder, scripts: Markup) -> str:
-    content = contents.run(store, run_id, place)
-    shown: list[figures.ShownFigure] = []
-    if content["told"]["state"] == "done":
-        source = recorded.together(store, [run_id])
-        try:
-            grid = store.open(source)  # type: ignore[arg-type]
-            kinds = question.of_one_run(grid)
-            shown = [figures.shown(store, question.asked(source, kind, {}), grid) for kind in kinds]
-        except figures.PROBLEMS as error:
-            shown = [figures.ShownFigure("", problem=str(error))]
-    content |= {"app": "", "figures": shown, "scripts": _drawn(scripts, shown)}
-    return _page(store, "run.html", place, content["told"]["title"], content)

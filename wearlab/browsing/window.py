@@ -3,42 +3,23 @@
 import asyncio
 import secrets
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import asynccontextmanager
 from os import PathLike
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from wearlab.store import Store, StoreError, open_store
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import AsyncIterator, Callable
 
 HOST = "127.0.0.1"
 TALL = 900  # pixels of a notebook's cell
 MISSING = "a window needs Bokeh ({}): pip install 'wearlab[browse]'"
-Answer = TypeVar("Answer")
 
 
 class BrowseError(ValueError):
     """A window cannot be opened; the message says why."""
-
-
-class Drawing:
-    """The thread that draws for print, so that a window answers meanwhile.
-
-    Parameters
-    ----------
-    path : of the store, which this thread opens for itself
-    """
-
-    def __init__(self, path: str) -> None:
-        self.pool, self.path = ThreadPoolExecutor(1, "wearlab-draw"), path
-        self._store: Store | None = None
-
-    def call(self, draw: "Callable[[Store], Answer]") -> Answer:
-        """Return what is drawn; called in the thread."""
-        if self._store is None:
-            self._store = Store(self.path)
-        return draw(self._store)
 
 
 class Window:
@@ -60,8 +41,9 @@ class Window:
         """The address that opens it."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
-    def open(self) -> "Callable[[], Awaitable[None]]":
-        """Begin to answer, within the event loop of this thread; return what ends it.
+    @asynccontextmanager
+    async def answering(self) -> "AsyncIterator[None]":
+        """Answer within the event loop of this thread.
 
         Raises
         ------
@@ -84,8 +66,8 @@ class Window:
                 f"port {self.port}: cannot be used ({getattr(error, 'strerror', None) or error})"
             ) from error
         self.port = sockets[0].getsockname()[1]
-        drawing = Drawing(self.store.address or str(self.store.path))
-        patterns = pages.patterns(self.store, drawing)
+        pool = ThreadPoolExecutor(1, "wearlab-draw")
+        patterns = pages.patterns(self.store, pool)
         application = frame.Gate(
             self.token, {"applications": {"/figure": follow(self.store)}, "extra_patterns": patterns}
         )
@@ -95,12 +77,12 @@ class Window:
         server = BaseServer(IOLoop.current(), application, served)
         server.start()
 
-        async def end() -> None:
+        try:
+            yield
+        finally:
             server.stop(wait=False)
             await served.close_all_connections()
-            drawing.pool.shutdown(wait=False, cancel_futures=True)
-
-        return end
+            pool.shutdown(wait=False, cancel_futures=True)
 
     def run(self, ready: "Callable[[str], None]" = lambda address: None) -> None:
         """Answer until Ctrl-C.
@@ -109,43 +91,33 @@ class Window:
         ----------
         ready : called with the address when it answers
         """
-
-        async def answering() -> None:
-            end = self.open()
-            ready(self.address)
-            try:
-                await asyncio.Event().wait()
-            finally:
-                await end()
-
+        self.start()
         try:
-            asyncio.run(answering())
+            ready(self.address)
+            while self._thread.is_alive():
+                self._thread.join(1.0)  # Windows hears no Ctrl-C in a wait without end
         except KeyboardInterrupt:
-            return
+            self.stop()
 
     def start(self) -> "Window":
         """Answer in a thread of its own until `stop`, as a notebook needs it."""
-        ready, trouble = threading.Event(), list[BaseException]()
+        ready = Future[None]()
 
-        async def answering() -> None:
+        async def answer() -> None:
+            async with self.answering():
+                self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+                ready.set_result(None)
+                await self._end.wait()
+
+        def work() -> None:
             try:
-                end = self.open()
-            except BaseException as error:
-                trouble.append(error)
-                ready.set()
-                return
-            self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
-            ready.set()
-            await self._end.wait()
-            await end()
+                asyncio.run(answer())
+            except Exception as error:
+                ready.set_exception(error)
 
-        self._thread = threading.Thread(
-            target=lambda: asyncio.run(answering()), name="wearlab-browse", daemon=True
-        )
+        self._thread = threading.Thread(target=work, name="wearlab-browse", daemon=True)
         self._thread.start()
-        ready.wait()
-        if trouble:
-            raise trouble[0]
+        ready.result()
         return self
 
     def stop(self) -> None:
