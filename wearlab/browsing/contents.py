@@ -153,9 +153,8 @@ def _figures(
 
 def asked_of(source: Any, grid: Any) -> "list[Question]":
     """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
-    asked = [question.question_of_figure(source, number) for number in range(1, len(source.figures) + 1)]
-    if asked:
-        return asked
+    if source.figures:
+        return question.of_figures(source)
     swept = question.over_axes(source, grid)
     kinds = [kind for kind in question.possible(grid) if not swept or kind != "wear-profile"]
     return [*swept, *(question.asked(source, kind, {}) for kind in kinds[: FIGURES - len(swept)])]

@@ -1,7 +1,7 @@
 """Figures on pages: interactive ones, their words, files for print, thumbnails, and what follows a slider."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -12,20 +12,15 @@ from bokeh.layouts import column
 from bokeh.models import Button, Div, Row, Slider
 from markupsafe import Markup
 
-from wearlab.browsing import interactive, question, words
-from wearlab.figures import drawing
-from wearlab.figures.doubt import read_for
+from wearlab.browsing import interactive, question, recorded, words
+from wearlab.browsing.question import Question
+from wearlab.figures import doubt, drawing, render, runs, wording
 from wearlab.figures.kind import KINDS, FigureError
-from wearlab.figures.runs import COORDINATES
-from wearlab.figures.wording import cycles
-from wearlab.store import StoreError
+from wearlab.figures.plot import Plot, narrow
+from wearlab.store import Store, StoreError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from wearlab.figures.plot import Plot
-    from wearlab.figures.question import Question
-    from wearlab.store import Store
 
 PAUSE = 100  # ms between two states that are made ahead
 MOST_AHEAD = 24
@@ -56,7 +51,7 @@ class ShownFigure:
 
 
 def shown(
-    store: "Store", asked: "Question", grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
+    store: Store, asked: Question, grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
 ) -> ShownFigure:
     """Return a figure for a page, or why there is none.
 
@@ -65,23 +60,20 @@ def shown(
     store, asked, grid : the question, and the runs that it is asked of
     files : of the same question for print
     """
-    title = str(asked.table.get("title") or "")
     try:
-        plot = question.seen(store, asked, grid)
-    except PROBLEMS as error:
-        return ShownFigure(title or str(asked.table["kind"]), problem=str(error))
+        return of_plot(question.seen(store, asked, grid), files)
     except Exception as error:  # a fault of ours in one figure stops no page
-        return ShownFigure(title or str(asked.table["kind"]), problem=drawing.fault(asked.name, error))
-    return of_plot(plot, files)
+        problem = str(error) if isinstance(error, PROBLEMS) else drawing.fault(asked.name, error)
+    return ShownFigure(str(asked.table.get("title") or asked.table["kind"]), problem=problem)
 
 
-def of_plot(plot: "Plot", files: tuple[tuple[str, str], ...] = ()) -> ShownFigure:
+def of_plot(plot: Plot, files: tuple[tuple[str, str], ...] = ()) -> ShownFigure:
     """Return a figure that is known as data for a page."""
     script, div = components(column(*interactive.drawn(plot, titled=False).parts, **WIDE), wrap_script=False)
     return ShownFigure(plot.title, Markup(div), script, tuple(words.summary(plot)), files)
 
 
-def printed(store: "Store", asked: "Question", grid: "xr.Dataset", ending: str) -> bytes:
+def printed(store: Store, asked: Question, grid: "xr.Dataset", ending: str) -> bytes:
     """Return the file of a figure for print, which carries its question; or its numbers.
 
     Raises
@@ -94,77 +86,56 @@ def printed(store: "Store", asked: "Question", grid: "xr.Dataset", ending: str) 
     return drawing.answer(asked, grid, store, ending)[0]
 
 
-def thumbnail(store: "Store", key: str) -> bytes:
+def thumbnail(store: Store, key: str) -> bytes:
     """Return a small picture of the first figure of a campaign that can be drawn.
 
     Raises
     ------
     FigureError : none can
     """
-    from wearlab.browsing.recorded import campaign_of
-    from wearlab.figures.plot import narrow
-    from wearlab.figures.render import lightened, rendered
-
-    source = campaign_of(store, key)
+    source = recorded.campaign_of(store, key)
     grid = store.open(source)  # type: ignore[arg-type]
-    asked = [
-        question.question_of_figure(source, number) for number in range(1, min(len(source.figures), 3) + 1)
-    ]
+    asked = question.of_figures(source)[:3]
     asked += [question.asked(source, kind, {}) for kind in question.possible(grid)[:3]]
     for each in asked:
         try:
-            plot = question.seen(store, each, grid)
+            seen = narrow(question.seen(store, each, grid))
         except PROBLEMS:
             continue
-        bare = replace(
-            narrow(plot), notes=(), title="", panels=narrow(plot).panels[:1], rows=1, legend=(), bar=None
-        )
-        return lightened(rendered(bare, {}))
+        bare = replace(seen, notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None)
+        return render.lightened(render.rendered(bare, {}))
     raise FigureError("none of its figures can be drawn")
 
 
-@dataclass
 class Follower:
     """Figures of one run that follow a slider over its wear states: unworn, chosen, last.
 
     Parameters
     ----------
-    store, run_id : the run
+    store, run_id : the run, of which all that the figures need is read once
     """
 
-    store: "Store"
-    run_id: str
-    grid: Any = None
-    asked: list["Question"] = field(default_factory=list)
-    drawn: list[interactive.DrawnFigure | None] = field(default_factory=list)
-    places: list[Any] = field(default_factory=list)
-    said: Any = None
-    made: "dict[int, list[Plot | str]]" = field(default_factory=dict)
+    def __init__(self, store: Store, run_id: str) -> None:
+        source = recorded.together(store, [run_id])
+        self.store, self.grid = store, store.open(source)  # type: ignore[arg-type]
+        kinds = question.of_one_run(self.grid)
+        names = [name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)]
+        for name in {*names, *doubt.read_for(names), *runs.COORDINATES}:
+            if name in self.grid.variables:
+                self.grid[name].load(scheduler="synchronous")
+        self.asked = [question.asked(source, kind, {}) for kind in kinds]
+        self.drawn: list[interactive.DrawnFigure | None] = [None for _ in kinds]
+        self.places = [column(**WIDE) for _ in kinds]
+        self.said = Div(**WIDE)
+        self.made: dict[int, list[Plot | str]] = {}
 
     def add_to(self, document: Document) -> None:
         """Put slider, figures and their words into a document."""
-        source = question.recorded.together(self.store, [self.run_id])
-        self.grid = self.store.open(source)  # type: ignore[arg-type]
-        kinds = question.of_one_run(self.grid)
-        self.asked = [question.asked(source, kind, {}) for kind in kinds]
-        self._load(kinds)
         states = self.labels()
         last = len(states) - 1
-        plots = self.at(last)
-        self.drawn = [None if isinstance(plot, str) else interactive.drawn(plot) for plot in plots]
-        self.places = [column(*self._parts(n, plot), **WIDE) for n, plot in enumerate(plots)]
-        self.said = Div(text=self.summary(plots, states, last), **WIDE)
-        shown = [self.said, *self.places]
-        if last > 0:
-            shown = [*self._controls(document, states), *shown]
-        document.add_root(column(*shown, **WIDE))
-
-    def _load(self, kinds: Sequence[str]) -> None:
-        """Read once what the figures need of the run."""
-        names = [name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)]
-        for name in {*names, *read_for(names), *COORDINATES}:
-            if name in self.grid.variables:
-                self.grid[name].load(scheduler="synchronous")
+        self._show(states, last)
+        controls = self._controls(document, states) if last > 0 else []
+        document.add_root(column(*controls, self.said, *self.places, **WIDE))
 
     def _controls(self, document: Document, states: list[str]) -> list[Any]:
         last = len(states) - 1
@@ -179,7 +150,7 @@ class Follower:
         document.add_timeout_callback(lambda: self.ahead(document, last - 1), PAUSE)
         return [slider, Row(before, after)]
 
-    def at(self, state: int) -> "list[Plot | str]":
+    def at(self, state: int) -> list[Plot | str]:
         """Return the figures at a wear state, made once."""
         if state not in self.made:
             self.made[state] = [self.plot(asked, state) for asked in self.asked]
@@ -198,15 +169,12 @@ class Follower:
         depth = self.grid.get("max_wear_depth")
         told = []
         for number, count in enumerate(np.atleast_1d(self.grid["cycle"].values)):
-            deep = (
-                ""
-                if depth is None
-                else f", {1e6 * float(np.nanmax(depth.isel(update=number).values)):.3g} µm worn"
-            )
-            told.append(f"{cycles(float(count)).text}{deep}")
+            told.append(wording.cycles(float(count)).text)
+            if depth is not None:
+                told[-1] += f", {1e6 * float(np.nanmax(depth.isel(update=number).values)):.3g} µm worn"
         return told
 
-    def plot(self, asked: "Question", state: int) -> "Plot | str":
+    def plot(self, asked: Question, state: int) -> Plot | str:
         """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
         count = self.grid.sizes.get("update", 1)
         table = asked.table
@@ -217,11 +185,7 @@ class Follower:
         except PROBLEMS as error:
             return str(error)
 
-    def _parts(self, number: int, plot: "Plot | str") -> list[Any]:
-        drawn = self.drawn[number]
-        return [Div(text=escape(str(plot)))] if drawn is None else drawn.parts
-
-    def summary(self, plots: "Sequence[Plot | str]", states: list[str], state: int) -> str:
+    def summary(self, plots: Sequence[Plot | str], states: list[str], state: int) -> str:
         """Return what is seen, for readers who do not see it."""
         lines = [line for plot in plots if not isinstance(plot, str) for line in words.summary(plot)]
         inside = "".join(f"<li>{escape(line)}</li>" for line in lines)
@@ -234,17 +198,22 @@ class Follower:
     def follow(self, document: Document, states: list[str], state: int) -> None:
         """Show another wear state: new data in what is drawn, or a new drawing of another form."""
         document.hold("combine")
+        self._show(states, state)
+        document.unhold()
+
+    def _show(self, states: list[str], state: int) -> None:
         plots = self.at(state)
         for number, plot in enumerate(plots):
             drawn = self.drawn[number]
-            if isinstance(plot, str) or drawn is None or not drawn.follow(plot):
-                self.drawn[number] = None if isinstance(plot, str) else interactive.drawn(plot)
-                self.places[number].children = self._parts(number, plot)
+            if isinstance(plot, str):
+                self.drawn[number], self.places[number].children = None, [Div(text=escape(plot))]
+            elif drawn is None or not drawn.follow(plot):
+                self.drawn[number] = drawn = interactive.drawn(plot)
+                self.places[number].children = drawn.parts
         self.said.text = self.summary(plots, states, state)
-        document.unhold()
 
 
-def follow(store: "Store") -> Callable[[Document], None]:
+def follow(store: Store) -> Callable[[Document], None]:
     """Return what fills a document of Bokeh with the figures of the run that its address names."""
 
     def fill(document: Document) -> None:

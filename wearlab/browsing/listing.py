@@ -20,17 +20,10 @@ USUAL = (
     *("case", "operation.torque", "operation.speed", "life", "service_life", "max_wear_depth", "verdict"),
     *("tag", "campaign", "started"),
 )
-SIGNS = (
-    *(
-        (">=", "at least"),
-        ("<=", "at most"),
-        ("=", "is"),
-        ("!=", "is not"),
-        (">", "more than"),
-        ("<", "less than"),
-    ),
-    ("contains", "contains"),
-)
+SIGNS = {
+    **{">=": "at least", "<=": "at most", "=": "is", "!=": "is not", ">": "more than", "<": "less than"},
+    "contains": "contains",
+}
 TEXTS = {
     **{"id": "identity of the run", "status": "state of the run", "campaign": "title of its campaign"},
     **{"case": "label of its case", "tag": "a tag on it, or on its campaign", "note": "a note on it"},
@@ -114,18 +107,19 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     if (more := arguments.get("add", "").strip()) and more not in columns:
         columns = (*columns, more)
     sort, number = arguments.get("sort", ""), whole(arguments.get("page", ""))
-    word, value = (arguments.get(name, "").strip() for name in ("word", "value"))
-    chosen = (word, arguments.get("sign", "="), value)
+    word, sign, value = (arguments.get(name, "").strip() for name in ("word", "sign", "value"))
+    chosen = (word, sign or "=", value)
     asked = Listed(where, columns, sort, number, words=words)
-    if bool(word) != bool(value):
+    if word and value:
+        added = _added(chosen, known)
+        try:
+            read_condition(added, known)
+        except QueryError as error:
+            return replace(asked, problem=_with_unit(error, chosen, known), refused=chosen)
+        asked = replace(asked, where=f"{where} and {added}" if where else added)
+    elif word or value:
         problem = "choose both what and its value, such as torque and 340 N*m"
         return replace(asked, problem=problem, refused=chosen)
-    try:
-        if added := _added(arguments, search):
-            read_condition(added, known)
-            asked = replace(asked, where=f"{where} and {added}" if where else added)
-    except QueryError as error:
-        return replace(asked, problem=_with_unit(error, chosen, known), refused=chosen)
     try:
         page = search.page(asked.where, columns, sort or None, ROWS, (number - 1) * ROWS)
     except QueryError as error:
@@ -164,16 +158,13 @@ def _heading(head: str) -> str:
     return f"{words}{bracket}{shown_unit(unit)}" + (" [cycles]" if name in IN_CYCLES else "")
 
 
-def _added(arguments: Mapping[str, str], search: CatalogueSearch) -> str:
-    """Return the condition that was put together by choosing a word, a sign and a value, "" for none."""
-    word, value = arguments.get("word", "").strip(), arguments.get("value", "").strip()
-    if not (word and value):
-        return ""
-    if word not in search.vocabulary.keys:  # as headings write it
+def _added(chosen: tuple[str, str, str], known: Vocabulary) -> str:
+    """Return the condition that was put together by choosing a word, a sign and a value."""
+    word, sign, value = chosen
+    if word not in known.keys:  # as headings write it
         word = word.lower().replace(" ", "_")
-    sign = arguments.get("sign", "=")
-    sign = sign if sign in dict(SIGNS) else "="
-    key = search.vocabulary.keys.get(search.vocabulary.aliases.get(word, word))
+    sign = sign if sign in SIGNS else "="
+    key = known.keys.get(known.aliases.get(word, word))
     if key is not None and key.kind == "text" and value[:1] not in "'\"":
         value = f"'{value}'" if "'" not in value else f'"{value}"'
     return f"{word} {sign} {value}"

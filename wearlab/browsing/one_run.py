@@ -1,11 +1,10 @@
 """What a page tells of one run: its worth in words, then numbers, scene, origin and citation."""
 
 import json
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from wearlab.browsing import lives
-from wearlab.browsing.recorded import CAMPAIGN_OF_RUN, labels_of, value_of_key
+from wearlab.browsing import lives, recorded
 from wearlab.figures.doubt import FIRM, LOST, TRUSTED
 from wearlab.query.keys import differing_keys
 from wearlab.report import run as told
@@ -20,24 +19,13 @@ if TYPE_CHECKING:
 
 MOST_KEYS = 200  # of a comparison
 SUMMED = (
-    *(
-        "life",
-        "service_life",
-        "max_wear_depth",
-        "contact_ratio",
-        "dynamic_factor",
-        "equivalent_load",
-    ),
+    *("life", "service_life", "max_wear_depth", "contact_ratio", "dynamic_factor", "equivalent_load"),
     *("mesh_force_max", "stiffness_mean", "lambda_ratio", "contact_pressure", "run_time_total"),
 )
 
 
-class Change(NamedTuple):
-    """A key of the scene: what the base of the campaign has, and what this run has."""
-
-    key: str
-    base: str
-    own: str
+TOLD_ABOVE = ("result", "verdict", "tags", "notes")
+"""Facts that stand elsewhere on the page."""
 
 
 def content(store: "Store", entry: "Entry") -> dict[str, Any]:
@@ -52,9 +40,11 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
     scene, written = json.loads(entry.scene or "{}"), told.written_in(store, entry.id)
-    facts = told.facts(store, entry)
-    facts.pop("result"), facts.pop("verdict"), facts.pop("tags"), facts.pop("notes")
-    lists = {name: value if isinstance(value, list) else [value] for name, value in facts.items()}
+    facts = {
+        name: value if isinstance(value, list) else [value]
+        for name, value in told.facts(store, entry).items()
+        if name not in TOLD_ABOVE
+    }
     return {
         "id": entry.id,
         "title": name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}",
@@ -66,11 +56,11 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
         "reason": (entry.reason or "").strip(),
         "headlines": [(h.text, h.margin) for h in outcome.headlines(entry.summary)],
         "results": told.results(stored, entry),
-        "changes": list(changes(store, entry, written)),
+        "changes": changes(store, entry, written),
         "scene": [
             (path, told.in_file_units(path, value, written)) for path, value in sorted(told.flat(scene))
         ],
-        "facts": {name: values for name, values in lists.items() if any(v not in (None, "") for v in values)},
+        "facts": {name: values for name, values in facts.items() if any(v not in (None, "") for v in values)},
         "citation": citation(store, entry),
         "remarked": said.remarks_on(store.catalogue, [entry.id]),
         "stored": told.groups(stored),
@@ -90,17 +80,15 @@ def verdict(store: "Store", entry: "Entry") -> str:
             "lost": "Its file has gone or changed its length: 'wearlab verify' tells more.",
         }.get(state, f"It is {state}.")
     words = str(entry.summary.get("verdict") or "completed")
-    end = outcome.unasked_end(entry.summary)
-    sentence = (
-        "It ran to the end that was asked for." if words == "completed" and not end else f"It ended: {words}."
-    )
-    return f"{sentence} {end[:1].upper()}{end[1:]}.".replace(" .", "") if end else sentence
+    if end := outcome.unasked_end(entry.summary):
+        return f"It ended: {words}. {end[:1].upper()}{end[1:]}.".replace(" .", "")
+    return "It ran to the end that was asked for." if words == "completed" else f"It ended: {words}."
 
 
-def doubts(entry: "Entry") -> list[str]:
-    """Return what a run says against itself, in words."""
+def doubts(entry: "Entry", told: str | None = None) -> list[str]:
+    """Return what a run says against itself, in words; a verdict that is told already left out."""
     summary = entry.summary
-    found = [word for word in (str(summary.get("verdict") or ""),) if word not in FIRM]
+    found = [word for word in (str(summary.get("verdict") or ""),) if word not in (*FIRM, told)]
     quality = str(summary.get("estimate_quality") or "")
     found += [quality] if quality not in ("", TRUSTED) else []
     share = summary.get("separation_fraction")
@@ -110,25 +98,24 @@ def doubts(entry: "Entry") -> list[str]:
     return [*found, *lost, *(f"warning: {text}" for text in entry.warnings)]
 
 
-def changes(store: "Store", entry: "Entry", written: told.Written) -> Iterator[Change]:
-    """Yield how a run's scene differs from the first case of the campaign recorded last that has it."""
-    member = next(iter(store.catalogue.members([entry.id])), None)
-    if member is None:
-        return
+def changes(store: "Store", entry: "Entry", written: told.Written) -> list[tuple[str, str, str]]:
+    """Return each key that a run's scene has otherwise than the first case of its campaign recorded last.
+
+    Beside it stand the value of that case and the run's own.
+    """
     rows = store.catalogue.read(
-        f"SELECT run FROM members WHERE campaign = {CAMPAIGN_OF_RUN} ORDER BY number LIMIT 1",
+        f"SELECT run FROM members WHERE campaign = {recorded.CAMPAIGN_OF_RUN} ORDER BY number LIMIT 1",
         [entry.id],
     )
     base = next(iter(store.entries(row[0] for row in rows).values()), None)
-    if base is None or base.id == entry.id:
-        return
+    if base is None:
+        return []
     first, own = base.values, entry.values
-    for key in differing_keys([first, own]):
-        shown = (
-            "none" if v is None else told.in_file_units(key, v, written)
-            for v in (first.get(key), own.get(key))
-        )
-        yield Change(key, *shown)
+
+    def shown(key: str, scene: Mapping[str, Any]) -> str:
+        return "none" if scene.get(key) is None else told.in_file_units(key, scene[key], written)
+
+    return [(key, shown(key, first), shown(key, own)) for key in differing_keys([first, own])]
 
 
 def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
@@ -144,32 +131,21 @@ def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
 
 def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     """Return what differs between runs, and what they came to: a row a key, a column a run."""
-    entries = store.entries(ids)
-    scenes = [entry.values for entry in entries.values()]
+    entries = list(store.entries(ids).values())
+    scenes = [entry.values for entry in entries]
     keys = differing_keys(scenes)[:MOST_KEYS]
-    asked = [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys]
-    layouts = store.catalogue.layouts(entry.layout for entry in entries.values() if entry.layout)
-    came = []
-    for name in SUMMED:
-        cells = [_result(name, entry, layouts) for entry in entries.values()]
-        if any(cells):
-            came.append((name.replace("_", " "), cells))
-    labels = labels_of(store, list(entries.values()), scenes, keys)
-    names = [
-        (
-            entry.id,
-            label,
-            verdict(store, entry),
-            [d for d in doubts(entry) if d != entry.summary.get("verdict")],
-        )
-        for entry, label in zip(entries.values(), labels, strict=True)
-    ]
+    layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
+    results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
+    labels = recorded.labels_of(store, entries, scenes, keys)
     return {
-        "runs": names,
-        "asked": asked,
-        "came": came,
-        "lives": lives.told(store, list(entries.values()), labels, keys),
-        "longest": lives.first(list(entries.values())),
+        "runs": [
+            (entry.id, label, verdict(store, entry), doubts(entry, told=entry.summary.get("verdict")))
+            for entry, label in zip(entries, labels, strict=True)
+        ],
+        "asked": [(key, [recorded.value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys],
+        "came": [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)],
+        "lives": lives.told(store, entries, labels, keys),
+        "longest": lives.first(entries),
     }
 
 
@@ -179,10 +155,6 @@ def _result(name: str, entry: "Entry", layouts: Any) -> str:
         return ""
     variable = layouts.get(entry.layout, {"variables": {}})["variables"].get(name)
     text, unit = told.as_shown(value, variable["attrs"] if variable else {})
-    error = entry.summary.get(f"error_estimate_{name}")
-    beside = (
-        f" ± {100 * error / value:.2g} %"
-        if isinstance(error, int | float) and value and name == "life"
-        else ""
-    )
+    error = entry.summary.get("error_estimate_life") if name == "life" else None
+    beside = f" ± {100 * error / value:.2g} %" if isinstance(error, int | float) and value else ""
     return f"{text} {unit.replace('*', '·').replace('um', 'µm')}".strip() + beside

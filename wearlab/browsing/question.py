@@ -148,10 +148,12 @@ def asked(source: RecordedCampaign, kind: str, options: Mapping[str, Any]) -> Qu
     return Question(1, table, None, source)
 
 
-def question_of_figure(source: RecordedCampaign, number: int) -> Question:
-    """Return what a figure of a campaign, counted from 1, asks."""
-    spec = source.figures[number - 1]
-    return Question(number, {k: v for k, v in vars(spec).items() if k in KEYS}, None, source)
+def of_figures(source: RecordedCampaign) -> list[Question]:
+    """Return what the figures of a campaign ask."""
+    return [
+        Question(number, {key: value for key, value in vars(spec).items() if key in KEYS}, None, source)
+        for number, spec in enumerate(source.figures, 1)
+    ]
 
 
 def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> "Plot":
