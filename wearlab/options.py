@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from wearlab.units import HOUR, KINDS, UnitError, quantity
+from wearlab.units import HOUR, KINDS, quantity
 
 Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
 
@@ -115,15 +115,7 @@ class Unit:
 
 
 def _reader(kind: str) -> Callable[[object], float]:
-    def read(value: object) -> float:
-        if isinstance(value, Stored):
-            return float(value)
-        try:
-            return quantity(value, kind)
-        except UnitError as error:
-            raise ValueError(str(error)) from None
-
-    return read
+    return lambda value: float(value) if isinstance(value, Stored) else quantity(value, kind)
 
 
 def _number(value: object) -> float:

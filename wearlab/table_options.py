@@ -26,11 +26,8 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         return given
     keys = ("along", "abscissa", "stiffness")
     _refuse_written(given, keys, "{file, of, units}")
-    try:
-        units = named_texts({"units": {}, **given}, "units", '{ stiffness = "N/um" }')
-        return given | dict(zip(keys, stiffness_table(named_file(given), units, base), strict=True))
-    except TableError as error:
-        raise ValueError(str(error)) from None
+    units = named_texts({"units": {}, **given}, "units", '{ stiffness = "N/um" }')
+    return given | dict(zip(keys, stiffness_table(named_file(given), units, base), strict=True))
 
 
 def _refuse_written(given: dict[str, Any], keys: Sequence[str], wanted: str) -> None:
@@ -60,10 +57,7 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
         return given
     keys = ("x", "y", "abscissa", "ordinate", "across")
     _refuse_written(given, keys[2:], "{file, x, y, units}")
-    try:
-        return given | dict(zip(keys, profile_table(given, base), strict=True))
-    except TableError as error:
-        raise ValueError(str(error)) from None
+    return given | dict(zip(keys, profile_table(given, base), strict=True))
 
 
 def profile_table(
@@ -86,7 +80,6 @@ def profile_of(
     table: ReadTable, given: dict[str, Any]
 ) -> tuple[str, str, tuple[float, ...], tuple[float, ...], tuple[float, ...] | None]:
     """Return what `profile_table` does, of a table that was read."""
-    file = table.file
     units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
     mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
     if unknown := set(mapped) - {*PROFILE_ABSCISSAE, FACE, *PROFILE_ORDINATES}:
@@ -95,8 +88,8 @@ def profile_of(
     faced = table.meant(FACE, mapped) is not None
     alone = faced and not any(name in mapped or table.meant(name, mapped) for name in PROFILE_ABSCISSAE)
     abscissae = (FACE,) if alone else tuple(PROFILE_ABSCISSAE)
-    x = _column(given.get("x"), table, mapped, abscissae, "x", file)
-    y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y", file)
+    x = _column(given.get("x"), table, mapped, abscissae, "x")
+    y = _column(given.get("y"), table, mapped, PROFILE_ORDINATES, "y")
     abscissa = _of_table(table, mapped, units, x, PROFILE_ABSCISSAE.get(x, "m"))
     ordinate = _of_table(table, mapped, units, y, "m")
     across = _of_table(table, mapped, units, FACE, "m") if faced and not alone else None
@@ -104,8 +97,8 @@ def profile_of(
         _check_order([abscissa[row] for row in rows], x, _whose(table, across, place, rows))
     if across is not None and len(set(across)) == 1:
         raise TableError(
-            f"{file}: {FACE} is {1e3 * across[0]:g} mm in every row: give several traces over the face, or a "
-            "file without that column for a profile that holds all over it"
+            f"{table.file}: {FACE} is {1e3 * across[0]:g} mm in every row: give several traces over the "
+            "face, or a file without that column for a profile that holds all over it"
         )
     return x, y, abscissa, ordinate, across
 
@@ -143,36 +136,34 @@ def _of_table(
     """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
     header = table.meant(name, mapped)
     if header is None:
-        raise TableError(
-            f"{table.file}: columns are {', '.join(table.names)}; "
-            f"expected {mapped.get(name, name)!r} for {name}, "
-            f'or name it: columns = {{ {name} = "…" }} ({table.understood})'
-        )
+        raise _lacking(table, repr(mapped.get(name, name)), name, name)
     unit = units.get(name) or table.units[header] or ("1" if wanted == "1" else None)
     return tuple(in_unit(table.numbers(header), unit, wanted, name).tolist())
+
+
+def _lacking(table: ReadTable, expected: str, key: str, name: str) -> TableError:
+    """Return the refusal of a table without the column of a key, which may be named."""
+    return TableError(
+        f"{table.file}: columns are {', '.join(table.names)}; expected {expected} for {key}, "
+        f'or name it: columns = {{ {name} = "…" }} ({table.understood})'
+    )
 
 
 def _path(file: str, base: Path | None) -> Path:
     return Path(file) if base is None else base / file
 
 
-def _column(
-    asked: Any, table: ReadTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str, file: str
-) -> str:
+def _column(asked: Any, table: ReadTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str) -> str:
     """Return the quantity meant: the one asked for or mapped, or the only known one of the file."""
     if asked is not None and asked not in known:
         raise TableError(f"{key}: {asked!r} is not one of {', '.join(known)}")
     chosen = [name for name in known if name in mapped]
     present = chosen or [name for name in known if table.meant(name, mapped) is not None]
     if asked is None and len(present) > 1:
-        raise TableError(f"{file} has columns {' and '.join(present)}; say which with {key}")
+        raise TableError(f"{table.file} has columns {' and '.join(present)}; say which with {key}")
     picked = asked if asked is not None else next(iter(present), None)
     if picked is None or table.meant(picked, mapped) is None:
-        raise TableError(
-            f"{file}: columns are {', '.join(table.names)}; "
-            f"expected {picked or ' or '.join(known)} for {key}, "
-            f'or name it: columns = {{ {picked or known[0]} = "…" }} ({table.understood})'
-        )
+        raise _lacking(table, picked or " or ".join(known), key, picked or known[0])
     return str(picked)
 
 
@@ -256,12 +247,8 @@ def _written(options: Mapping[str, str]) -> str:
 def _times(table: ReadTable, columns: Mapping[str, str], units: Mapping[str, str]) -> tuple[float, ...]:
     header = table.meant("share", columns)
     unit = units.get("share") or (table.units[header] if header else "") or "1"
-    for wanted in TIMES:
-        try:
-            return _of_table(table, columns, {"share": unit}, "share", wanted)
-        except TableError as error:
-            reason = error
-    raise reason
+    wanted = next((time for time in TIMES if _is_of(unit, time)), TIMES[-1])
+    return _of_table(table, columns, {"share": unit}, "share", wanted)
 
 
 def named_file(given: dict[str, Any]) -> str:

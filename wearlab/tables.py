@@ -158,20 +158,13 @@ class ReadTable:
         ------
         TableError : with line and column of what is no number, or beyond `LARGEST_NUMBER`
         """
-        import pandas
-
-        texts = self.cells[name]
-        pointed = list(texts)
-        if self.decimal == ",":  # a point is none of a number then, or parts thousands
-            pointed = ["" if "." in text else text.replace(",", ".") for text in texts]
-        values = np.array(pandas.to_numeric(pandas.Series(pointed, dtype=object), errors="coerce"), float)
-        for row in np.flatnonzero(~(np.abs(values) <= LARGEST_NUMBER)):
-            text = texts[row]
+        values = np.full(len(self), np.nan)
+        for row, text in enumerate(self.cells[name]):
             number = _number(text, self.decimal)
             if number is not None and abs(number) <= LARGEST_NUMBER:
                 values[row] = number
             elif text or not empty:
-                raise TableError(f"{self._at(int(row), name)}: {_no_number(text, self.decimal)}")
+                raise TableError(f"{self._at(row, name)}: {_no_number(text, self.decimal)}")
         return values
 
     def dates(self, name: str, date_format: str | None = None) -> "np.ndarray[Any, np.dtype[np.datetime64]]":
@@ -264,7 +257,8 @@ def table_of(name: str, raw: bytes) -> ReadTable:
         raise TableError(f"{name}: line {long}: more than {LONGEST_LINE:,} characters are no row of a table")
     if len(lines) < 2:
         raise TableError(f"{name}: no rows under a header")
-    found = [r for s in SEPARATORS for d in DECIMALS if s != d and (r := _reading(lines[:LOOKED_AT], s, d))]
+    ways = [(separator, decimal) for separator in SEPARATORS for decimal in DECIMALS if separator != decimal]
+    found = [reading for way in ways for reading in _readings(lines[:LOOKED_AT], *way)]
     if not found:
         raise TableError(
             f"{name}: no table was found: no line of headers over rows of as many cells that hold "
@@ -300,10 +294,9 @@ class _Reading:
     score: int
 
 
-def _reading(lines: Sequence[tuple[int, str]], separator: str, decimal: str) -> _Reading | None:
-    """Return the best way to read lines with a separator and a decimal sign, None when there is none."""
+def _readings(lines: Sequence[tuple[int, str]], separator: str, decimal: str) -> Iterator[_Reading]:
+    """Yield the ways to read lines with a separator and a decimal sign, one for each line of headers."""
     rows = [_cells(line, separator) for _, line in lines]
-    found = []
     for header in range(len(rows) - 1):
         headers = _without_end(rows[header])
         width, first = len(headers), header + 1
@@ -316,10 +309,7 @@ def _reading(lines: Sequence[tuple[int, str]], separator: str, decimal: str) -> 
             continue
         score = _score([row and [_kind(cell, decimal) for cell in row] for row in fitted])
         first += units is not None
-        found.append(
-            _Reading(separator, decimal, header, first, tuple(headers), tuple(units or [""] * width), score)
-        )
-    return max(found, key=lambda reading: reading.score, default=None)
+        yield _Reading(separator, decimal, header, first, tuple(headers), tuple(units or [""] * width), score)
 
 
 def _score(rows: Sequence[Sequence[str] | None]) -> int:

@@ -255,9 +255,6 @@ def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], No
     from rich.console import Console
 
     console = Console(stderr=True)
-    if silent or not console.is_terminal:
-        yield lambda text: None
-        return
     columns = (
         progress.SpinnerColumn(),
         progress.TextColumn("{task.description}"),
@@ -267,6 +264,7 @@ def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], No
         progress.TextColumn("left"),
         progress.TimeRemainingColumn(),
     )
-    with progress.Progress(*columns, console=console, transient=True) as bar:
+    unseen = silent or not console.is_terminal
+    with progress.Progress(*columns, console=console, transient=True, disable=unseen) as bar:
         task = bar.add_task(what, total=total)
         yield lambda text: bar.update(task, advance=1, description=what or text)
