@@ -168,8 +168,7 @@ def _unwritten(error: OSError) -> int:
 
 def _trust_first(words: list[str]) -> list[str]:
     """Return the words with ``--plugins``, which every command takes, in front of the command."""
-    rest = [word for word in words if word != TRUST]
-    return rest if len(rest) == len(words) else [TRUST, *rest]
+    return [TRUST] * (TRUST in words) + [word for word in words if word != TRUST]
 
 
 def _store_of(words: list[str]) -> Path:

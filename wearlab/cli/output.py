@@ -7,7 +7,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
@@ -55,12 +55,9 @@ def at_once_when_twice() -> None:
 
     Whatever is written at that moment appears whole or not at all, and workers go when their parent does.
     """
-    if threading.current_thread() is not threading.main_thread():
-        return
-    first = signal.getsignal(signal.SIGINT)
-    if first is not signal.default_int_handler:
-        return  # somebody else decides here
-    signal.signal(signal.SIGINT, _first)
+    here = threading.current_thread() is threading.main_thread()
+    if here and signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else somebody else decides
+        signal.signal(signal.SIGINT, _first)
 
 
 def _first(number: int, frame: FrameType | None) -> None:
@@ -198,6 +195,11 @@ def split_columns(text: str | None) -> tuple[str, ...] | None:
     return tuple(part for part in [*parts, held.strip()] if part)
 
 
+def place(position: Mapping[str, object]) -> str:
+    """Return a place on the axes of a campaign in words."""
+    return ", ".join(f"{name}={value}" for name, value in position.items())
+
+
 def show_json(content: Any) -> None:
     """Write content as JSON."""
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
@@ -217,26 +219,26 @@ def show_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: st
 
     A file or a pipe gets one line a row, and so does what fills many screens.
     """
+    used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
+    lines = [[row[i] for i in used] for row in (heads, *rows)]
     if not sys.stdout.isatty() or len(rows) > MOST_STYLED:
-        _show_plain(heads, rows, title)
+        _show_plain(lines, title)
         return
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
-    for i in used:
-        table.add_column(heads[i], overflow="fold", no_wrap=i == 0)
-    for row in rows:
-        table.add_row(*(Text(row[i]) for i in used))
+    for i, head in zip(used, lines[0], strict=True):
+        table.add_column(head, overflow="fold", no_wrap=i == 0)
+    for line in lines[1:]:
+        table.add_row(*map(Text, line))
     Console(highlight=False).print(table)
 
 
-def _show_plain(heads: Sequence[str], rows: Sequence[Sequence[str]], title: str | None) -> None:
-    used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
-    lines = [[" ".join(row[i].split("\n")) for i in used] for row in [heads, *rows]]
-    widths = [max(len(line[column]) for line in lines) for column in range(len(used))]
+def _show_plain(lines: Sequence[Sequence[str]], title: str | None) -> None:
+    lines = [[cell.replace("\n", " ") for cell in line] for line in lines]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in [[title]] * bool(title) + lines:
         say("  ".join(f"{text:<{width}}" for text, width in zip(line, widths, strict=False)).rstrip())
 

@@ -13,6 +13,11 @@ if TYPE_CHECKING:
 
 
 ENDINGS = (".png", ".svg", ".pdf")
+NUMBERS = (
+    *("largest_relative_difference", "first_difference"),
+    *("life", "service_life", "relative_difference", "largest_value"),
+)
+"""Variables of a comparison that JSON tells, as far as there are any."""
 
 
 @command()
@@ -119,12 +124,8 @@ def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
         **{key: v for key, v in comparison.attrs.items() if not key.startswith(("only_", "scene_"))},
         "scene_differences": loads(comparison.attrs["scene_differences"]),
         "quantities": comparison["quantity"].values.tolist(),
-        "largest_relative_difference": description.plain(comparison["largest_relative_difference"].values),
-        "first_difference": description.plain(comparison["first_difference"].values),
+        **{name: description.plain(comparison[name].values) for name in NUMBERS if name in comparison},
     }
-    for name in ("life", "service_life", "relative_difference", "largest_value"):
-        if name in comparison:
-            content[name] = description.plain(comparison[name].values)
     if "pair" in comparison.dims:
         content["pairs"] = [
             {"name": str(name), "runs": comparison["run_id"].values[i].tolist()}

@@ -53,8 +53,7 @@ def ls(
         return _show_columns(store, split_columns(columns), where, sort, limit, state, format)
     ids = None
     if where.strip() or sort or limit is not None:
-        found = store.query(where, columns=(), sort=sort, limit=None if state else limit)
-        ids = [row["id"] for row in found]
+        ids = store.query(where, columns=(), sort=sort, limit=None if state else limit)["id"]
     rows = [row for row in _rows(store, ids) if state in (None, row["state"])]
     if limit is not None:
         kept = set(list(dict.fromkeys(row["id"] for row in rows))[:limit])
@@ -164,7 +163,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         row["id"][:SHORT_ID],
         row["campaign"],
         row["label"],
-        ", ".join(f"{name}={value}" for name, value in row["position"].items()),
+        output.place(row["position"]),
         row["state"],
         row["result"],
         "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %",

@@ -11,7 +11,7 @@ from wearlab.store import Store, outcome
 from wearlab.units import HOUR, MINUTE, convert
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from wearlab.campaign import Campaign, Case
     from wearlab.runner.plan import Plan
@@ -39,19 +39,37 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
             raise output.Stop("\n".join(f"{file}: {problem}" for problem in problems))
 
 
-def refuse_the_impossible(campaign: "Campaign") -> None:
-    """Stop before anything is written when not one case can be, and none is expected to be refused."""
-    refused = impossible(campaign)
-    if len(refused) == len({case.id for case in campaign.cases}) and not any(r["expected"] for r in refused):
-        of_reason: dict[str, list[str]] = {}
-        for case in refused:
-            of_reason.setdefault(case["reason"], []).append(case["case"])
-        raise output.Stop(
-            "\n".join(
-                f"{cases[0]}{f' and {len(cases) - 1} more' if cases[1:] else ''}: {reason}"
-                for reason, cases in of_reason.items()
-            )
+def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
+    """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it.
+
+    Raises
+    ------
+    Stop : not one case can be, and none is expected to be refused; nothing is written then
+    """
+    from wearlab.gears.specification import GearError
+    from wearlab.scene.build import contact, sets, vibration
+
+    cases = {case.id: case for case in campaign.cases}
+    refused: list[dict[str, Any]] = []
+    of_reason: dict[str, list[str]] = {}
+    for case in cases.values():
+        try:
+            gears = sets.build_set(case.scene)
+            contact.check_initial_wear(case.scene, gears)
+            contact.check_limits(case.scene, gears)
+            vibration.check_held(case.scene, gears)
+        except GearError as error:
+            name, reason = case_name(campaign, case), str(error)
+            expected = case.expect is not None and case.expect.verdict == "refused"
+            refused.append({"case": name, "id": case.id, "reason": reason, "expected": expected})
+            of_reason.setdefault(reason, []).append(name)
+    if len(refused) == len(cases) and not any(case["expected"] for case in refused):
+        lines = (
+            f"{first}{f' and {len(others)} more' if others else ''}: {reason}"
+            for reason, (first, *others) in of_reason.items()
         )
+        raise output.Stop("\n".join(lines))
+    return refused
 
 
 def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
@@ -62,29 +80,14 @@ def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
     return first
 
 
-def impossible(campaign: "Campaign") -> list[dict[str, Any]]:
-    """Return the cases whose gears, flanks or supports cannot be, why, and whether the file expects it."""
-    from wearlab.gears.specification import GearError
-    from wearlab.scene.build import contact, sets, vibration
-
-    refused = []
-    for case in {case.id: case for case in campaign.cases}.values():
-        try:
-            gears = sets.build_set(case.scene)
-            contact.check_initial_wear(case.scene, gears)
-            contact.check_limits(case.scene, gears)
-            vibration.check_held(case.scene, gears)
-        except GearError as error:
-            expected = case.expect is not None and case.expect.verdict == "refused"
-            impossible = {"case": case_name(campaign, case), "id": case.id, "reason": str(error)}
-            refused.append({**impossible, "expected": expected})
-    return refused
-
-
 def case_name(campaign: "Campaign", case: "Case") -> str:
     """Return what a person calls a case: its label and its place on the axes."""
-    words = ", ".join(f"{name}={value}" for name, value in outcome.place(campaign, case).items())
-    return f"{case.label} ({words})" if words else case.label
+    return in_words(case.label, outcome.place(campaign, case))
+
+
+def in_words(label: str, position: "Mapping[str, str]") -> str:
+    """Return a label, and its place on the axes in brackets where it has one."""
+    return f"{label} ({output.place(position)})" if position else label
 
 
 @app.command()
@@ -109,13 +112,10 @@ def check(
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = sound_campaign(file)
-    refuse_the_impossible(campaign)
-    parts = {
-        label: (parts_present(case.scene), parts_left_out(case.scene))
-        for label, case in first_of_each_label(campaign).items()
-    }
-    refused, built = impossible(campaign), _built(campaign)
-    status = output.Status.WELL if all(case["expected"] for case in refused) else output.Status.TROUBLE
+    refused, cases = refuse_the_impossible(campaign), first_of_each_label(campaign)
+    parts = {label: (parts_present(case.scene), parts_left_out(case.scene)) for label, case in cases.items()}
+    built = _built(cases)
+    status = output.Status.WELL if all(one["expected"] for one in refused) else output.Status.TROUBLE
     runs = len({case.id for case in campaign.cases})
     if json:
         output.show_json(
@@ -146,15 +146,15 @@ def check(
     for label, table in built.items():
         output.say(f"\ngears of {label}")
         output.show_table(*table)
-    for label, first in first_of_each_label(campaign).items():
-        _tell_duty(label, first)
+    for label, case in cases.items():
+        _tell_duty(label, case)
     if campaign.update is not None:
         _tell_update(campaign)
     for warning in campaign.warnings:
         output.complain(f"\nwarning: {warning}")
-    for case in refused:
-        foreseen = ", as expected" if case["expected"] else ""
-        output.complain(f"\nrefused{foreseen}: {case['case']}: {case['reason']}")
+    for one in refused:
+        foreseen = ", as expected" if one["expected"] else ""
+        output.complain(f"\nrefused{foreseen}: {one['case']}: {one['reason']}")
     return status
 
 
@@ -165,11 +165,10 @@ def _tell_duty(label: str, case: "Case") -> None:
         return
     read = "" if table is None else f", {table.file}: {table.understood}"
     output.say(f"\nload spectrum of {label}{read}")
-    rows = [
-        [f"{b.torque:.6g}", f"{convert(b.speed, 'rad/s', 'rpm'):.6g}", f"{100.0 * b.share:.6g}",
-         f"{1e-3 * b.torque * b.speed:.6g}"]
-        for b in blocks
-    ]  # fmt: skip
+    rows = []
+    for b in blocks:
+        numbers = (b.torque, convert(b.speed, "rad/s", "rpm"), 100.0 * b.share, 1e-3 * b.torque * b.speed)
+        rows.append([f"{number:.6g}" for number in numbers])
     mean = sum(block.share * block.torque * block.speed for block in blocks)
     rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
     output.show_table(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
@@ -222,16 +221,13 @@ def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> 
     if json:
         told = {one.name: one.model_dump() for one in record.claims}
         rows = [
-            {
-                **told.get(one.claim.name, {}),
-                **one.claim.model_dump(exclude_none=True),
-                **{"measured": one.measured, "reason": one.reason, "holds": one.holds},
-            }
+            told.get(one.claim.name, {})
+            | one.claim.model_dump(exclude_none=True)
+            | {"measured": one.measured, "reason": one.reason, "holds": one.holds}
             for one in checked
         ]
-        output.show_json(
-            {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
-        )
+        held = {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
+        output.show_json(held)
     else:
         for one in checked:
             claim = one.claim
@@ -244,13 +240,13 @@ def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> 
     return output.Status.WELL if all(one.holds for one in checked) and not lacking else output.Status.TROUBLE
 
 
-def _built(campaign: "Campaign") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:
+def _built(cases: "dict[str, Case]") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:
     """Return heads and rows of the gears as they were built, once for all labels that have the same."""
     from wearlab.gears.specification import GearError
     from wearlab.scene.build.sheet import sheet
 
     built: dict[str, Any] = {}
-    for label, case in first_of_each_label(campaign).items():
+    for label, case in cases.items():
         with suppress(GearError):  # told as refused
             made = sheet(case.scene)
             blank = [""] * len(made.members)  # behind what all gears share
@@ -317,8 +313,7 @@ def _tell(planned: "Plan") -> None:
         output.say(f"  {count:>7} excluded by {condition}")
     for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
-            where = ", ".join(f"{name}={value}" for name, value in run.position.items())
-            output.say(f"  {run.state}: {run.label}{f' ({where})' if where else ''}")
+            output.say(f"  {run.state}: {in_words(run.label, run.position)}")
     if planned.seconds is None and planned.basis:
         output.say(f"  {planned.basis}")
         return

@@ -85,9 +85,8 @@ def _tell_expected(report: "Report") -> None:
         return
     rows = []
     for case in report.expected:
-        place_words = ", ".join(f"{name}={value}" for name, value in case.position.items())
-        verdict, expected, measured, met = case.comparison
-        rows.append((case.label, place_words, verdict, expected, measured, "yes" if met else "NO"))
+        *said, met = (case.label, output.place(case.position), *case.comparison)
+        rows.append((*said, "yes" if met else "NO"))
     output.say()
     output.show_table(("case", "differs by", "verdict", "expected", "measured", "met"), rows)
     missed = sum(not case.comparison.met for case in report.expected)
