@@ -7,12 +7,11 @@ from datetime import UTC, datetime
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from wearlab.campaign.axes import Axis
+from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures.doubt import FIRM, TRUSTED
 from wearlab.figures.kinds import KINDS
 from wearlab.query.keys import differing_keys, scene_key
-from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.store import StoreError, outcome
 from wearlab.store.grid import key_text
 from wearlab.store.provenance import name_of
@@ -58,7 +57,7 @@ class Told:
         return [(state, self.counts[state]) for state in ORDER if self.counts.get(state)]
 
 
-def campaigns(store: "Store", limit: int = -1, skip: int = 0) -> tuple[list[Told], int]:
+def campaigns(store: "Store", limit: int | None = None, skip: int = 0) -> tuple[list[Told], int]:
     """Return campaigns of a store, and how many there are: first those of files, the one recorded last first.
 
     Parameters
@@ -72,7 +71,7 @@ def campaigns(store: "Store", limit: int = -1, skip: int = 0) -> tuple[list[Told
     latest: dict[tuple[str, str], tuple[Any, ...]] = {}
     for row in rows:
         latest.setdefault((str(row[1]), str(row[3] or "")), row)
-    shown = list(latest.values())[skip:] if limit < 0 else list(latest.values())[skip : skip + limit]
+    shown = list(latest.values())[skip:][:limit]
     counts = _counts(store, [row[0] for row in shown])
     told = []
     for key, title, reference, path, recorded in shown:
@@ -197,38 +196,35 @@ def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
     entries = store.entries(wanted)
     if absent := [run for run in wanted if run not in entries]:
         raise StoreError(f"run {absent[0][:40]!r}: no such run")
-    if len(wanted) == 1:
-        return RecordedCampaign(
-            name_of(store, wanted[0]) or "One run", None, (RecordedCase(BASE, wanted[0], {}),)
-        )
     scenes = [entry.values for entry in entries.values()]
-    differing = differing_keys(scenes)
-    title = f"{len(wanted)} runs"
-    if len(differing) == 1 and (axis := _numbers(differing[0], scenes)) is not None:
-        cases = tuple(
-            RecordedCase(BASE, run, {axis[0].name: place}) for run, place in zip(wanted, axis[1], strict=True)
-        )
-        return RecordedCampaign(title, None, cases, (axis[0],))
-    labels = labels_of(store, list(entries.values()), scenes, differing)
-    return RecordedCampaign(
-        title, None, tuple(RecordedCase(label, run, {}) for label, run in zip(labels, wanted, strict=True))
-    )
+    differing, title, labels = differing_keys(scenes), f"{len(wanted)} runs", [BASE] * len(wanted)
+    axes: tuple[Axis, ...] = ()
+    places: list[dict[str, int]] = [{} for _ in wanted]
+    if len(wanted) == 1:
+        title = name_of(store, wanted[0]) or "One run"
+    elif len(differing) == 1 and (along := _numbers(differing[0], scenes)) is not None:
+        axes, places = along
+    else:
+        labels = labels_of(store, list(entries.values()), scenes, differing)
+    return RecordedCampaign(title, None, tuple(map(RecordedCase, labels, wanted, places)), axes)
 
 
-def _numbers(key: str, scenes: Sequence[Mapping[str, Any]]) -> tuple[Axis, list[int]] | None:
+def _numbers(
+    key: str, scenes: Sequence[Mapping[str, Any]]
+) -> tuple[tuple[Axis, ...], list[dict[str, int]]] | None:
     """Return an axis of the numbers of a key, and the place of each scene on it."""
     values = [scene.get(key) for scene in scenes]
     name = key.rpartition(".")[2]
-    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
-        return None
-    if name in VARIABLES or name in {dimension.name for dimension in DIMENSIONS} or not name.isidentifier():
+    plain = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+    if not plain or name in RESERVED or not name.isidentifier():
         return None
     unit, shown = _units(key)
     numbers = [_short(v, unit, shown) for v in values]
     ordered = sorted(set(numbers))
     if len(ordered) < len(numbers):
         return None
-    return Axis(name, tuple(ordered), shown or None, key), [ordered.index(number) for number in numbers]
+    places = [{name: ordered.index(number)} for number in numbers]
+    return (Axis(name, tuple(ordered), shown or None, key),), places
 
 
 def _units(key: str) -> tuple[str, str]:
