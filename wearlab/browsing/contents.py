@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, question, recorded
-from wearlab.browsing.listing import ROWS, whole
-from wearlab.figures.drawing import of_update, specified
-from wearlab.figures.kind import KINDS, FigureError, read
+from wearlab.figures import FigureError, drawing
+from wearlab.figures.kind import KINDS, read
 from wearlab.store import StoreError, database, outcome, remarks
 from wearlab.store import updates as kept
 from wearlab.units import shown_unit
-from wearlab.updating.report_text import alerts, answers, fleet_about, fleet_tables, text_of
+from wearlab.updating import report_text
 
 if TYPE_CHECKING:
-    from wearlab.figures.question import Question
     from wearlab.store import Store
 
 Asked = Mapping[str, Sequence[str]]
@@ -35,7 +33,7 @@ NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 def campaigns(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of the campaigns."""
-    number = whole(question.first(asked).get("page", ""))
+    number = listing.whole(question.first(asked).get("page", ""))
     told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
     said: dict[str, list[remarks.Remark]] = {}
     for remark in remarks.remarks_on(store.catalogue, [remarks.subject_of(each.title) for each in told]):
@@ -51,11 +49,11 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     StoreError : it is not in the store
     """
     first = question.first(asked)
-    key, number = first.get("key", ""), whole(first.get("page", ""))
+    key, number = first.get("key", ""), listing.whole(first.get("page", ""))
     told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
     if told is None:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
-    shown = ROWS if place.live else told.cases
+    shown = listing.ROWS if place.live else told.cases
     sort = first.get("sort", "") if told.cases <= MOST_DRAWN else ""
     heads, rows = (
         sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * shown, shown)
@@ -63,7 +61,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     drawn: list[figures.ShownFigure] = []
     others: list[tuple[int, str]] = []
     if told.cases <= MOST_DRAWN and told.counts.get("done"):
-        drawn, others = _figures(store, key, place, whole(first.get("figure", "")))
+        drawn, others = _figures(store, key, place, listing.whole(first.get("figure", "")))
     subject = remarks.subject_of(told.title)
     quote = next((sign for sign in "\"'" if sign not in told.title), "")
     return {
@@ -124,7 +122,7 @@ def sorted_cases(store: "Store", key: str, sort: str, number: int) -> tuple[Any,
             (row for row in rows if row[1][at]), key=lambda row: _in_order(row[1][at]), reverse=down
         )
         rows = (*told, *(row for row in rows if not row[1][at]))
-    return heads, rows[(number - 1) * ROWS : number * ROWS]
+    return heads, rows[(number - 1) * listing.ROWS : number * listing.ROWS]
 
 
 def _in_order(cell: str) -> tuple[bool, float, str]:
@@ -151,7 +149,7 @@ def _figures(
     return drawn, [pair for pair in names if pair[0] not in shown]
 
 
-def asked_of(source: Any, grid: Any) -> "list[Question]":
+def asked_of(source: Any, grid: Any) -> list[question.Question]:
     """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
     if source.figures:
         return question.of_figures(source)
@@ -259,7 +257,7 @@ def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     return told
 
 
-def _compare_commands(store: "Store", asked: question.WantedFigure, drawn: "Question") -> str:
+def _compare_commands(store: "Store", asked: question.WantedFigure, drawn: question.Question) -> str:
     where = _quoted(store.address or str(store.path.absolute()))
     lines = [f"wearlab figures --from {drawn.name}.png --store {where}   # the PNG that was taken along"]
     if len(asked.runs) == 2:
@@ -277,8 +275,8 @@ def updates(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     for update in reversed(kept.kept_updates(store).values()):
         try:
             tree = kept.read_update(store, update.id)
-            said = ["Its file has gone."] if tree is None else answers(tree)
-            told.append((update, said, [] if tree is None else alerts(text_of(tree))))
+            said = ["Its file has gone."] if tree is None else report_text.answers(tree)
+            told.append((update, said, [] if tree is None else report_text.alerts(report_text.text_of(tree))))
         except (StoreError, KeyError, ValueError) as error:
             told.append((update, [f"It cannot be read: {error}"], []))
     return {"told": told}
@@ -300,14 +298,14 @@ def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     for name in question.put_first(FIRST, (name for name, kind in KINDS.items() if kind.of == "update")):
         if (plot := update_plot(store, known.subject, name)) is not None:
             drawn.append(figures.of_plot(plot, place.files("update", f"id={known.id}&kind={name}")))
-    lines, tables = text_of(tree)[1:], fleet_tables(tree)
+    lines, tables = report_text.text_of(tree)[1:], report_text.fleet_tables(tree)
     return {
         "heading": known.title or "Update",
-        "answers": answers(tree),
-        "alerts": alerts(lines),
+        "answers": report_text.answers(tree),
+        "alerts": report_text.alerts(lines),
         "lines": lines,
         "fleet": tables,
-        "about": fleet_about(tree) if tables else "",
+        "about": report_text.fleet_about(tree) if tables else "",
         "figures": drawn,
         "runs": known.runs,
         "id": known.id,
@@ -317,7 +315,7 @@ def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
 def update_plot(store: "Store", subject: str, kind: str) -> Any:
     """Return a figure of an update, None where there is none."""
     try:
-        return of_update(subject, store, read(specified({"kind": kind}), 1, None))
+        return drawing.of_update(subject, store, read(drawing.specified({"kind": kind}), 1, None))
     except (FigureError, KeyError, ValueError):
         return None
 

@@ -13,7 +13,6 @@ from bokeh.models import Button, Div, Row, Slider
 from markupsafe import Markup
 
 from wearlab.browsing import interactive, question, recorded, words
-from wearlab.browsing.question import Question
 from wearlab.figures import doubt, drawing, render, runs, wording
 from wearlab.figures.kind import KINDS, FigureError
 from wearlab.figures.plot import Plot, narrow
@@ -51,7 +50,7 @@ class ShownFigure:
 
 
 def shown(
-    store: Store, asked: Question, grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
+    store: Store, asked: question.Question, grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
 ) -> ShownFigure:
     """Return a figure for a page, or why there is none.
 
@@ -73,7 +72,7 @@ def of_plot(plot: Plot, files: tuple[tuple[str, str], ...] = ()) -> ShownFigure:
     return ShownFigure(plot.title, Markup(div), script, tuple(words.summary(plot)), files)
 
 
-def printed(store: Store, asked: Question, grid: "xr.Dataset", ending: str) -> bytes:
+def printed(store: Store, asked: question.Question, grid: "xr.Dataset", ending: str) -> bytes:
     """Return the file of a figure for print, which carries its question; or its numbers.
 
     Raises
@@ -174,7 +173,7 @@ class Follower:
                 told[-1] += f", {1e6 * float(np.nanmax(depth.isel(update=number).values)):.3g} µm worn"
         return told
 
-    def plot(self, asked: Question, state: int) -> Plot | str:
+    def plot(self, asked: question.Question, state: int) -> Plot | str:
         """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
         count = self.grid.sizes.get("update", 1)
         table = asked.table

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.report.run import value_text
 from wearlab.schema import VARIABLES
-from wearlab.store.grid import key_text
+from wearlab.store import grid
 from wearlab.store.search import CatalogueSearch, Page
 from wearlab.units import KINDS, shown_unit
 
@@ -154,7 +154,7 @@ def _cell(value: Any, name: str = "", state: str = "") -> str:
 def _heading(head: str) -> str:
     """Return a heading as people read it: the last words of a key, and its unit."""
     name, bracket, unit = head.partition(" [")
-    words = key_text(name) if "." in name and "(" not in name else name.replace("_", " ")
+    words = grid.key_text(name) if "." in name and "(" not in name else name.replace("_", " ")
     return f"{words}{bracket}{shown_unit(unit)}" + (" [cycles]" if name in IN_CYCLES else "")
 
 

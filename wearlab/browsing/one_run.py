@@ -5,17 +5,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from wearlab.browsing import lives, recorded
-from wearlab.figures.doubt import FIRM, LOST, TRUSTED
+from wearlab.figures import doubt
 from wearlab.query.keys import differing_keys
+from wearlab.report import page
 from wearlab.report import run as told
-from wearlab.report.page import model_errors, remarks
-from wearlab.store import StoreError, outcome, provenance
-from wearlab.store import remarks as said
-from wearlab.store.provenance import name_of
+from wearlab.store import StoreError, outcome, provenance, remarks
 
 if TYPE_CHECKING:
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
+    from wearlab.store import Store, catalogue
 
 MOST_KEYS = 200  # of a comparison
 SUMMED = (
@@ -28,7 +25,7 @@ TOLD_ABOVE = ("result", "verdict", "tags", "notes")
 """Facts that stand elsewhere on the page."""
 
 
-def content(store: "Store", entry: "Entry") -> dict[str, Any]:
+def content(store: "Store", entry: "catalogue.Entry") -> dict[str, Any]:
     """Return what there is to tell of a run, by the names in the page; words come before numbers.
 
     Parameters
@@ -47,12 +44,12 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
     }
     return {
         "id": entry.id,
-        "title": name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}",
+        "title": provenance.name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}",
         "state": store.state_of(entry),
         "verdict": verdict(store, entry),
         "doubts": doubts(entry),
-        "remarks": [line for line, _ in remarks(alone)],
-        "model_errors": [line for line, _ in model_errors(alone)],
+        "remarks": [line for line, _ in page.remarks(alone)],
+        "model_errors": [line for line, _ in page.model_errors(alone)],
         "reason": (entry.reason or "").strip(),
         "headlines": [(h.text, h.margin) for h in outcome.headlines(entry.summary)],
         "results": told.results(stored, entry),
@@ -62,12 +59,12 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
         ],
         "facts": {name: values for name, values in facts.items() if any(v not in (None, "") for v in values)},
         "citation": citation(store, entry),
-        "remarked": said.remarks_on(store.catalogue, [entry.id]),
+        "remarked": remarks.remarks_on(store.catalogue, [entry.id]),
         "stored": told.groups(stored),
     }
 
 
-def verdict(store: "Store", entry: "Entry") -> str:
+def verdict(store: "Store", entry: "catalogue.Entry") -> str:
     """Return in a sentence what became of a run."""
     state = store.state_of(entry)
     if state != "done":
@@ -85,20 +82,20 @@ def verdict(store: "Store", entry: "Entry") -> str:
     return "It ran to the end that was asked for." if words == "completed" else f"It ended: {words}."
 
 
-def doubts(entry: "Entry", told: str | None = None) -> list[str]:
+def doubts(entry: "catalogue.Entry", told: str | None = None) -> list[str]:
     """Return what a run says against itself, in words; a verdict that is told already left out."""
     summary = entry.summary
-    found = [word for word in (str(summary.get("verdict") or ""),) if word not in (*FIRM, told)]
+    found = [word for word in (str(summary.get("verdict") or ""),) if word not in (*doubt.FIRM, told)]
     quality = str(summary.get("estimate_quality") or "")
-    found += [quality] if quality not in ("", TRUSTED) else []
+    found += [quality] if quality not in ("", doubt.TRUSTED) else []
     share = summary.get("separation_fraction")
-    lost = [line for line in str(summary.get("validity") or "").split("\n") if line.startswith(LOST)]
+    lost = [line for line in str(summary.get("validity") or "").split("\n") if line.startswith(doubt.LOST)]
     if not lost and isinstance(share, int | float) and share > 0.0:
-        lost = [f"{LOST} for {100 * share:.2g} % of the time"]
+        lost = [f"{doubt.LOST} for {100 * share:.2g} % of the time"]
     return [*found, *lost, *(f"warning: {text}" for text in entry.warnings)]
 
 
-def changes(store: "Store", entry: "Entry", written: told.Written) -> list[tuple[str, str, str]]:
+def changes(store: "Store", entry: "catalogue.Entry", written: told.Written) -> list[tuple[str, str, str]]:
     """Return each key that a run's scene has otherwise than the first case of its campaign recorded last.
 
     Beside it stand the value of that case and the run's own.
@@ -118,7 +115,7 @@ def changes(store: "Store", entry: "Entry", written: told.Written) -> list[tuple
     return [(key, shown(key, first), shown(key, own)) for key in differing_keys([first, own])]
 
 
-def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
+def citation(store: "Store", entry: "catalogue.Entry") -> tuple[str, str]:
     """Return how to cite a run, in a sentence and as BibTeX; why not where that cannot be told."""
     if entry.state != "done":
         return "", ""
@@ -149,7 +146,7 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _result(name: str, entry: "Entry", layouts: Any) -> str:
+def _result(name: str, entry: "catalogue.Entry", layouts: Any) -> str:
     value = entry.summary.get(name)
     if value is None:
         return ""

@@ -7,15 +7,13 @@ from urllib.parse import urlencode
 
 from wearlab.browsing import recorded
 from wearlab.campaign.campaign import RecordedCampaign
-from wearlab.figures import drawing, kinds
-from wearlab.figures.kind import KINDS, FigureError
+from wearlab.figures import FigureError, drawing, kinds, plot
 from wearlab.figures.question import KEYS, Question
 from wearlab.schema import VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.figures.plot import Plot
     from wearlab.store import Store
 
 ROLES = ("x", "hue", "rows", "cols", "y")
@@ -128,7 +126,7 @@ def question_of(store: "Store", of: WantedFigure) -> tuple[Question, "xr.Dataset
 
 def _told_apart(kind: str, of: WantedFigure, grid: "xr.Dataset") -> dict[str, str]:
     """Return as the colour what differs between marked runs, where a kind draws curves of each."""
-    known, (dim, *_) = KINDS.get(kind), (*map(str, grid.run_id.dims), "")
+    known, (dim, *_) = kinds.KINDS.get(kind), (*map(str, grid.run_id.dims), "")
     curves = known is not None and known.dims and not known.over_sweeps and known.joined is None
     return {"hue": dim} if curves and dim and len(of.runs) > 1 and of.options.get("select") else {}
 
@@ -156,7 +154,7 @@ def of_figures(source: RecordedCampaign) -> list[Question]:
     ]
 
 
-def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> "Plot":
+def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> plot.Plot:
     """Return the figure as data.
 
     Raises
@@ -168,7 +166,7 @@ def seen(store: "Store", asked: Question, grid: "xr.Dataset") -> "Plot":
 
 def possible(grid: "xr.Dataset") -> list[str]:
     """Return the kinds of figures that runs have the variables for, the most telling first."""
-    of_runs = {name: kind.needs for name, kind in KINDS.items() if kind.of == "runs" and name != "line"}
+    of_runs = {name: kind.needs for name, kind in kinds.KINDS.items() if kind.of == "runs" and name != "line"}
     able = (name for name, needs in of_runs.items() if all(need in grid.variables for need in needs))
     return [*put_first(OF_CAMPAIGN, able), "line"]
 
@@ -210,6 +208,6 @@ def over_axes(source: RecordedCampaign, grid: "xr.Dataset") -> list[Question]:
 
 def beside_axes(grid: "xr.Dataset") -> list[str]:
     """Return the keys that advance along an axis of a grid, over which a sweep can be drawn as well."""
-    from wearlab.figures.runs import along_axes
+    from wearlab.figures import runs
 
-    return [name for name in along_axes(grid) if name not in grid.run_id.dims]
+    return [name for name in runs.along_axes(grid) if name not in grid.run_id.dims]

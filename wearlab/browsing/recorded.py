@@ -9,17 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
-from wearlab.figures.doubt import FIRM, TRUSTED
-from wearlab.figures.kinds import KINDS
+from wearlab.figures import doubt, kinds
 from wearlab.query.keys import differing_keys, scene_key
-from wearlab.store import StoreError, outcome
-from wearlab.store.grid import key_text
-from wearlab.store.provenance import name_of
+from wearlab.store import StoreError, grid, outcome, provenance
 from wearlab.units import convert, shown_unit, split
 
 if TYPE_CHECKING:
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
+    from wearlab.store import Store, catalogue
 
 MOST_WORDS = 3  # keys that tell runs apart by words
 BASE = "base"
@@ -108,7 +104,7 @@ def _counts(store: "Store", keys: Sequence[str]) -> dict[str, dict[str, Any]]:
 
 def _doubtful(store: "Store", keys: Sequence[str]) -> list[tuple[Any, ...]]:
     """Return how many runs of each campaign speak against themselves, as figures mark them."""
-    firm, trusted = (", ".join(f"'{word}'" for word in words) for words in (FIRM, ("", TRUSTED)))
+    firm, trusted = (", ".join(f"'{word}'" for word in words) for words in (doubt.FIRM, ("", doubt.TRUSTED)))
     question = (
         "SELECT m.campaign, count(DISTINCT m.run) FROM keys AS k JOIN facts AS f ON f.key = k.number "
         "JOIN runs AS r ON r.number = f.run JOIN members AS m ON m.run = r.id "
@@ -155,7 +151,7 @@ def _figure(table: Any) -> SimpleNamespace:
 
 def _is_of_runs(figure: SimpleNamespace) -> bool:
     """Say whether a figure is drawn from runs; those of an update stand on the page of that."""
-    return figure.kind not in KINDS or KINDS[figure.kind].of == "runs"
+    return figure.kind not in kinds.KINDS or kinds.KINDS[figure.kind].of == "runs"
 
 
 def _from_places(
@@ -201,7 +197,7 @@ def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
     axes: tuple[Axis, ...] = ()
     places: list[dict[str, int]] = [{} for _ in wanted]
     if len(wanted) == 1:
-        title = name_of(store, wanted[0]) or "One run"
+        title = provenance.name_of(store, wanted[0]) or "One run"
     elif len(differing) == 1 and (along := _numbers(differing[0], scenes)) is not None:
         axes, places = along
     else:
@@ -237,14 +233,17 @@ def _short(value: Any, unit: str, shown: str) -> float:
 
 
 def labels_of(
-    store: "Store", entries: "Sequence[Entry]", scenes: Sequence[Mapping[str, Any]], keys: Sequence[str]
+    store: "Store",
+    entries: "Sequence[catalogue.Entry]",
+    scenes: Sequence[Mapping[str, Any]],
+    keys: Sequence[str],
 ) -> list[str]:
     """Return what tells runs apart in words, each once."""
     labels: list[str] = []
     for entry, scene in zip(entries, scenes, strict=True):
-        told = [f"{key_text(key)} {value_of_key(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
+        told = [f"{grid.key_text(key)} {value_of_key(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
         few = bool(told) and len(keys) <= MOST_WORDS
-        label = ", ".join(told) if few else name_of(store, entry.id) or entry.id[:10]
+        label = ", ".join(told) if few else provenance.name_of(store, entry.id) or entry.id[:10]
         labels.append(label if label not in labels else f"{label} ({entry.id[:10]})")
     return labels
 
@@ -272,7 +271,7 @@ def progress(store: "Store") -> dict[str, Any]:
         told.append(
             {
                 "id": str(run_id),
-                "name": name_of(store, run_id) or str(run_id)[:10],
+                "name": provenance.name_of(store, run_id) or str(run_id)[:10],
                 "alive": store.is_alive(str(owner or "")),
                 "since": _since(started, present),
                 "cycles": "" if reached is None else f"{reached.cycle:.4g}",

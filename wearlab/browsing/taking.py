@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from bokeh.resources import Resources
 
-from wearlab.browsing import contents, figures, frame, one_run, question, recorded, words
-from wearlab.browsing.listing import whole
+from wearlab.browsing import contents, figures, frame, listing, one_run, question, recorded, words
 from wearlab.figures import render
 from wearlab.figures.kind import KINDS, FigureError
 from wearlab.nearest import choices
-from wearlab.store import StoreError, files, remarks
+from wearlab.store import StoreError, files, reading, remarks
 from wearlab.store import updates as kept
-from wearlab.store.reading import checked_bytes
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -37,7 +35,7 @@ def printed(store: "Store", name: str, ending: str, arguments: Mapping[str, Sequ
         grid = store.open(source)  # type: ignore[arg-type]
         asked = contents.asked_of(source, grid)
         return figures.printed(
-            store, asked[min(whole(first.get("figure", "")), len(asked)) - 1], grid, ending
+            store, asked[min(listing.whole(first.get("figure", "")), len(asked)) - 1], grid, ending
         )
     if name == "update":
         return printed_update(store, first.get("id", ""), first.get("kind", ""), ending)
@@ -82,7 +80,7 @@ def taken(store: "Store", what: str, prefix: str) -> tuple[bytes, str, str]:
     if what == "citation":
         sentence, bibtex = one_run.citation(store, entry)
         return f"{sentence}\n\n{bibtex}\n".encode(), TEXT, f"citation-{entry.id[:10]}.txt"
-    return checked_bytes(store.file_of(entry.id), entry.sha256), NETCDF, f"{entry.id}.nc"
+    return reading.checked_bytes(store.file_of(entry.id), entry.sha256), NETCDF, f"{entry.id}.nc"
 
 
 def remarked(store: "Store", subject: str, what: str, text: str) -> tuple[str, dict[str, str]]:
