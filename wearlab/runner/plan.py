@@ -352,8 +352,13 @@ def _free(path: Path) -> int:
 def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:
     """Return time and size of scenes from recorded runs: those with the same parts, else all."""
     recorded: dict[tuple[Any, ...], list[tuple[float, float]]] = {}
-    for text, seconds, size in store.catalogue.costs(SAMPLE):
-        recorded.setdefault(parts_of(text), []).append((seconds or 0.0, size or 0.0))
+    latest = store.catalogue.read(
+        "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT ?", [SAMPLE]
+    )
+    for entry in store.entries(run_id for (run_id,) in latest).values():
+        recorded.setdefault(parts_of(entry.scene or "{}"), []).append(
+            (entry.seconds or 0.0, entry.size or 0.0)
+        )
     everything = [cost for costs in recorded.values() for cost in costs]
     if not everything or not scenes:
         return None, None, ""

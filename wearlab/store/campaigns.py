@@ -8,6 +8,9 @@ from datetime import UTC, datetime, timedelta
 from operator import itemgetter
 from typing import Any, Literal
 
+from pydantic import TypeAdapter
+from pydantic_core import ArgsKwargs
+
 from wearlab.store import database, outcome
 
 RECORDS = "CREATE TABLE IF NOT EXISTS records (campaign TEXT PRIMARY KEY, record TEXT) WITHOUT ROWID"
@@ -25,10 +28,13 @@ class Member:
     path: str | None
     run: str
     label: str
-    position: dict[str, Any]
-    comparison: outcome.Comparison | None = None
+    position: database.Place
     reference: str = ""
-    metadata: dict[str, str] = field(default_factory=dict)
+    metadata: database.Table[str] = field(default_factory=dict)
+    comparison: outcome.Comparison | None = None
+
+
+MEMBER = TypeAdapter(Member)
 
 
 class Campaigns(database.Database):
@@ -98,8 +104,8 @@ class Campaigns(database.Database):
     def members(self, runs: Sequence[str] | None = None) -> list[Member]:
         """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
         question = (
-            "SELECT title, path, run, label, position, reference, metadata, verdict, expected, measured, "
-            "met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key "
+            "SELECT title, path, run, label, position, coalesce(reference, ''), metadata, verdict, expected, "
+            "measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key "
             "LEFT JOIN expectations USING (campaign, number)"
         )
         if runs is None:
@@ -108,31 +114,10 @@ class Campaigns(database.Database):
             rows = list(self.read_many(f"{question} WHERE run IN", runs))
         rows.sort(key=itemgetter(12, 13))
         rows.sort(key=lambda row: str(row[11]), reverse=True)
-        return [database.understood("a campaign in the catalogue", _member, *row[:11]) for row in rows]
-
-
-def _member(
-    title: Any, path: Any, run: Any, label: Any, position: Any, reference: Any, metadata: Any, *told: Any
-) -> Member:
-    verdict, expected, measured, met = told
-    return Member(
-        campaign=database.optional_text(title) or "",
-        path=database.optional_text(path),
-        run=database.optional_text(run) or "",
-        label=database.optional_text(label) or "",
-        position=database.place(position),
-        comparison=None if met is None else outcome.Comparison(verdict, expected, measured, bool(met)),
-        reference=database.optional_text(reference) or "",
-        metadata=_texts(metadata),
-    )
-
-
-def _texts(document: str | None) -> dict[str, str]:
-    """Return a table of texts; nothing where an untrusted catalogue holds anything else."""
-    try:
-        return {key: str(text) for key, text in database.table(document).items()}
-    except (ValueError, TypeError, RecursionError):
-        return {}
+        told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in rows)
+        return [
+            database.understood("a campaign in the catalogue", MEMBER.validate_python, one) for one in told
+        ]
 
 
 def key_of(text: str) -> str:

@@ -8,8 +8,10 @@ import sqlite3
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
+
+from pydantic import TypeAdapter
+from pydantic_core import ArgsKwargs
 
 from wearlab.query.keys import flat
 from wearlab.store import database as rows
@@ -30,7 +32,8 @@ LARGEST = 16_000_000  # bytes of the texts of one run in a catalogue of version 
 Row = tuple[Any, ...]
 
 
-class Head(NamedTuple):
+@dataclass(frozen=True)
+class Head:
     """The state of a run, without what it is made of."""
 
     id: str
@@ -56,11 +59,11 @@ class Entry:
     wearlab_version: str | None
     layout: str | None
     reason: str | None
-    warnings: tuple[str, ...]
-    sizes: dict[str, int]
-    digests: dict[str, str]
-    summary: dict[str, Any]
-    scene: str | None
+    warnings: rows.Texts
+    sizes: rows.Lengths
+    digests: rows.Table[Any]
+    summary: rows.Table[Any]
+    scene: rows.TableText
 
     @property
     def values(self) -> dict[str, Any]:
@@ -71,6 +74,9 @@ class Entry:
     def form(self) -> tuple[str | None, tuple[tuple[str, int], ...]]:
         """What runs have in common that are alike: their variables and their lengths."""
         return self.layout, tuple(self.sizes.items())
+
+
+HEAD, ENTRY = TypeAdapter(Head), TypeAdapter(Entry)
 
 
 class Catalogue(Campaigns):
@@ -96,19 +102,19 @@ class Catalogue(Campaigns):
 
     def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
-        return self._runs(_entry, f"{OF_RUNS}, {OF_DOCUMENTS}", ids)
+        return self._runs(ENTRY, f"{OF_RUNS}, {OF_DOCUMENTS}", ids)
 
     def heads(self, ids: Iterable[str]) -> dict[str, Head]:
         """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
         columns = "id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0)"
-        return self._runs(_head, columns, ids)
+        return self._runs(HEAD, columns, ids)
 
     def placed(self, ids: Iterable[str]) -> list[Entry]:
         """Return the known runs among ``ids`` without their scenes, as a grid needs them."""
         columns = f"{OF_RUNS}, {OF_DOCUMENTS.replace('scene', 'NULL')}"
-        return list(self._runs(_entry, columns, ids).values())
+        return list(self._runs(ENTRY, columns, ids).values())
 
-    def _runs(self, read: Callable[[Row], Read], columns: str, ids: Iterable[str] | None) -> dict[str, Read]:
+    def _runs(self, kind: TypeAdapter[Read], columns: str, ids: Iterable[str] | None) -> dict[str, Read]:
         question = f"SELECT {columns} FROM runs LEFT JOIN documents USING (number)"
         wanted = None if ids is None else list(dict.fromkeys(ids))
         rows = (
@@ -116,16 +122,13 @@ class Catalogue(Campaigns):
             if wanted is None
             else self.read_many(f"{question} WHERE id IN", wanted)
         )
-        known = {row[0]: understood(_of(row[0]), read, row) for row in rows}
+        known = {
+            row[0]: understood(
+                f"the catalogue's entry of run {str(row[0])[:40]!r}", kind.validate_python, ArgsKwargs(row)
+            )
+            for row in rows
+        }
         return known if wanted is None else {run_id: known[run_id] for run_id in wanted if run_id in known}
-
-    def costs(self, most: int) -> list[tuple[str, float | None, int | None]]:
-        """Return scene, seconds and bytes of the finished runs, the latest first."""
-        question = (
-            "SELECT scene, seconds, size FROM runs JOIN documents USING (number) "
-            "WHERE state = 'done' ORDER BY number DESC LIMIT ?"
-        )
-        return [understood("a run in the catalogue", _cost, row) for row in self.read(question, [most])]
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
         """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
@@ -147,7 +150,7 @@ class Catalogue(Campaigns):
         wanted = sorted(set(keys))
         known = dict(self.read_many("SELECT key, layout FROM layouts WHERE key IN", wanted))
         what = "a table of variables in the catalogue"
-        return {key: understood(what, lambda stored: rows.layout(known[stored]), key) for key in wanted}
+        return {key: understood(what, rows.layout, known.get(key)) for key in wanted}
 
     def record(
         self,
@@ -340,42 +343,6 @@ def _unpacked(connection: sqlite3.Connection, dictionary: Any, packed: Any) -> t
     except (zlib.error, TypeError, ValueError, RecursionError):
         return (None,) * 4  # 'wearlab verify' names the run, 'wearlab reindex' mends it
     return tuple(texts) if len(texts) == 4 and inflate.eof else (None,) * 4
-
-
-def _of(run_id: Any) -> str:
-    return f"the catalogue's entry of run {str(run_id)[:40]!r}"
-
-
-def _as_it_is(value: Any) -> Any:
-    return value
-
-
-def _id(value: Any) -> str:
-    return rows.optional_text(value) or ""
-
-
-def _of_table(value: Any) -> str | None:
-    """Return the text of a table as it is, None where there is none."""
-    rows.table(value)
-    return value or None
-
-
-TEXT, NUMBER = rows.optional_text, rows.optional_number
-HEAD = (_id, _as_it_is, TEXT, NUMBER, TEXT, bool)
-ENTRY = (
-    *(_id, _as_it_is, TEXT, NUMBER, TEXT, TEXT, NUMBER, TEXT, TEXT, TEXT),
-    *(TEXT, rows.texts, rows.lengths, rows.table, rows.table, _of_table),
-)
-COST = (lambda scene: _of_table(scene) or "{}", NUMBER, NUMBER)
-"""What reads each value of a row, which anybody may have written."""
-
-
-def _read(made: Callable[..., Read], readers: Sequence[Callable[[Any], Any]], row: Row) -> Read:
-    return made(*(read(value) for read, value in zip(readers, row, strict=True)))
-
-
-_head, _entry = partial(_read, Head, HEAD), partial(_read, Entry, ENTRY)
-_cost = partial(_read, lambda *told: told, COST)
 
 
 def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:

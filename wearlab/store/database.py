@@ -7,7 +7,6 @@ on a shared home directory too (a write-ahead log is faster, but wrong as soon a
 is. ``facts`` holds every value that can be asked for, those of one key side by side.
 """
 
-import json
 import os
 import sqlite3
 import weakref
@@ -15,7 +14,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, NotRequired, TypeVar
+
+from pydantic import AfterValidator, BeforeValidator, Json, NonNegativeInt, TypeAdapter, ValidationError
+from typing_extensions import TypedDict
 
 from wearlab.store.files import StoreError
 
@@ -257,64 +259,45 @@ def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
     """
     try:
         return read(*values)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise Unreadable(what, f"{'.'.join(map(str, first['loc']))}: {first['msg']}"[:100]) from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise Unreadable(what, str(error)[:100] or type(error).__name__) from error
 
 
-def table(text: Any) -> dict[str, Any]:
-    """Return a table that is kept as JSON, empty where there is none."""
-    document = json.loads(optional_text(text) or "{}")
-    if not isinstance(document, dict):
-        raise ValueError(f"{str(text)[:20]!r} is no table")
-    return document
+# What rows may hold, which anybody may have written: tables and lists stand there as JSON, or not at all.
+Table = Annotated[Json[dict[str, Value]], BeforeValidator(lambda text: text or "{}")]
+Texts = Annotated[Json[tuple[str, ...]], BeforeValidator(lambda text: text or "[]")]
+Lengths = Table[NonNegativeInt]
+Place = Table[str | int | float | bool | None]  # of a case along each axis of its campaign
 
 
-def place(text: Any) -> dict[str, Any]:
-    """Return a case's place in its campaign: a name, number or yes or no along each axis."""
-    document = table(text)
-    if not all(value is None or isinstance(value, str | int | float) for value in document.values()):
-        raise ValueError(f"{str(text)[:20]!r} is no place")
-    return document
+class StoredVariable(TypedDict):
+    """What a layout has of a variable."""
+
+    dims: list[str]
+    dtype: str
+    attrs: dict[str, Any]
+    coordinate: NotRequired[bool]
 
 
-def texts(text: Any) -> tuple[str, ...]:
-    """Return a list that is kept as JSON, as texts."""
-    document = json.loads(optional_text(text) or "[]")
-    if not isinstance(document, list):
-        raise ValueError(f"{str(text)[:20]!r} is no list")
-    return tuple(map(str, document))
+class Layout(TypedDict):
+    """The variables of a run, and the labels of its dimensions."""
+
+    variables: dict[str, StoredVariable]
+    labels: dict[str, list[Any]]
 
 
-def lengths(text: Any) -> dict[str, int]:
-    """Return the lengths of dimensions."""
-    document = table(text)
-    if not all(isinstance(n, int) and n >= 0 for n in document.values()):
-        raise ValueError(f"{str(text)[:20]!r} are no lengths of dimensions")
-    return document
+table = TypeAdapter(Table[Any]).validate_python
+place = TypeAdapter(Place).validate_python
+layout = TypeAdapter[Any](Layout).validate_json
 
 
-def optional_text(value: Any) -> str | None:
-    """Return a text or None."""
-    if value is not None and not isinstance(value, str):
-        raise TypeError(f"{str(value)[:20]!r} is no text")
-    return value
+def _of_table(text: Any) -> Any:
+    """Return the text of a table as it is, None where there is none."""
+    table(text)
+    return text or None
 
 
-def optional_number(value: Any) -> Any:
-    """Return a number or None."""
-    if value is not None and not isinstance(value, int | float):
-        raise TypeError(f"{str(value)[:20]!r} is no number")
-    return value
-
-
-def layout(text: Any) -> dict[str, Any]:
-    """Return a table of variables: dims, type and attributes of each, and the labels of dimensions."""
-    document = table(text)
-    for name, variable in document["variables"].items():
-        plain = isinstance(variable["dims"], list) and all(isinstance(dim, str) for dim in variable["dims"])
-        if not (plain and isinstance(variable["attrs"], dict) and isinstance(variable["dtype"], str)):
-            raise ValueError(f"variable {name[:20]!r}")
-        variable.setdefault("coordinate", False)
-    if not all(isinstance(labels, list) for labels in document["labels"].values()):
-        raise ValueError("labels of a dimension are no list")
-    return document
+TableText = Annotated[str | None, AfterValidator(_of_table)]
