@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
 from wearlab.campaign.inheritance import CampaignError, is_list_of, modelled
-from wearlab.query.formula import AmountError, amount, names_in, parse_formula, spelled_out
+from wearlab.query.formula import AmountError, amount, parse_formula, spelled_out
 from wearlab.query.keys import QueryError
 from wearlab.scene.problems import shown
 
@@ -378,6 +378,6 @@ def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     return [
         f"{where}: {named.name!r} is no variable{nearest.meant(named.name, known)}"
         for where, formula in told
-        for named in names_in(parse_formula(formula))
+        for named in parse_formula(formula).names
         if named.name not in own and named.name not in known
     ]

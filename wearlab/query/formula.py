@@ -13,9 +13,10 @@ Every name becomes an array with its unit.
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,49 +35,33 @@ NOT_PYTHON = re.compile(rf"{TEXT.pattern}|(?<==)\s*{WORD.pattern}(?=\s*[,\]])|[=
 SIGNS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
 
-@dataclass(frozen=True)
-class PlainNumber:
-    """A plain number."""
+class Measured(NamedTuple):
+    """Values with their unit."""
 
-    value: float
+    values: Any
+    units: str
 
 
-@dataclass(frozen=True)
-class Named:
-    """A variable or coordinate of the runs."""
+WorkedOut = Callable[[Any, Mapping[str, Any]], Measured]
+"""What part of a formula comes to on a campaign's dataset, at places of its dimensions."""
+
+
+class Named(NamedTuple):
+    """A variable or coordinate of the runs, and where a formula names it."""
 
     name: str
     at: int
 
 
-@dataclass(frozen=True)
-class PlacedNumber:
-    """A formula at places: of every variable in it, the part along these dimensions."""
+class Formula(NamedTuple):
+    """A formula that was read: the names in it, and how it is worked out."""
 
-    inner: Any
-    places: tuple[tuple[str, float | str], ...]
-
-
-@dataclass(frozen=True)
-class Applied:
-    """A function of a formula, along one dimension or along all."""
-
-    function: str
-    inner: Any
-    dim: str | None
+    names: tuple[Named, ...]
+    worked_out: WorkedOut
 
 
-@dataclass(frozen=True)
-class Joined:
-    """Two formulas and the sign between them."""
-
-    sign: str
-    left: Any
-    right: Any
-
-
-def parse_formula(text: str) -> Any:
-    """Return the tree of a formula.
+def parse_formula(text: str) -> Formula:
+    """Return what a formula names, and how it is worked out.
 
     Raises
     ------
@@ -84,8 +69,8 @@ def parse_formula(text: str) -> Any:
 
     Examples
     --------
-    >>> parse_formula("max(wear_depth[flank=sun]) / 2").sign
-    '/'
+    >>> parse_formula("max(wear_depth[flank=sun]) / 2").names
+    (Named(name='wear_depth', at=4),)
     """
     if len(text) > LONGEST:
         raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
@@ -98,7 +83,9 @@ def parse_formula(text: str) -> Any:
         raise QueryError(
             f"no formula: {getattr(error, 'msg', 'too deep')}", text, min(at, len(text))
         ) from None
-    return _FormulaReader(text, lead).read(tree, 0)
+    reader = _FormulaReader(text, lead)
+    worked_out = reader.read(tree, 0)
+    return Formula(tuple(reader.names), worked_out)
 
 
 def _in_python(found: re.Match[str]) -> str:
@@ -111,21 +98,9 @@ def _in_python(found: re.Match[str]) -> str:
     return f"'{'_' * (len(part) - 2)}'" if part[0] in "'\"" else "_" * len(part)
 
 
-def names_in(tree: Any) -> Iterator[Named]:
-    """Yield every name that a formula holds."""
-    match tree:
-        case Named():
-            yield tree
-        case PlacedNumber(inner) | Applied(_, inner):
-            yield from names_in(inner)
-        case Joined(_, left, right):
-            yield from names_in(left)
-            yield from names_in(right)
-
-
 def spelled_out(text: str, meanings: Mapping[str, str]) -> str:
     """Return a formula in which names that stand for formulas are replaced by these, in brackets."""
-    found = [(n.at, n.name) for n in names_in(parse_formula(text)) if n.name in meanings]
+    found = [(n.at, n.name) for n in parse_formula(text).names if n.name in meanings]
     for at, name in sorted(found, reverse=True):
         text = f"{text[:at]}({meanings[name]}){text[at + len(name) :]}"
     return text
@@ -137,6 +112,7 @@ class _FormulaReader:
 
     text: str
     lead: int
+    names: list[Named] = field(default_factory=list)
 
     def part(self, node: ast.expr) -> str:
         """Return what a formula has for a node."""
@@ -145,26 +121,29 @@ class _FormulaReader:
     def fail(self, wanted: str, node: ast.expr) -> QueryError:
         return QueryError(f"expected {wanted}", self.text, self.lead + node.col_offset)
 
-    def read(self, node: ast.expr, depth: int) -> Any:
+    def read(self, node: ast.expr, depth: int) -> WorkedOut:
         if depth > DEEPEST:
             raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.lead + node.col_offset)
         match node:
             case ast.Constant() if NUMBER.fullmatch(self.part(node)):
-                return PlainNumber(float(self.part(node)))
+                return partial(_number, float(self.part(node)))
             case ast.Name():
-                return Named(self.part(node), self.lead + node.col_offset)
+                self.names.append(Named(self.part(node), self.lead + node.col_offset))
+                return partial(_variable, self.part(node))
             case ast.UnaryOp(ast.USub(), inner):
-                return Joined("-", PlainNumber(0.0), self.read(inner, depth + 1))
+                return partial(_joined, "-", partial(_number, 0.0), self.read(inner, depth + 1))
             case ast.BinOp(left, sign, right) if type(sign) in SIGNS:
-                return Joined(SIGNS[type(sign)], self.read(left, depth), self.read(right, depth + 1))
+                return partial(
+                    _joined, SIGNS[type(sign)], self.read(left, depth), self.read(right, depth + 1)
+                )
             case ast.Subscript(inner, places):
                 listed = places.elts if isinstance(places, ast.Tuple) else [places]
-                return PlacedNumber(self.read(inner, depth + 1), tuple(map(self.place, listed)))
+                return partial(_placed, self.read(inner, depth + 1), dict(map(self.place, listed)))
             case ast.Call(ast.Name(name), [inner, *along], []):
                 return self.applied(name, self.read(inner, depth + 1), along, node)
         raise self.fail("a number, a name or '('", node)
 
-    def applied(self, name: str, inner: Any, along: list[ast.expr], node: ast.expr) -> Applied:
+    def applied(self, name: str, inner: WorkedOut, along: list[ast.expr], node: ast.expr) -> WorkedOut:
         if name not in FUNCTIONS:
             raise QueryError(
                 f"no function {name!r}; there are {', '.join(FUNCTIONS)}",
@@ -173,9 +152,9 @@ class _FormulaReader:
             )
         match along:
             case [ast.Name() as dim]:
-                return Applied(name, inner, self.part(dim))
+                return partial(_applied, name, inner, self.part(dim))
             case [] if not name.endswith("_at"):
-                return Applied(name, inner, None)
+                return partial(_applied, name, inner, None)
         raise self.fail(f"{name}(formula, dimension)", node)
 
     def place(self, node: ast.expr) -> tuple[str, float | str]:
@@ -204,14 +183,6 @@ class AmountError(ValueError):
     """A formula has no number on these runs; one sentence says why."""
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Values with their unit."""
-
-    values: Any
-    units: str
-
-
 def amount(text: str, grid: Any, units: str = "") -> float:
     """Return the number that a formula has on a campaign's dataset.
 
@@ -225,7 +196,7 @@ def amount(text: str, grid: Any, units: str = "") -> float:
     ------
     AmountError : a name or a label is not there, units do not fit, no run has it, or several numbers remain
     """
-    found = _worked_out(parse_formula(text), grid, {})
+    found = parse_formula(text).worked_out(grid, {})
     values = np.unique(np.asarray(found.values, float))
     values = values[np.isfinite(values)]
     if not values.size:
@@ -245,25 +216,20 @@ def _converted(value: Any, given: str, wanted: str, text: str) -> Any:
         raise AmountError(f"{text}: {error}") from None
 
 
-def _worked_out(tree: Any, grid: Any, places: Mapping[str, Any]) -> Measured:
-    match tree:
-        case PlainNumber(value):
-            import xarray as xr
+def _number(value: float, grid: Any, places: Mapping[str, Any]) -> Measured:
+    import xarray as xr
 
-            return Measured(xr.DataArray(value), "1")
-        case Named(name):
-            return _variable(name, grid, places)
-        case PlacedNumber(inner, own):
-            return _worked_out(inner, grid, {**dict(own), **places})
-        case Applied(function, inner, dim):
-            return _applied(function, _worked_out(inner, grid, places), dim, grid)
-        case Joined(sign, left, right):
-            return _joined(sign, _worked_out(left, grid, places), _worked_out(right, grid, places))
-    raise AssertionError(tree)
+    return Measured(xr.DataArray(value), "1")
 
 
-def _joined(sign: str, left: Measured, right: Measured) -> Measured:
+def _placed(inner: WorkedOut, own: Mapping[str, Any], grid: Any, places: Mapping[str, Any]) -> Measured:
+    """Return a formula at places: of every variable in it, the part along these dimensions."""
+    return inner(grid, {**own, **places})
+
+
+def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Mapping[str, Any]) -> Measured:
     """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
+    left, right = one(grid, places), other(grid, places)
     a, b = left.values, right.values
     if sign in "+-":
         zero = left.units in PLAIN and not np.any(a)
@@ -279,7 +245,11 @@ def _joined(sign: str, left: Measured, right: Measured) -> Measured:
     raise AmountError(f"a product of {left.units} and {right.units}: one side has to be a plain number")
 
 
-def _applied(function: str, found: Measured, dim: str | None, grid: Any) -> Measured:
+def _applied(
+    function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Mapping[str, Any]
+) -> Measured:
+    """Return a function of a formula, along one dimension or along all."""
+    found = inner(grid, places)
     values = found.values
     if function == "abs":
         return Measured(abs(values), found.units)
