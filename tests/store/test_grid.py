@@ -285,10 +285,9 @@ def test_texts_of_runs_are_texts_and_need_no_file(fill, monkeypatch):
 def test_one_text_of_a_lazy_variable_is_no_array(fill):
     store = fill(sweep(1))
     (run,) = store.catalogue.placed([sweep(1).cases[0].id])
-    group = reading.RunGroup({}, {"verdict": {"dims": []}}, {})
     file = reading.RunFile(str(store.files.path(run.id)), run.sha256, 0)
     numbers = np.zeros(1, np.intp)
-    text = reading.LazyVariable("verdict", numbers, [file], [group], {0: ()}, (), np.dtype(object), "")
+    text = reading.LazyVariable("verdict", numbers, [file], {0: ()}, (), np.dtype(object), "")
     assert isinstance(text[:1][0], str)
 
 

@@ -9,7 +9,6 @@ import hashlib
 import json
 import math
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +21,7 @@ from wearlab.query.evaluate import met
 from wearlab.query.keys import differences, flat, quantity_at
 from wearlab.store import catalogue, outcome
 from wearlab.store.files import number_type, refuse_oversized
-from wearlab.store.reading import LazyVariable, Places, RunFile, RunGroup
+from wearlab.store.reading import LazyVariable, RunFile, RunGroup
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:
@@ -41,38 +40,10 @@ MOST_WORDS = 2  # keys that name the base beside its cases
 Variables = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Where runs stand, and what they are like.
-
-    Parameters
-    ----------
-    dims : sweep axes and ``case``
-    numbers : number of the run with data at each point, −1 where there is none (grid shape)
-    files, groups : the runs with data
-    digests : hash of each coordinate's values, per run
-    texts : name → the text of each run, where a run has one: known without opening files
-    sizes : longest length of each run dim
-    labels : labels along run dims; ``by_label`` are those whose values are placed by name
-    token : changes when a run is another
-    """
-
-    dims: tuple[str, ...]
-    numbers: NDArray[np.intp]
-    files: tuple[RunFile, ...]
-    groups: tuple[RunGroup, ...]
-    digests: Sequence[Mapping[str, str]]
-    texts: Mapping[str, NDArray[np.object_]]
-    sizes: Mapping[str, int]
-    labels: Mapping[str, list[Any]]
-    by_label: frozenset[str]
-    token: str
-
-
 def open_grid(
     campaign: "Campaign",
     runs: Sequence[catalogue.Entry],
-    layouts: Mapping[str, dict[str, Any]],
+    layouts: Mapping[str, Any],
     folder: Path,
     scenes: Mapping[str, str],
 ) -> xr.Dataset:
@@ -93,34 +64,235 @@ def open_grid(
     coordinate ``computed``: where a run stands at its own place, not repeated along axes;
     points without data are NaN (text: ""); ``attrs["missing"]`` names the first of them.
     """
-    axes = grid_axes(campaign)
-    points = _points(campaign, axes)
-    known = {run.id: run for run in runs}
-    cases = [known.get(case.id) for case in campaign.cases]
-    done = {run.id: run for run in cases if run is not None and run.state == DONE}
-    grid = _grid(
-        tuple(axes), points, [case.id for case in campaign.cases], list(done.values()), layouts, folder
-    )
-    status = [MISSING if run is None else run.state for run in cases]
-    reasons = ["" if run is None else outcome.last_line(run.reason) for run in cases]
-    variables = _states(campaign, axes, grid, points, status, reasons)
-    coordinates = _axis_coordinates(campaign, axes)
+    cases = _Cases(campaign, {run.id: run for run in runs})
+    stored = _Stored(cases, layouts, folder)
+    variables, coordinates = cases.states(), cases.axis_coordinates()
+    updates = [stored.groups[file.group].sizes.get(UPDATE, 1) for file in stored.files]
+    about = {"long_name": "number of wear states of the run"}
+    variables["n_updates"] = (stored.dims, np.array([*updates, 0], np.int64)[stored.numbers], about)
     if words := _base_text(campaign, scenes):
         coordinates["case"][2]["base"] = words
-    if "case" in axes and campaign.axes:
-        coordinates["computed"] = _computed(
-            campaign, axes, np.asarray(variables["status"][1] == DONE), scenes
-        )
-    for name in dict.fromkeys(name for group in grid.groups for name in group.variables):
-        _add(variables, coordinates, name, grid)
-    for dim in grid.sizes.keys() - coordinates.keys():  # so that grids of unequal lengths are joined
+    if "case" in cases.axes and campaign.axes:
+        coordinates["computed"] = cases.computed(np.asarray(variables["status"][1] == DONE), scenes)
+    for name in dict.fromkeys(name for group in stored.groups for name in group.variables):
+        first, variable = stored.variable(name)
+        # a coordinate that bears its dimension's name but differs from run to run cannot be an index
+        free = f"{name}_values" if name in first["dims"] and name not in stored.labels else name
+        (coordinates if first.get("coordinate") else variables)[free] = variable
+    for dim in stored.sizes.keys() - coordinates.keys():  # so that grids of unequal lengths are joined
         words = "wear state" if dim == UPDATE else dim.replace("_", " ")
-        coordinates[dim] = (dim, np.arange(grid.sizes[dim]), {"long_name": f"number of the {words}"})
+        coordinates[dim] = (dim, np.arange(stored.sizes[dim]), {"long_name": f"number of the {words}"})
     attributes: dict[str, Any] = {"title": campaign.title}
     if campaign.reference:  # CF: no attribute is an empty text
         attributes["references"] = campaign.reference
-    attributes["missing"] = _missing(campaign, axes, points, status)
-    return xr.Dataset(variables, coordinates, attributes)
+    return xr.Dataset(variables, coordinates, attributes | {"missing": cases.missing()})
+
+
+class _Cases:
+    """The cases of a campaign on its grid: where they stand, and what became of each.
+
+    Parameters
+    ----------
+    campaign : its axes and cases
+    known : runs that the catalogue knows, by id
+    """
+
+    def __init__(self, campaign: "Campaign", known: Mapping[str, catalogue.Entry]) -> None:
+        self.campaign, self.axes = campaign, grid_axes(campaign)
+        self.runs = [known.get(case.id) for case in campaign.cases]
+        self.status = [MISSING if run is None else run.state for run in self.runs]
+        # the number of the case at every grid point, −1 where there is none; broadcast where unswept
+        self.points = np.full([len(values) for values in self.axes.values()], -1, np.intp)
+        for number, case in enumerate(campaign.cases):
+            self.points[self.place(case)] = number
+
+    def place(self, case: Any) -> tuple[Any, ...]:
+        """Return the index of a case, or of one that is excluded, in an array over the grid."""
+        place = dict(case.position)
+        if "case" in self.axes and case.label in self.axes["case"]:
+            place["case"] = self.axes["case"].index(case.label)
+        return tuple(place.get(name, slice(None)) for name in self.axes)
+
+    def states(self) -> Variables:
+        """Return what is known of every point: state, why there are no data, and the run."""
+        reasons = ["" if run is None else outcome.last_line(run.reason) for run in self.runs]
+        ids = [case.id for case in self.campaign.cases]
+        states, why, named = (
+            np.asarray(np.array([*texts, ""], object)[self.points], object)
+            for texts in (self.status, reasons, ids)
+        )
+        for exclusion in getattr(self.campaign, "excluded", ()):
+            place = self.place(exclusion)
+            free = np.broadcast_to(self.points[place] < 0, np.shape(states[place]))
+            states[place] = np.where(free, EXCLUDED, states[place])
+            why[place] = np.where(free, exclusion.condition, why[place])
+        told = {
+            "status": (states, "state of the run"),
+            "reason": (why, "why the run has no data"),
+            "run_id": (named, "identity of the run"),
+        }
+        return {
+            name: (tuple(self.axes), texts.astype(str), {"long_name": words})
+            for name, (texts, words) in told.items()
+        }
+
+    def axis_coordinates(self) -> Variables:
+        """Return the sweep axes, what advances along them, and the labels of the cases."""
+        coordinates: Variables = {}
+        for axis in self.campaign.axes:
+            for name, values in _along(axis).items():
+                units = {} if not values.units else {"units": values.units}
+                told = {"long_name": key_text(values.key or name), **units, "key": values.key}
+                coordinates[name] = (axis.name, list(values.values), told)
+        if "case" in self.axes:
+            coordinates["case"] = ("case", self.axes["case"], {"long_name": "case"})
+        return coordinates
+
+    def computed(self, done: NDArray[np.bool_], scenes: Mapping[str, str]) -> tuple[Any, ...]:
+        """Return where each run stands at its own place, and the own values of cases that are repeated."""
+        computed, own = done.copy(), {}
+        for case in self.campaign.cases:
+            if case.position:
+                continue
+            scene = dict(flat(json.loads(scenes.get(case.id) or "{}")))
+            given = {
+                name: value
+                for axis in self.campaign.axes
+                for name, along in _along(axis).items()
+                if (value := _own_value(scene.get(along.key), along)) is not None
+            }
+            place = self.place(case)
+            at_own = np.ones(np.shape(done[place]), bool)
+            for number, axis in enumerate(self.campaign.axes):
+                keys = _along(axis).items()
+                equal = np.all([[_same(given.get(n), v) for v in along.values] for n, along in keys], axis=0)
+                at_own &= equal.reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
+            computed[place] &= at_own
+            own[case.label] = given
+        words = "whether the run stands at its own place here; else a case without a sweep, repeated"
+        about = {"long_name": words, "own_values": json.dumps(own, ensure_ascii=False)}
+        return (tuple(self.axes), computed, about)
+
+    def missing(self) -> list[str]:
+        """Name the first grid points that have a run but no data, and say how many more there are."""
+        lacking = np.argwhere(np.array([*(state != DONE for state in self.status), False])[self.points])
+        names = []
+        for point in lacking[:MOST_MISSING]:
+            number = self.points[tuple(point)]
+            places = zip(self.axes, point, strict=True)
+            where = ", ".join(f"{name}={outcome.value_text(self.axes[name][i], None)}" for name, i in places)
+            names.append(f"{where or self.campaign.cases[number].id}: {self.status[number]}")
+        more = len(lacking) - len(names)
+        return [*names, f"and {more} more, by status"] if more > 0 else names
+
+
+class _Stored:
+    """The runs with data on a grid, and what they are like.
+
+    Parameters
+    ----------
+    cases : where runs stand
+    layouts, folder : as `open_grid` gets them
+    """
+
+    def __init__(self, cases: _Cases, layouts: Mapping[str, Any], folder: Path) -> None:
+        self.done = list(
+            {run.id: run for run in cases.runs if run is not None and run.state == DONE}.values()
+        )
+        kinds = {form: number for number, form in enumerate(dict.fromkeys(run.form for run in self.done))}
+        known = [(layouts[key or ""], dict(sizes)) for key, sizes in kinds]
+        self.groups = [RunGroup(sizes, layout["variables"], layout["labels"]) for layout, sizes in known]
+        self.files = tuple(
+            RunFile(f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form]) for run in self.done
+        )
+        for number, group in enumerate(self.groups):
+            refuse_oversized(next(file.path for file in self.files if file.group == number), _claimed(group))
+        # the number of the run with data at each point, −1 where there is none
+        of_run = {run.id: number for number, run in enumerate(self.done)}
+        of_case = [of_run.get(case.id, -1) for case in cases.campaign.cases]
+        self.dims, self.numbers = (
+            tuple(cases.axes),
+            np.asarray(np.array([*of_case, -1], np.intp)[cases.points]),
+        )
+        made = ([(run.id, run.sha256) for run in self.done], cases.points.tobytes(), str(folder))
+        self.token = hashlib.sha256(repr(made).encode()).hexdigest()[:16]  # another when a run is
+        self._join()
+
+    def _join(self) -> None:
+        """Join the run dims: the union of names along a dim of text, the longest of the others."""
+        self.sizes: dict[str, int] = {}
+        self.labels: dict[str, list[Any]] = {}
+        self.by_label = set[str]()
+        for group in self.groups:
+            for dim, size in group.sizes.items():
+                self.sizes[dim] = max(size, self.sizes.get(dim, 0))
+        for dim in self.sizes:
+            known = [group.labels[dim] for group in self.groups if dim in group.labels]
+            if not known:
+                continue
+            if isinstance(known[0][0] if known[0] else "", str):
+                self.by_label.add(dim)
+                self.labels[dim] = list(dict.fromkeys(label for some in known for label in some))
+                self.sizes[dim] = len(self.labels[dim])
+            elif (longest := max(known, key=len)) and all(some == longest[: len(some)] for some in known):
+                self.labels[dim] = longest
+
+    def variable(self, name: str) -> tuple[Mapping[str, Any], Any]:
+        """Return how a variable is stored, and it on the grid: labels and texts known, others lazy arrays."""
+        first = next(group.variables[name] for group in self.groups if name in group.variables)
+        own = tuple(first["dims"])
+        if not own and first["dtype"] == "str":  # such as the verdict: as the catalogue has it
+            texts = np.array([*(str(run.summary.get(name) or "") for run in self.done), ""], object)
+            return first, (self.dims, np.asarray(texts[self.numbers], TEXT), first["attrs"])
+        if own == (name,) and name in self.labels:
+            return first, ((name,), self.labels[name], first["attrs"])
+        numbers, dims = self.numbers, self.dims
+        digests = {run.digests.get(name) for run in self.done}
+        if first.get("coordinate") and len(digests) == 1 and None not in digests:  # one file answers for all
+            numbers, dims = np.zeros((), np.intp), ()
+        places = {
+            number: tuple(self._place(group.labels.get(dim), dim) for dim in own)
+            for number, group in enumerate(self.groups)
+            if tuple(group.variables.get(name, {}).get("dims", "?")) == own
+        }
+        padded = tuple(self.sizes[dim] for dim in own)
+        whole = (
+            bool((numbers >= 0).all())
+            and len(places) == len(self.groups)
+            and all(group.sizes[dim] == self.sizes[dim] for group in self.groups for dim in own)
+        )
+        dtype, fill = _dtype(first["dtype"], whole)
+        lazy = LazyVariable(name, numbers, self.files, places, padded, dtype, fill)
+        data = dask.array.from_array(
+            lazy,
+            chunks=tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded),
+            name=f"{name}-{self.token}",
+            asarray=False,
+            meta=np.empty((0,) * lazy.ndim, dtype),
+            inline_array=True,
+        )
+        return first, xr.Variable(dims + own, data, first["attrs"], fastpath=True)
+
+    def _place(self, labels: list[Any] | None, dim: str) -> list[int] | None:
+        """Return where values go along a dim, None where they simply start at 0."""
+        union = self.labels.get(dim, [])
+        if dim not in self.by_label or labels is None or labels == union[: len(labels)]:
+            return None
+        return [union.index(label) for label in labels]
+
+
+def _claimed(group: RunGroup) -> int:
+    """Return the bytes of the largest variable."""
+    sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
+    return max((8 * math.prod(lengths) for lengths in sizes), default=0)
+
+
+def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
+    """Return dtype and filling: text stays text, numbers with holes become float64."""
+    if stored == "str":
+        return TEXT, ""
+    stored = number_type(stored)
+    return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 
 def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
@@ -130,14 +302,6 @@ def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
     if labels != [BASE]:
         axes["case"] = sorted(labels, key=lambda label: label != BASE)
     return axes
-
-
-def _points(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> NDArray[np.intp]:
-    """Return the number of the case at every grid point, −1 where there is none; broadcast where unswept."""
-    points = np.full([len(values) for values in axes.values()], -1, np.intp)
-    for number, case in enumerate(campaign.cases):
-        points[_place(case, axes)] = number
-    return points
 
 
 def named_runs(campaign: "Campaign") -> list[str]:
@@ -173,33 +337,6 @@ def _changed(base: str, other: str, swept: Container[str]) -> dict[str, str]:
     return {d.key: str(d.a) for d in pairs if d.key not in swept}
 
 
-def _computed(
-    campaign: "Campaign", axes: Mapping[str, list[Any]], done: NDArray[np.bool_], scenes: Mapping[str, str]
-) -> tuple[Any, ...]:
-    """Return where each run stands at its own place, and the own values of the cases that are repeated."""
-    computed, own = done.copy(), {}
-    for case in campaign.cases:
-        if case.position:
-            continue
-        scene = dict(flat(json.loads(scenes.get(case.id) or "{}")))
-        given = {
-            name: value
-            for axis in campaign.axes
-            for name, along in _along(axis).items()
-            if (value := _own_value(scene.get(along.key), along)) is not None
-        }
-        place = _place(case, axes)
-        at_own = np.ones(np.shape(done[place]), bool)
-        for number, axis in enumerate(campaign.axes):
-            keys = _along(axis).items()
-            equal = np.all([[_same(given.get(n), v) for v in along.values] for n, along in keys], axis=0)
-            at_own &= equal.reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
-        computed[place] &= at_own
-        own[case.label] = given
-    words = "whether the run stands at its own place here; else a case without a sweep, repeated"
-    return (tuple(axes), computed, {"long_name": words, "own_values": json.dumps(own, ensure_ascii=False)})
-
-
 def _along(axis: "Axis") -> "dict[str, Axis | Coordinate]":
     """Return an axis and what advances along it, by name."""
     return {axis.name: axis, **axis.coordinates}
@@ -225,190 +362,6 @@ def _same(value: Any, other: Any) -> bool:
     return bool(value == other)
 
 
-def _place(case: Any, axes: Mapping[str, list[Any]]) -> tuple[Any, ...]:
-    place = dict(case.position)
-    if "case" in axes and case.label in axes["case"]:
-        place["case"] = axes["case"].index(case.label)
-    return tuple(place.get(name, slice(None)) for name in axes)
-
-
-def _grid(
-    dims: tuple[str, ...],
-    points: NDArray[np.intp],
-    ids: Sequence[str],
-    done: Sequence[catalogue.Entry],
-    layouts: Mapping[str, dict[str, Any]],
-    folder: Path,
-) -> Grid:
-    numbers = {run.id: number for number, run in enumerate(done)}
-    of_case = np.array([*(numbers.get(run_id, -1) for run_id in ids), -1], np.intp)
-    kinds = {run.form: None for run in done}
-    known = [(layouts[key or ""], dict(sizes)) for key, sizes in kinds]
-    groups = tuple(RunGroup(sizes, layout["variables"], layout["labels"]) for layout, sizes in known)
-    place = {kind: number for number, kind in enumerate(kinds)}
-    top = str(folder)
-    files = tuple(RunFile(f"{top}/{r.id[:2]}/{r.id}.nc", r.sha256, place[r.form]) for r in done)
-    for number, group in enumerate(groups):
-        refuse_oversized(next(file.path for file in files if file.group == number), _claimed(group))
-    sizes, labels, by_label = _shape(groups)
-    token = hashlib.sha256(
-        repr(([(r.id, r.sha256) for r in done], points.tobytes(), top)).encode()
-    ).hexdigest()
-    digests = [run.digests for run in done]
-    texts = _texts(done, groups)
-    return Grid(
-        dims, np.asarray(of_case[points]), files, groups, digests, texts, sizes, labels, by_label, token[:16]
-    )
-
-
-def _texts(done: Sequence[catalogue.Entry], groups: Sequence[RunGroup]) -> dict[str, NDArray[np.object_]]:
-    """Return the texts that runs have one of, such as the verdict, as the catalogue has them."""
-    of_group = [
-        {n for n, v in group.variables.items() if v["dtype"] == "str" and not v["dims"]} for group in groups
-    ]
-    names = sorted(set[str]().union(*of_group))
-    return {
-        name: np.array([*(str(run.summary.get(name) or "") for run in done), ""], object) for name in names
-    }
-
-
-def _claimed(group: RunGroup) -> int:
-    """Return the bytes of the largest variable."""
-    sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
-    return max((8 * math.prod(lengths) for lengths in sizes), default=0)
-
-
-def _shape(groups: Sequence[RunGroup]) -> tuple[dict[str, int], dict[str, list[Any]], frozenset[str]]:
-    """Join the run dims: the union of names along a dim of text, the longest of the others."""
-    sizes: dict[str, int] = {}
-    labels: dict[str, list[Any]] = {}
-    for group in groups:
-        for dim, size in group.sizes.items():
-            sizes[dim] = max(size, sizes.get(dim, 0))
-    by_label = set()
-    for dim in sizes:
-        known = [group.labels[dim] for group in groups if dim in group.labels]
-        if not known:
-            continue
-        if isinstance(known[0][0] if known[0] else "", str):
-            by_label.add(dim)
-            labels[dim] = list(dict.fromkeys(label for some in known for label in some))
-            sizes[dim] = len(labels[dim])
-        elif (longest := max(known, key=len)) and all(some == longest[: len(some)] for some in known):
-            labels[dim] = longest
-    return sizes, labels, frozenset(by_label)
-
-
-def _add(variables: Variables, coordinates: Variables, name: str, grid: Grid) -> None:
-    """Put one variable into the grid: shared labels as they are, everything else as a lazy array."""
-    first = next(group.variables[name] for group in grid.groups if name in group.variables)
-    own = tuple(first["dims"])
-    if not own and name in grid.texts:
-        texts = np.asarray(grid.texts[name][grid.numbers], TEXT)
-        (coordinates if first["coordinate"] else variables)[name] = (grid.dims, texts, first["attrs"])
-        return
-    if own == (name,) and name in grid.labels:
-        coordinates[name] = ((name,), grid.labels[name], first["attrs"])
-        return
-    numbers, dims = grid.numbers, grid.dims
-    if first["coordinate"] and _is_shared(name, grid):  # one file answers for all
-        numbers, dims = np.zeros((), np.intp), ()
-    places = {
-        number: _places(group, own, grid)
-        for number, group in enumerate(grid.groups)
-        if tuple(group.variables.get(name, {}).get("dims", "?")) == own
-    }
-    padded = tuple(grid.sizes[dim] for dim in own)
-    whole = (
-        bool((numbers >= 0).all())
-        and len(places) == len(grid.groups)
-        and all(group.sizes[dim] == grid.sizes[dim] for group in grid.groups for dim in own)
-    )
-    dtype, fill = _dtype(first["dtype"], whole)
-    lazy = LazyVariable(name, numbers, grid.files, grid.groups, places, padded, dtype, fill)
-    data = dask.array.from_array(
-        lazy,
-        chunks=tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded),
-        name=f"{name}-{grid.token}",
-        asarray=False,
-        meta=np.empty((0,) * lazy.ndim, dtype),
-        inline_array=True,
-    )
-    # a coordinate that bears its dimension's name but differs from run to run cannot be an index
-    free = f"{name}_values" if name in own else name
-    (coordinates if first["coordinate"] else variables)[free] = xr.Variable(
-        dims + own, data, first["attrs"], fastpath=True
-    )
-
-
-def _is_shared(name: str, grid: Grid) -> bool:
-    """Say whether a coordinate has the same values in every run."""
-    digests = {digests.get(name) for digests in grid.digests}
-    return len(digests) == 1 and None not in digests
-
-
-def _places(group: RunGroup, own: tuple[str, ...], grid: Grid) -> Places:
-    """Return where a group's values go along each of their dims, None where they simply start at 0."""
-    return tuple(
-        _labelled(group.labels.get(dim), grid.labels[dim]) if dim in grid.by_label else None for dim in own
-    )
-
-
-def _labelled(labels: list[Any] | None, union: list[Any]) -> list[int] | None:
-    if labels is None or labels == union[: len(labels)]:
-        return None
-    return [union.index(label) for label in labels]
-
-
-def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
-    """Return dtype and filling: text stays text, numbers with holes become float64."""
-    if stored == "str":
-        return TEXT, ""
-    stored = number_type(stored)
-    return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
-
-
-def _states(
-    campaign: "Campaign",
-    axes: Mapping[str, list[Any]],
-    grid: Grid,
-    points: NDArray[np.intp],
-    status: Sequence[str],
-    reasons: Sequence[str],
-) -> Variables:
-    """Return what is known of every point: state, why there are no data, run, number of wear states."""
-    ids = [case.id for case in campaign.cases]
-    states, why, named = (
-        np.asarray(np.array([*texts, ""], object)[points], object) for texts in (status, reasons, ids)
-    )
-    for exclusion in getattr(campaign, "excluded", ()):
-        place = _place(exclusion, axes)
-        free = np.broadcast_to(points[place] < 0, np.shape(states[place]))
-        states[place] = np.where(free, EXCLUDED, states[place])
-        why[place] = np.where(free, exclusion.condition, why[place])
-    lengths = [grid.groups[file.group].sizes.get(UPDATE, 1) for file in grid.files]
-    updates = np.array([*lengths, 0], np.int64)[grid.numbers]
-    dims = grid.dims
-    return {
-        "status": (dims, states.astype(str), {"long_name": "state of the run"}),
-        "reason": (dims, why.astype(str), {"long_name": "why the run has no data"}),
-        "run_id": (dims, named.astype(str), {"long_name": "identity of the run"}),
-        "n_updates": (dims, updates, {"long_name": "number of wear states of the run"}),
-    }
-
-
-def _axis_coordinates(campaign: "Campaign", axes: Mapping[str, list[Any]]) -> Variables:
-    coordinates: Variables = {}
-    for axis in campaign.axes:
-        for name, values in _along(axis).items():
-            units = {} if not values.units else {"units": values.units}
-            told = {"long_name": key_text(values.key or name), **units, "key": values.key}
-            coordinates[name] = (axis.name, list(values.values), told)
-    if "case" in axes:
-        coordinates["case"] = ("case", axes["case"], {"long_name": "case"})
-    return coordinates
-
-
 def key_text(key: str) -> str:
     """Return what stands under a key in words: its last word, and what it is of where that says too little.
 
@@ -420,21 +373,6 @@ def key_text(key: str) -> str:
     words = key.split(".")
     some = words[-3:-1] if words[-1] == "value" else words[-2:] if words[-1] in UNSAID else words[-1:]
     return " ".join(some or words).replace("_", " ")
-
-
-def _missing(
-    campaign: "Campaign", axes: Mapping[str, list[Any]], points: NDArray[np.intp], status: Sequence[str]
-) -> list[str]:
-    """Name the first grid points that have a run but no data, and say how many more there are."""
-    lacking = np.argwhere(np.array([*(state != DONE for state in status), False])[points])
-    names = []
-    for point in lacking[:MOST_MISSING]:
-        number = points[tuple(point)]
-        places = zip(axes, point, strict=True)
-        where = ", ".join(f"{name}={outcome.value_text(axes[name][i], None)}" for name, i in places)
-        names.append(f"{where or campaign.cases[number].id}: {status[number]}")
-    more = len(lacking) - len(names)
-    return [*names, f"and {more} more, by status"] if more > 0 else names
 
 
 def axes_in_si(grid: "xr.Dataset") -> "xr.Dataset":

@@ -248,7 +248,7 @@ class LazyVariable:
     ----------
     name : of the variable
     numbers : number of the run at each grid point, −1 where there is none (grid shape)
-    files, groups : the runs
+    files : the runs
     places : per group, where its values go along each run dim (None: from 0 on)
     padded : lengths of the run dims
     dtype, fill : of the result
@@ -257,7 +257,6 @@ class LazyVariable:
     name: str
     numbers: NDArray[np.intp]
     files: Sequence[RunFile]
-    groups: Sequence[RunGroup]
     places: Mapping[int, Places]
     padded: tuple[int, ...]
     dtype: np.dtype[Any]
@@ -276,27 +275,17 @@ class LazyVariable:
     def __getitem__(self, index: Any) -> NDArray[Any]:
         """Return the values in a block of points, given by a slice or a number for each dim."""
         index = index if isinstance(index, tuple) else (index,)
-        index += (slice(None),) * (self.ndim - len(index))
-        grid = self.numbers.ndim
-        wide = tuple(i if isinstance(i, slice) else slice(int(i), int(i) + 1) for i in index[:grid])
-        numbers = np.asarray(self.numbers[wide])
+        numbers = np.asarray(self.numbers[index[: self.numbers.ndim]])
         result = np.full(numbers.shape + self.padded, self.fill, self.dtype)
         for point in np.ndindex(numbers.shape):
             number = int(numbers[point])
-            if number >= 0 and self.files[number].group in self.places:
+            if number >= 0 and (places := self.places.get(self.files[number].group)) is not None:
                 values = self._values(self.files[number])
+                along = zip(values.shape, places, strict=True)
+                where = np.ix_(*(np.arange(n) if place is None else np.asarray(place) for n, place in along))
                 # a 0-d array of texts would stand in an object array as an array
-                result[(*point, *self._where(self.files[number].group, values.shape))] = values[()]
-        kept = tuple(slice(None) if isinstance(i, slice) else 0 for i in index[:grid])
-        return np.asarray(result[kept + index[grid:]])
-
-    def _where(self, group: int, lengths: tuple[int, ...]) -> tuple[Any, ...]:
-        """Return the index of a group's values among the padded ones."""
-        places = self.places[group]
-        if all(place is None for place in places):
-            return tuple(slice(n) for n in lengths)
-        where = zip(lengths, places, strict=True)
-        return np.ix_(*(np.arange(n) if place is None else np.asarray(place) for n, place in where))
+                result[(*point, *where)] = values[()]
+        return np.asarray(result[(slice(None),) * numbers.ndim + index[self.numbers.ndim :]])
 
     def _values(self, file: RunFile) -> NDArray[Any]:
         return read_variable(file.path, self.name, file.sha256)
