@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from wearlab.arrays import Array, Flags
+from wearlab.arrays import Array
 from wearlab.scene.wear import StartWear
 from wearlab.store.files import StoreError
 
@@ -107,30 +107,14 @@ def _aligned(variable: xr.DataArray, progress: xr.DataArray, values: Array, on: 
 
 
 def _interpolated(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
-    """Interpolate y (own…, update) of one run over x (update) at common values."""
+    """Interpolate y (own…, update) of one run over x (update) at common values, where x goes on rising."""
     known = np.flatnonzero(np.isfinite(x))
-    known = known[_rising(x[known])]
+    known = known[np.diff(np.maximum.accumulate(x[known]), prepend=-np.inf) > 0.0]
     if not known.size:
         return np.full(y.shape[:-1] + at.shape, np.nan)
-    return _line(x[known], y[..., known], at)
-
-
-def _rising(x: Array) -> Flags:
-    """Say which values are beyond all before them."""
-    before = np.concatenate([[-np.inf], np.maximum.accumulate(x)[:-1]])
-    rising: Flags = x > before
-    return rising
-
-
-def _line(x: NDArray[Any], y: NDArray[Any], at: Array) -> Array:
-    left = np.clip(np.searchsorted(x, at, side="right") - 1, 0, max(len(x) - 2, 0))
-    right = np.minimum(left + 1, len(x) - 1)
-    width = np.where(right > left, x[right] - x[left], 1.0)
-    share = (at - x[left]) / width
-    exact = share == 0.0
-    values = np.where(exact, y[..., left], y[..., left] + share * (y[..., right] - y[..., left]))
-    values[..., (at < x[0]) | (at > x[-1])] = np.nan
-    return values
+    lines = y.reshape(-1, len(x))[:, known]
+    values = [np.interp(at, x[known], line, left=np.nan, right=np.nan) for line in lines]
+    return np.reshape(values, y.shape[:-1] + at.shape)
 
 
 ERROR = "error_estimate_wear_depth"

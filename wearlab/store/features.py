@@ -8,8 +8,8 @@ that become columns are read, each file once.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -86,96 +86,69 @@ HARMONICS = ("mesh_stiffness", "static_transmission_error", "dynamic_transmissio
 """Signals whose RMS and amplitudes at mesh orders the dataset has already, jumps between phases included."""
 
 
-@dataclass(frozen=True)
-class Source:
-    """A variable that features are made of.
-
-    Parameters
-    ----------
-    name, dims : as stored
-    units, display_units : of its values
-    ends : end of the column's name for each place along the named dims
-    """
-
-    name: str
-    dims: tuple[str, ...]
-    units: str
-    display_units: str
-    ends: tuple[str, ...]
-
-    def columns(self, stored: NDArray[Any], states: int) -> dict[Column, Array]:
-        """Return each column's numbers, one a wear state; what knows no wear states is the same at each."""
-        own = [dim for dim in self.dims if dim not in (STATE, *ALONG)]
-        order = [self.dims.index(dim) for dim in (STATE, *own, *ALONG) if dim in self.dims]
-        lengths = dict(zip(self.dims, stored.shape, strict=True))
-        signal = [lengths[dim] for dim in ALONG if dim in lengths]
-        shape = (lengths.get(STATE, 1), -1, *(1,) * (len(ALONG) - len(signal)), *signal)
-        values = np.asarray(stored, float).transpose(order).reshape(shape)
-        if not signal:
-            return self._named({"": values[..., 0, 0]}, states)
-        told = indicators(values)
-        twice = ("rms", "order_") if self.name in HARMONICS else ()
-        kept = {what: indicator for what, indicator in told.items() if not (twice and what.startswith(twice))}
-        return self._named(kept, states)
-
-    def _named(self, named: Mapping[str, Array], states: int) -> dict[Column, Array]:
-        return {
-            Column(
-                f"{self.name}{what and '_'}{what}{end}",
-                INDICATORS.get(what) or self.units,
-                INDICATORS.get(what) or self.display_units,
-            ): np.broadcast_to(values[:, place], states)
-            for place, end in enumerate(self.ends)
-            for what, values in named.items()
-        }
-
-
-def sources(
-    variables: Mapping[str, Mapping[str, Any]],
-    labels: Mapping[str, Sequence[Any]],
-    sizes: Mapping[str, int],
-    wanted: Sequence[str] | None,
-) -> list[Source]:
-    """Return the variables of runs that are alike, of which features are made.
-
-    Parameters
-    ----------
-    variables : dims, dtype and attributes of each, and whether it is a coordinate
-    labels : along dimensions
-    sizes : lengths of dimensions
-    wanted : names [every number]
-    """
-    return [
-        Source(
-            name,
-            tuple(variable["dims"]),
-            str(variable["attrs"].get("units", "")),
-            str(variable["attrs"].get("display_units", "")),
-            _ends([dim for dim in variable["dims"] if dim in NAMED], labels, sizes),
-        )
-        for name, variable in variables.items()
-        if np.dtype(variable["dtype"]).kind in "fiu"
-        and not variable["coordinate"]
-        and declared_key(name) is not None
-        and (not name.startswith(LEFT_OUT) if wanted is None else name in wanted)
-        and set(variable["dims"]) <= {STATE, *NAMED, *ALONG}
-    ]
-
-
-def _ends(
-    dims: Sequence[str], labels: Mapping[str, Sequence[Any]], sizes: Mapping[str, int]
-) -> tuple[str, ...]:
-    ends = [""]
-    for dim in dims:
-        along = labels.get(dim) or range(1, sizes[dim] + 1)
-        ends = [f"{end}.{label}" for end in ends for label in along]
-    return tuple(ends)
-
-
 ALWAYS = ("operation.torque", "operation.speed")
 RUN, NUMBER = Column("run"), Column("state")
 TIMES = (Column("cycle", "1", "1"), Column("operating_hours", "s", "h"))
 Values = dict[Column, list[Any]]
+
+
+class _Alike:
+    """Runs that are alike: which of their variables become columns, and how.
+
+    Parameters
+    ----------
+    layout, sizes : their variables with labels along dimensions, and lengths of dimensions
+    wanted : names [every number]
+    """
+
+    def __init__(
+        self, layout: Mapping[str, Any], sizes: Mapping[str, int], wanted: Sequence[str] | None
+    ) -> None:
+        self.variables, self.labels, self.states = layout["variables"], layout["labels"], sizes.get(STATE, 1)
+        self.names = [
+            name
+            for name, variable in self.variables.items()
+            if np.dtype(variable["dtype"]).kind in "fiu"
+            and not variable.get("coordinate")
+            and declared_key(name) is not None
+            and (not name.startswith(LEFT_OUT) if wanted is None else name in wanted)
+            and set(variable["dims"]) <= {STATE, *NAMED, *ALONG}
+        ]
+
+    def rows(self, run: "catalogue.Entry", path: str, given: Mapping[Column, Any]) -> Values:
+        """Return the values of each column of one run, one a wear state, None for what is not finite."""
+        times = [time for time in TIMES if self.variables.get(time.name, {}).get("dims") == [STATE]]
+        stored = reading.read_variables(path, [*(time.name for time in times), *self.names], run.sha256)
+        block: Values = {RUN: [run.id] * self.states, NUMBER: list(range(self.states))}
+        block |= {time: _plain(stored[time.name]) for time in times}
+        block |= {column: [value] * self.states for column, value in given.items()}
+        for name in self.names:
+            block |= {column: _plain(values) for column, values in self.columns(name, stored[name]).items()}
+        return block
+
+    def columns(self, name: str, stored: NDArray[Any]) -> dict[Column, Array]:
+        """Return each column's numbers, one a wear state; what knows no wear states is the same at each."""
+        dims, attributes = self.variables[name]["dims"], self.variables[name]["attrs"]
+        lengths = dict(zip(dims, stored.shape, strict=True))
+        own = [dim for dim in dims if dim in NAMED]
+        order = [dims.index(dim) for dim in (STATE, *own, *ALONG) if dim in dims]
+        signal = [lengths[dim] for dim in ALONG if dim in lengths]
+        shape = (lengths.get(STATE, 1), -1, *(1,) * (len(ALONG) - len(signal)), *signal)
+        values = np.asarray(stored, float).transpose(order).reshape(shape)
+        told = indicators(values) if signal else {"": values[..., 0, 0]}
+        known = ("rms", "order_") if name in HARMONICS else ()
+        places = product(*(self.labels.get(dim) or range(1, lengths[dim] + 1) for dim in own))
+        units, shown = (str(attributes.get(key, "")) for key in ("units", "display_units"))
+        return {
+            Column(
+                ".".join([f"{name}_{what}" if what else name, *map(str, labels)]),
+                INDICATORS.get(what) or units,
+                INDICATORS.get(what) or shown,
+            ): np.broadcast_to(column[:, place], self.states)
+            for place, labels in enumerate(places)
+            for what, column in told.items()
+            if not what.startswith(known)
+        }
 
 
 def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
@@ -203,49 +176,19 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
         raise StoreError(f"features: no run {'that is done meets the condition' if where else 'is done'}")
     inputs = _differing(done)
     layouts = store.catalogue.layouts(run.layout for run in done.values() if run.layout)
-    plans = {run.form: _plan(layouts[run.layout or ""], run.sizes, variables) for run in done.values()}
+    alike = {run.form: _Alike(layouts[run.layout or ""], run.sizes, variables) for run in done.values()}
     blocks = [
-        _block(run, plans[run.form], str(store.files.path(run_id)), inputs[run_id])
+        alike[run.form].rows(run, str(store.files.path(run_id)), inputs[run_id])
         for run_id, run in done.items()
     ]
-    own = (RUN, NUMBER, *TIMES)
-    columns = tuple(dict.fromkeys((*own, *(column for _, block in blocks for column in block))))
+    columns = tuple(dict.fromkeys((RUN, NUMBER, *TIMES, *(column for block in blocks for column in block))))
     known = {name for layout in layouts.values() for name in layout["variables"]}
     _refuse_unknown(variables, columns, known)
     stacked = [
-        [value for count, block in blocks for value in block.get(column) or [None] * count]
+        [value for block in blocks for value in block.get(column) or [None] * len(block[RUN])]
         for column in columns
     ]
     return Table(columns, list(zip(*stacked, strict=True)))
-
-
-def _plan(
-    layout: Mapping[str, Any], lengths: Mapping[str, int], wanted: Sequence[str] | None
-) -> tuple[int, tuple[Column, ...], list[Source]]:
-    """Return the number of wear states, the times and the sources of runs that are alike."""
-    known = layout["variables"]
-    times = tuple(time for time in TIMES if time.name in known and known[time.name]["dims"] == [STATE])
-    return lengths.get(STATE, 1), times, sources(known, layout["labels"], lengths, wanted)
-
-
-def _block(
-    run: "catalogue.Entry",
-    plan: tuple[int, tuple[Column, ...], list[Source]],
-    path: str,
-    given: Mapping[Column, Any],
-) -> tuple[int, Values]:
-    """Return the rows of one run: their number, and the values of each column."""
-    states, times, of = plan
-    stored = reading.read_variables(
-        path, [*(time.name for time in times), *(feature.name for feature in of)], run.sha256
-    )
-    block: Values = {RUN: [run.id] * states, NUMBER: list(range(states))}
-    block |= {time: _plain(stored[time.name]) for time in times}
-    block |= {column: [value] * states for column, value in given.items()}
-    for feature in of:
-        columns = feature.columns(stored[feature.name], states)
-        block |= {column: _plain(values) for column, values in columns.items()}
-    return states, block
 
 
 def _plain(values: NDArray[Any]) -> list[float | None]:
