@@ -21,6 +21,17 @@ HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit i
 WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
 
 
+COMPARED: dict[str, Callable[[Any, Any], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "!=": operator.ne,
+    "contains": lambda text, piece: str(piece).lower() in str(text).lower(),
+}
+
+
 class RoundingEdges(NamedTuple):
     """The lowest and the highest number that count as one."""
 
@@ -58,18 +69,7 @@ def _half_a_digit(value: float) -> float:
 def met(sign: str, value: float, other: float) -> bool:
     """Return whether ``value sign other`` holds to the digits of identity, sign one of < <= > >= = !=."""
     low, high = edges(other)
-    match sign:
-        case "<":
-            return value < low
-        case "<=":
-            return value <= high
-        case ">":
-            return value > high
-        case ">=":
-            return value >= low
-        case "=":
-            return low <= value <= high
-    return not low <= value <= high
+    return COMPARED[sign](0.0 if low <= value <= high else value - other, 0.0)
 
 
 def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key: str = "") -> int | None:
@@ -116,15 +116,6 @@ def _in_units(label: Any, units: str, key: str) -> Any:
         return label
 
 
-COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "=": operator.eq,
-    "!=": operator.ne,
-    "contains": lambda text, piece: str(piece).lower() in str(text).lower(),
-}
 CYCLE = "cycle"
 HISTORY = "()"
 """After the name of a result: its values at all wear states."""

@@ -11,7 +11,7 @@ import hashlib
 import io
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -162,29 +162,23 @@ def content_hash(dataset: "xr.Dataset") -> str:
     compression or on the version of the file format. Run times and dates are left out: the same run computed
     twice by the same code bears the same seal.
     """
-    names = (name for name in map(str, dataset.variables) if not name.startswith(PASSING))
-    attributes = (name for name in map(str, dataset.attrs) if not name.startswith((SEAL, *PASSING)))
-    return _hash(dataset, names, attributes)
+    return _hash(dataset, (SEAL, *PASSING))
 
 
 def results_hash(dataset: "xr.Dataset") -> str:
     """Return the SHA-256 over what a scene determines, whenever and wherever it was computed."""
-    names = (name for name in map(str, dataset.variables) if not name.startswith(PASSING))
-    attributes = (name for name in map(str, dataset.attrs) if not _is_circumstance(name))
-    return _hash(dataset, names, attributes)
+    return _hash(dataset, (SEAL, *PASSING, *CIRCUMSTANCES))
 
 
-def _is_circumstance(name: str) -> bool:
-    return name == SEAL or name in CIRCUMSTANCES or name.startswith(PASSING)
-
-
-def _hash(dataset: "xr.Dataset", names: Iterable[str], attributes: Iterable[str]) -> str:
+def _hash(dataset: "xr.Dataset", left_out: tuple[str, ...]) -> str:
+    """Return the SHA-256 without attributes whose names begin so, and without passing variables."""
     digest = hashlib.sha256()
-    for name in sorted(names):
+    for name in sorted(name for name in map(str, dataset.variables) if not name.startswith(PASSING)):
         variable = dataset.variables[name]
         digest.update(_json([name, list(variable.dims), list(variable.shape), _listed(variable.attrs)]))
         digest.update(_bytes(np.asarray(variable.values)))
-    digest.update(_json({name: _listed(dataset.attrs[name]) for name in sorted(attributes)}))
+    kept = sorted(name for name in map(str, dataset.attrs) if not name.startswith(left_out))
+    digest.update(_json({name: _listed(dataset.attrs[name]) for name in kept}))
     return digest.hexdigest()
 
 
