@@ -14,7 +14,7 @@ from fake_campaign import sweep
 import wearlab
 from wearlab.life.checkpoint import CheckpointError, decoded, encoded
 from wearlab.life.step import Node
-from wearlab.runner.worker import in_progress, reporting_to
+from wearlab.runner.worker import in_progress
 from wearlab.sources import source_hash
 from wearlab.store import Store
 
@@ -53,7 +53,7 @@ def test_a_planted_pickle_calls_nothing(tmp_path, module, name):
         with closing(Store(tmp_path / "store")) as store:
             store.create()
             store.checkpoints.write(case.id, image, source_hash())
-            with reporting_to(lambda message: None), in_progress(case.id, image):
+            with in_progress(case.id, image, lambda message: None):
                 assert fake_life.simulate(case.scene).cycle.size > 10
             assert wearlab.run(sweep(1), store, simulate=fake_life.SIMULATE, progress=False).ok
     assert not witness.exists()
@@ -104,7 +104,7 @@ def test_a_checkpoint_of_another_shape_begins_anew(tmp_path):
     """Its hash is right and so is its key, but it does not hold a life."""
     (case,) = sweep(1).cases
     images, undisturbed = [], fake_life.simulate(case.scene)
-    with reporting_to(lambda message: images.append(message["image"])), in_progress(case.id, None):
+    with in_progress(case.id, None, lambda message: images.append(message["image"])):
         fake_life.simulate(case.scene)
     head, _, rest = images[3].partition(b"\n")
     ((key, length),) = json.loads(head).items()
@@ -117,7 +117,7 @@ def test_a_checkpoint_of_another_shape_begins_anew(tmp_path):
     ):
         life = encoded(other)
         image = json.dumps({key: len(life)}).encode() + b"\n" + life
-        with reporting_to(lambda message: None), in_progress(case.id, image):
+        with in_progress(case.id, image, lambda message: None):
             np.testing.assert_array_equal(fake_life.simulate(case.scene).wear_depth, undisturbed.wear_depth)
 
 

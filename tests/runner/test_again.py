@@ -50,7 +50,7 @@ def test_an_interruption_leaves_the_old_run(tmp_path, monkeypatch):
     run(campaign, store)
     before = store.run(campaign.cases[0].id)
 
-    def interrupted(task, simulate):
+    def interrupted(task, simulate, send):
         assert store.entries()[task.id].state == "running"
         raise KeyboardInterrupt
 

@@ -85,7 +85,7 @@ def test_a_case_whose_process_was_killed_twice_is_tried_once_more(store, log):
 
 def test_a_single_case_needs_no_cluster(store, log, monkeypatch):
     monkeypatch.setattr(cluster, "connect", lambda *_: pytest.fail("a cluster was started"))
-    monkeypatch.setattr(running, "connect", lambda *_: pytest.fail("a cluster was started"))
+    monkeypatch.setattr(running.cluster, "connect", lambda *_: pytest.fail("a cluster was started"))
     assert run(sweep(1, log=str(log)), store).ok
     assert simulated(log) == {800.0: 1}
 
@@ -147,10 +147,10 @@ def test_ctrl_c_releases_what_was_running(store, alone, monkeypatch):
 def interrupting(execute, after):
     count = iter(range(after + 1))
 
-    def interrupted(task, simulate):
+    def interrupted(task, simulate, send):
         if next(count) == after:
             raise KeyboardInterrupt
-        return execute(task, simulate)
+        return execute(task, simulate, send)
 
     return interrupted
 

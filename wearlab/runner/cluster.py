@@ -10,14 +10,14 @@ import time
 import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner import local, report
+from wearlab.runner import local
 from wearlab.runner.report import RunnerError
-from wearlab.runner.worker import TOPIC, CheckpointRelay, OtherCode, Task, execute_all, warm_up
+from wearlab.runner.worker import OtherCode, Task, execute_all, warm_up
 from wearlab.sources import source_hash
 from wearlab.store.outcome import Outcome
 
@@ -86,27 +86,6 @@ ABSENT_SECONDS = 150.0  # without any worker of this machine, after which its wo
 Present = Callable[[], Sequence[str]]
 
 
-def wait_for_living(asked: Mapping[Any, str], present: Present) -> None:
-    """Wait until each future is done or its worker has gone; call those off.
-
-    Parameters
-    ----------
-    asked : futures, and the address of the one worker that each was asked of
-    present : returns the addresses of those that are there
-    """
-    from dask.distributed import wait
-
-    left = dict(asked)
-    while left:
-        with suppress(TimeoutError):
-            wait(list(left), timeout=LOOK_SECONDS)
-        here = set(present())
-        for future in [future for future, name in left.items() if future.done() or name not in here]:
-            del left[future]
-            if not future.done():
-                future.cancel()
-
-
 def wait_while_present(
     flow: Any, named: Mapping[Any, Sequence[str]], present: Present, bounded: bool
 ) -> None:
@@ -171,12 +150,18 @@ class Cluster:
     client : of dask.distributed
     simulate : ``module:function`` that every worker can import
     crew : tells which workers may work, where they are not our own
+    resumed : returns a task with what was kept of it when it last stopped
     """
 
-    def __init__(self, client: Any, simulate: str, crew: Crew | None = None) -> None:
-        self.client, self.simulate, self.crew = client, simulate, crew
+    def __init__(
+        self,
+        client: Any,
+        simulate: str,
+        crew: Crew | None = None,
+        resumed: Callable[[Task], Task] = lambda task: task,
+    ) -> None:
+        self.client, self.simulate, self.crew, self.resumed = client, simulate, crew, resumed
         self.code = None if crew is None else source_hash()
-        self.relay: CheckpointRelay | None = None
 
     def workers(self) -> list[str]:
         """Return the addresses of the workers that may work."""
@@ -189,14 +174,19 @@ class Cluster:
 
         Each is asked for by name, and nobody instead of it: what was asked of one that died is called off.
         """
+        from dask.distributed import as_completed
+
         names = self.workers()
         asked = {}
         for turn, name in enumerate(names):
             words = (scenes, self.simulate, turn, len(names))
-            asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = name
-        wait_for_living(asked, self.workers)
+            asked[self.client.submit(warm_up, *words, workers=[name], pure=False)] = [name]
+        flow = as_completed(asked)
+        while not flow.is_empty():
+            wait_while_present(flow, asked, self.workers, bounded=False)
+            flow.next_batch()
 
-    def compute(self, tasks: Sequence[Task], settle: Settle, relay: CheckpointRelay | None = None) -> None:
+    def compute(self, tasks: Sequence[Task], settle: Settle) -> None:
         """Compute those tasks that are granted.
 
         Parameters
@@ -204,19 +194,7 @@ class Cluster:
         tasks : what is missing
         settle : keeps finished outcomes and grants tasks just before they are sent, in one step; two
             processes can so share one campaign
-        relay : hears what workers tell of runs under way, and knows what was heard before
         """
-        self.relay = relay
-        if relay is None:
-            self._compute(tasks, settle)
-            return
-        self.client.subscribe_topic(TOPIC, lambda event: relay.receive(event[1]))
-        try:
-            self._compute(tasks, settle)
-        finally:
-            self.client.unsubscribe_topic(TOPIC)
-
-    def _compute(self, tasks: Sequence[Task], settle: Settle) -> None:
         from dask.distributed import as_completed
 
         flight = _Flight(deque(tasks), as_completed())
@@ -242,7 +220,7 @@ class Cluster:
         if batch:
             choice = {} if self.crew is None else self.crew.choice(fit)
             named: list[str] = choice.get("workers", [])
-            sent = [task if self.relay is None else self.relay.resumed(task) for task in batch]
+            sent = list(map(self.resumed, batch))
             future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
             flight.in_progress[future.key] = batch
             flight.named[future] = named
@@ -265,7 +243,7 @@ class Cluster:
                 continue
             error = result
             if self.client.status != "running":
-                raise report.RunnerError(f"the scheduler went away ({error})") from error
+                raise RunnerError(f"the scheduler went away ({error})") from error
             if future.cancelled():  # asked of workers that have all gone
                 flight.returned.append(batch)
             elif isinstance(error, OtherCode) and self.crew is not None:
@@ -344,7 +322,7 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
         with _opened(scheduler) as client:
             _refuse_threads(client)
     elif dashboard and find_spec("bokeh") is None:
-        raise report.RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
+        raise RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
 
 
 def connect(
@@ -372,17 +350,17 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
 
     if isinstance(scheduler, Client):
         if scheduler.status != "running" or scheduler.asynchronous:
-            raise report.RunnerError(
+            raise RunnerError(
                 f"scheduler: the client is {scheduler.status} or asynchronous; give an open one"
             )
         yield scheduler
         return
     if not isinstance(scheduler, str):
-        raise report.RunnerError(f"scheduler: {scheduler!r} is neither an address nor a dask client")
+        raise RunnerError(f"scheduler: {scheduler!r} is neither an address nor a dask client")
     try:
         client = Client(scheduler, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
-        raise report.RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
+        raise RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
     with client:
         yield client
 
@@ -393,7 +371,7 @@ def _remote(scheduler: "str | Client") -> "Iterator[Client]":
         try:
             client.wait_for_workers(1, timeout=300)
         except TimeoutError as error:
-            raise report.RunnerError(f"the dask scheduler of {client} has no workers") from error
+            raise RunnerError(f"the dask scheduler of {client} has no workers") from error
         _refuse_threads(client)
         yield client
 
@@ -402,7 +380,7 @@ def _refuse_threads(client: "Client") -> None:
     """Refuse workers that run several cases in one process: HDF5 cannot be written by two threads of it."""
     for name, worker in client.scheduler_info(n_workers=-1)["workers"].items():
         if worker["nthreads"] > 1:
-            raise report.RunnerError(
+            raise RunnerError(
                 f"scheduler: worker {name} has {worker['nthreads']} threads; wearlab needs one a process: "
                 "dask worker --nthreads 1, or threads_per_worker=1"
             )

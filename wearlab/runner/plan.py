@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from wearlab.plugins import FOLDER, Plugin, declaration
 from wearlab.query.keys import differences, flat
-from wearlab.runner import local, worker
-from wearlab.runner.report import RunnerError
+from wearlab.runner import local, report
 from wearlab.runner.worker import Task
 from wearlab.sources import is_other_code
 from wearlab.store import files, outcome
@@ -41,7 +40,7 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bo
     RunnerError : no such choice
     """
     if recompute is not None and recompute not in get_args(Recompute):
-        raise RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
+        raise report.RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
 
     def again(head: "catalogue.Head") -> bool:
         if head.state in WITHOUT_DATA and (retry or recompute in ("failed", "all")):
@@ -73,7 +72,7 @@ def with_parents(tasks: Mapping[str, Task], store: "Store") -> dict[str, Task]:
     waiting = {i: task for i, task in continuing.items() if i not in done}
     absent = sorted({task.scene.start.run for task in waiting.values()} - done)
     if absent:
-        raise RunnerError(
+        raise report.RunnerError(
             f"{len(waiting)} cases continue runs that are not in the store: {', '.join(absent[:4])}; "
             "run their campaign first"
         )
@@ -268,9 +267,7 @@ def plan(
     if exists:
         runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
-    for task in calibrations(
-        worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again
-    ).values():
+    for task in calibrations(Task(i, scenes[i]) for i, run in runs.items() if run.state in again).values():
         state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
         if state in again:
             scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, outcome.CALIBRATION, {}, state)

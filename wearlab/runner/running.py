@@ -6,32 +6,11 @@ from contextlib import ExitStack, suppress
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner import report
-from wearlab.runner.cluster import Cluster, Crew, connect, refuse_unreachable
-from wearlab.runner.plan import (
-    calibrations,
-    chosen,
-    declare,
-    plugins_of,
-    store_of,
-    with_calibrations,
-    with_parents,
-)
+from wearlab.runner import cluster, plan, report
 from wearlab.runner.progress import CASES, Progress, watched
-from wearlab.runner.worker import (
-    SIMULATE,
-    CheckpointRelay,
-    Task,
-    execute,
-    progress_text,
-    reporting_to,
-    warm_up,
-)
+from wearlab.runner.worker import SIMULATE, TOPIC, Task, execute, progress_text, warm_up
 from wearlab.sources import source_hash
-from wearlab.store import StoreError
-from wearlab.store.catalogue import Head
-from wearlab.store.outcome import Outcome, place
-from wearlab.store.presence import ReachedCycle
+from wearlab.store import StoreError, catalogue, outcome, presence
 
 if TYPE_CHECKING:
     from dask.distributed import Client
@@ -40,6 +19,9 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
+Again = Callable[[catalogue.Head], bool]
+"""Says whether a run that is known is computed again."""
+Staff = Callable[[], cluster.Cluster]
 POLL = 0.2  # s between two looks at runs that another process computes
 
 
@@ -87,16 +69,16 @@ def run(
     from wearlab.campaign import reading
 
     clock = time.perf_counter()
-    campaign, store = reading.campaign_of(campaign), store_of(store)
-    again = chosen(recompute, retry)
+    campaign, store = reading.campaign_of(campaign), plan.store_of(store)
+    again = plan.chosen(recompute, retry)
     tasks = {case.id: Task(case.id, case.scene) for case in campaign.cases}
-    tasks = with_parents(tasks, store)
-    refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
+    tasks = plan.with_parents(tasks, store)
+    cluster.refuse_unreachable(None if store.catalogue.exists() else scheduler, dashboard)
     wanting = _wanting(tasks, store, again)
-    used = plugins_of(task.scene for task in wanting)
-    needed = calibrations(tasks.values() if retry or recompute in ("failed", "all") else wanting)
+    used = plan.plugins_of(task.scene for task in wanting)
+    needed = plan.calibrations(tasks.values() if retry or recompute in ("failed", "all") else wanting)
     notes = _opened(store)
-    declare(used, store.path)
+    plan.declare(used, store.path)
     key = _record(campaign, store)
     with store.presence() as presence, watched(progress) as bar:
         work = _Work(store, presence.token, again, bar, simulate)
@@ -105,11 +87,14 @@ def run(
             notes.append(text)
             bar.note(text)
 
-        def cluster() -> Cluster:
-            client = stack.enter_context(connect(workers, scheduler, dashboard))
+        def staff() -> cluster.Cluster:
+            client = stack.enter_context(cluster.connect(workers, scheduler, dashboard))
             if dashboard:
                 tell(f"dashboard: {client.dashboard_link}")
-            return Cluster(client, simulate, None if scheduler is None else Crew(client, tell))
+            client.subscribe_topic(TOPIC, lambda event: work.receive(event[1]))
+            stack.callback(client.unsubscribe_topic, TOPIC)
+            crew = None if scheduler is None else cluster.Crew(client, tell)
+            return cluster.Cluster(client, simulate, crew, work.resumed)
 
         try:
             with ExitStack() as stack:
@@ -117,8 +102,8 @@ def run(
                 alone = [task for task in tasks.values() if task.id not in needed]
                 what = f"{'cases and ' if alone else ''}{CALIBRATING}" if first else CASES
                 calibrated = [tasks[run_id] for run_id in needed]
-                work.complete([*first.values(), *alone], cluster, what, more=len(calibrated) > 1)
-                work.complete(with_calibrations(calibrated, needed, store), cluster)
+                work.complete([*first.values(), *alone], staff, what, more=len(calibrated) > 1)
+                work.complete(plan.with_calibrations(calibrated, needed, store), staff)
         except KeyboardInterrupt:
             _tidy(store, presence.token, work)
             raise report.Interrupted(_interruption(tasks, store)) from None
@@ -130,7 +115,7 @@ def run(
     return _report(campaign, store, key, work.finished, time.perf_counter() - clock, tuple(notes))
 
 
-def _wanting(tasks: "dict[str, Task]", store: "Store", again: Callable[[Head], bool]) -> list[Task]:
+def _wanting(tasks: dict[str, Task], store: "Store", again: Again) -> list[Task]:
     """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
     known = store.heads(tasks) if store.catalogue.exists() else {}
     finished = {
@@ -161,24 +146,20 @@ def _tidy(store: "Store", owner: str, work: "_Work") -> None:
 class _Work:
     """One call of ``run``: what is left, what is finished."""
 
-    def __init__(
-        self, store: "Store", owner: str, again: Callable[[Head], bool], bar: Progress, simulate: str
-    ) -> None:
+    def __init__(self, store: "Store", owner: str, again: Again, bar: Progress, simulate: str) -> None:
         self.store, self.owner, self.again, self.bar, self.simulate = store, owner, again, bar, simulate
         self.taken_again: set[str] = set()
         self.finished: set[str] = set()
-        self.cluster: Cluster | None = None
+        self.cluster: cluster.Cluster | None = None
         self.code = source_hash()
 
-    def complete(
-        self, tasks: Sequence[Task], cluster: Callable[[], Cluster], what: str = CASES, more: bool = False
-    ) -> None:
+    def complete(self, tasks: Sequence[Task], staff: Staff, what: str = CASES, more: bool = False) -> None:
         """Compute until every task is finished, here or by another process.
 
         Parameters
         ----------
         tasks : what is to be computed
-        cluster : starts worker processes
+        staff : starts worker processes
         what : names the tasks
         more : whether others follow for which workers are started anyway: a lone task is theirs too
         """
@@ -186,7 +167,7 @@ class _Work:
         while left := self._left(tasks):
             here = [task for task, elsewhere in left if not elsewhere]
             if here and not begun:
-                self._begin(here, cluster, more)
+                self._begin(here, staff, more)
                 self.bar.start(len(left), what)
                 begun = True
             before = len(self.finished)
@@ -195,7 +176,7 @@ class _Work:
                 self.bar.step(f"waiting for another process ({len(left)})")
                 time.sleep(POLL)
 
-    def _begin(self, tasks: Sequence[Task], cluster: Callable[[], Cluster], more: bool) -> None:
+    def _begin(self, tasks: Sequence[Task], staff: Staff, more: bool) -> None:
         scenes = [task.scene for task in tasks]
         if len(tasks) == 1 and not more and self.cluster is None:
             self.bar.step("compiling")
@@ -203,23 +184,21 @@ class _Work:
             return
         if self.cluster is None:
             self.bar.step("starting workers")
-            self.cluster = cluster()
+            self.cluster = staff()
         self.bar.step("compiling")
         self.cluster.warm_up(scenes)
 
     def _compute(self, tasks: Sequence[Task]) -> None:
         if self.cluster is not None:
-            self.cluster.compute(tasks, self._settle, CheckpointRelay(self._receive, self._resumed))
+            self.cluster.compute(tasks, self._settle)
             return
         for task in tasks:
             for taken in self._settle([], [task]):
-                with reporting_to(self._receive):
-                    outcome = execute(self._resumed(taken), self.simulate)
-                self._settle([outcome], [])
+                self._settle([execute(self.resumed(taken), self.simulate, self.receive)], [])
 
-    def _settle(self, outcomes: list[Outcome], wanted: Sequence[Task]) -> list[Task]:
+    def _settle(self, outcomes: list[outcome.Outcome], wanted: Sequence[Task]) -> list[Task]:
         """Keep what is finished and take what is to be computed next; return what was taken."""
-        done = {outcome.id for outcome in outcomes}
+        done = {finished.id for finished in outcomes}
         taken = set(
             self.store.save_and_claim(
                 outcomes, [task.id for task in wanted if task.id not in done], self.owner, self._free
@@ -227,22 +206,22 @@ class _Work:
         )
         self.finished |= done
         self.store.checkpoints.forget(done)
-        for outcome in outcomes:
-            self.bar.advance(outcome)
+        for finished in outcomes:
+            self.bar.advance(finished)
         return [task for task in wanted if task.id in taken]
 
-    def _resumed(self, task: Task) -> Task:
+    def resumed(self, task: Task) -> Task:
         """Return a task with what was kept of it when it last stopped."""
         return task._replace(resumed=self.store.checkpoints.read(task.id, self.code))
 
-    def _receive(self, message: dict[str, Any]) -> None:
+    def receive(self, message: dict[str, Any]) -> None:
         """Keep what a run under way needs to go on, and show how far it is."""
         if message["id"] not in self.finished:
-            reached = ReachedCycle(message["cycle"], message["depth"])
+            reached = presence.ReachedCycle(message["cycle"], message["depth"])
             self.store.checkpoints.write(message["id"], message["image"], self.code, reached)
             self.bar.in_progress(message["id"], progress_text(message))
 
-    def _free(self, entry: Head) -> bool:
+    def _free(self, entry: catalogue.Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
         if entry.state != "running" and entry.id not in self.finished and self.again(entry):
             if entry.state == "done":
@@ -266,7 +245,7 @@ def _record(campaign: "Campaign", store: "Store") -> str:
     """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
     from wearlab.campaign.campaign import with_figures
 
-    members = [(case.id, case.label, place(campaign, case)) for case in campaign.cases]
+    members = [(case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases]
     path = getattr(campaign, "path", None)
     return store.catalogue.record_campaign(
         campaign.title,
@@ -278,7 +257,7 @@ def _record(campaign: "Campaign", store: "Store") -> str:
     )
 
 
-def _interruption(tasks: "dict[str, Task]", store: "Store") -> str:
+def _interruption(tasks: dict[str, Task], store: "Store") -> str:
     finished = sum(head.state != "running" for head in store.heads(tasks).values())
     return f"interrupted: {finished} done, {len(tasks) - finished} to go; run again to continue"
 
@@ -299,7 +278,7 @@ def _report(
     compared = list(report.comparisons(campaign, store, store.entries(expecting)))
     store.catalogue.record_comparisons(key, compared)
     expected = tuple(
-        report.Expected(case.id, case.label, place(campaign, case), checks)
+        report.Expected(case.id, case.label, outcome.place(campaign, case), checks)
         for case, checks in zip(campaign.cases, compared, strict=True)
         if checks is not None
     )

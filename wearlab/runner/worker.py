@@ -8,7 +8,6 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from datetime import UTC, datetime
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,7 +16,7 @@ from wearlab import sources, version
 from wearlab.store import outcome
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 
 class OtherCode(Exception):
@@ -32,42 +31,16 @@ Send = Callable[[dict[str, Any]], None]
 """Called with ``id``, ``cycle``, ``depth`` [m] and ``image`` (bytes) of a run."""
 
 
-_RECEIVER: ContextVar[Send | None] = ContextVar("receiver", default=None)
-
-
-class CheckpointRelay(NamedTuple):
-    """What the parent does with what is told.
-
-    Parameters
-    ----------
-    receive : keeps and shows it
-    resumed : task -> the same task with what was kept of it
-    """
-
-    receive: Send
-    resumed: Callable[[Any], Any]
-
-
 @contextmanager
-def reporting_to(send: Send | None) -> Iterator[None]:
-    """Report the runs that this process computes to ``send``, None: to nobody."""
-    token = _RECEIVER.set(send)
-    try:
-        yield
-    finally:
-        _RECEIVER.reset(token)
-
-
-@contextmanager
-def in_progress(run_id: str, resumed: bytes | None) -> Iterator[None]:
+def in_progress(run_id: str, resumed: bytes | None, send: Send | None) -> Iterator[None]:
     """Let the lives of one run be told of, and go on from where an earlier process was killed.
 
     Parameters
     ----------
     run_id : the run
     resumed : its last checkpoint, None: from the beginning
+    send : tells of it; None: nobody is told
     """
-    send = _RECEIVER.get()
     if send is None:
         yield
         return
@@ -165,28 +138,28 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
         from dask.distributed import get_worker
 
         raise OtherCode(get_worker().address, sources.source_hash())
-    send, kept = from_worker(), None if code is None else SchedulerCheckpoints()
-    with reporting_to(send if kept is None or send is None else kept.beside(send)):
-        return [_executed(task, simulate, kept) for task in tasks]
+    send = from_worker()
+    if code is None or send is None:
+        return [execute(task, simulate, send) for task in tasks]
+    kept, made = SchedulerCheckpoints(), []
+    for task in tasks:
+        again = task._replace(resumed=kept.last(task.id) or task.resumed)
+        made.append(execute(again, simulate, kept.beside(send)))
+        kept.forget(task.id)
+    return made
 
 
-def _executed(task: Task, simulate: str, kept: SchedulerCheckpoints | None) -> outcome.Outcome:
-    """Compute a case, from the last state of a worker that died over it, if there is one."""
-    if kept is None:
-        return execute(task, simulate)
-    outcome = execute(task._replace(resumed=kept.last(task.id) or task.resumed), simulate)
-    kept.forget(task.id)
-    return outcome
-
-
-def execute(task: Task, simulate: str = SIMULATE) -> outcome.Outcome:
+def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> outcome.Outcome:
     """Simulate one scene and return its file image, or the reason why there is none.
 
     Parameters
     ----------
     task : the scene and its id
     simulate : ``module:function``, scene to dataset
+    send : is told how far it is
     """
+    from wearlab.store import description, netcdf
+
     started, clock = datetime.now(UTC).isoformat(timespec="milliseconds"), time.perf_counter()
     scene: str = task.scene.canonical()
     module, _, name = simulate.partition(":")
@@ -195,11 +168,12 @@ def execute(task: Task, simulate: str = SIMULATE) -> outcome.Outcome:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            with in_progress(task.id, task.resumed):
+            with in_progress(task.id, task.resumed, send):
                 dataset = getattr(import_module(module), name)(task.scene)
             # attributes that let a catalogue be made from the files alone, where they are not there
             own = {"id": task.id, "scene": scene, "date_created": started}
-            result = _finished(dataset.assign_attrs(own | dataset.attrs))
+            dataset = dataset.assign_attrs(own | dataset.attrs)
+            result = description.recorded(dataset, netcdf.to_image(dataset)[0])
         except Exception as error:
             state = "refused" if isinstance(error, refusals()) else "failed"
             result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
@@ -237,14 +211,3 @@ def refusals() -> tuple[type[Exception], ...]:
     from wearlab.simulation import Refused
 
     return GearError, Refused
-
-
-def _finished(dataset: "xr.Dataset") -> dict[str, Any]:
-    from wearlab.store import description, netcdf
-
-    image, sha256 = netcdf.to_image(dataset)
-    kept = {"image": image, "sha256": sha256, **description.describe(dataset)._asdict()}
-    known = {
-        name: str(dataset.attrs[name]) for name in ("source_hash", "wearlab_version") if name in dataset.attrs
-    }
-    return kept | known

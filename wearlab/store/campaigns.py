@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from operator import itemgetter
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import TypeAdapter
 from pydantic_core import ArgsKwargs
@@ -77,18 +77,22 @@ class Campaigns(database.Database):
         rows = self.read("SELECT record FROM records WHERE campaign = ?", [key])
         return database.understood("a campaign in the catalogue", database.table, rows[0][0]) if rows else {}
 
-    def keep_record(self, key: str, record: Mapping[str, Any]) -> None:
-        """Write what another catalogue has recorded of a campaign's axes and figures."""
+    def adopt_campaigns(self, other: "Campaigns") -> int:
+        """Copy the campaigns of another catalogue that we do not know; return how many came."""
+        ours = {key for (key,) in self.read("SELECT key FROM campaigns")}
+        theirs = other.read("SELECT key, title, reference, path, recorded, metadata FROM campaigns")
+        rows = [row for row in theirs if row[0] not in ours]
+        keys = [row[0] for row in rows]
+        question = "SELECT campaign, number, run, label, position FROM members WHERE campaign IN"
+        records = [(key, json.dumps(record)) for key in keys if (record := other.record_of(key))]
+        copied = {"campaigns": rows, "members": list(other.read_many(question, keys)), "records": records}
         with self._transaction() as connection:
             connection.execute(RECORDS)
-            connection.execute("INSERT OR IGNORE INTO records VALUES (?, ?)", (key, json.dumps(record)))
-
-    def insert(self, table: Literal["campaigns", "members"], rows: Sequence[tuple[Any, ...]]) -> None:
-        """Copy another catalogue's rows, in the order of the table's columns; those we have stay."""
-        if rows:
-            marks = ", ".join("?" * len(rows[0]))
-            with self._transaction() as connection:
-                connection.executemany(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", rows)
+            for table, some in copied.items():
+                for row in some:
+                    marks = ", ".join("?" * len(row))
+                    connection.execute(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", row)
+        return len(rows)
 
     def record_comparisons(self, campaign: str, comparisons: Sequence[outcome.Comparison | None]) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.query import evaluate, keys
-from wearlab.store import files, outcome
+from wearlab.store import outcome
 from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
@@ -255,13 +255,15 @@ def _outcome(path: Path, dataset: "xr.Dataset") -> outcome.Outcome:
     if "id" in attributes and str(attributes["id"]) != path.stem:
         raise ForeignRun(f"{path}: holds run {attributes['id']}, which is not its name")
     seconds = float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
-    image = path.read_bytes()
     return outcome.Outcome(
         *(path.stem, "done", str(attributes.get("date_created", "")), seconds),
-        scene=str(attributes.get("scene", json.dumps({}))),
-        image=image,
-        sha256=files.hash_of(path),
-        **describe(dataset)._asdict(),
-        source_hash=str(attributes.get("source_hash", "")),
-        wearlab_version=str(attributes.get("wearlab_version", "")),
+        **{"scene": str(attributes.get("scene", "{}")), **recorded(dataset, path.read_bytes())},
     )
+
+
+def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
+    """Return what an outcome has of a run's dataset and its file."""
+    known = ("source_hash", "wearlab_version")
+    code = {name: str(dataset.attrs[name]) for name in known if name in dataset.attrs}
+    sha256 = hashlib.sha256(image).hexdigest()
+    return {"image": image, "sha256": sha256, **describe(dataset)._asdict(), **code}

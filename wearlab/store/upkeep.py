@@ -11,8 +11,7 @@ from typing import Any
 
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
-from wearlab.query.evaluate import HISTORY
-from wearlab.query.keys import key_of
+from wearlab.query import evaluate, keys
 from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
 from wearlab.store.files import Problem, StoreError, damage, stray
 from wearlab.store.kept_runs import KeptRuns
@@ -87,8 +86,7 @@ def check_entry(
     try:
         outcome = description.outcome_of(path)
     except StoreError as error:
-        kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
-        return Problem(path, kind, _reason(error, path))
+        return _unlike(path, error)
     own = {name: getattr(outcome, name) for name in OF_FILE}
     wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
     if layouts.get(entry.layout or "") != outcome.layout:
@@ -111,7 +109,9 @@ def _other_units(store: KeptRuns) -> Iterator[Problem]:
     for name, source, kind, *told in store.catalogue.read(
         "SELECT name, source, kind, unit, quantity FROM keys"
     ):
-        key = database.understood("a key in the catalogue", key_of, name.removesuffix(HISTORY), source, kind)
+        key = database.understood(
+            "a key in the catalogue", keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
+        )
         if key.unit and told != [key.unit, key.quantity]:
             said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
             yield Problem(store.catalogue.path, "altered", said)
@@ -131,13 +131,14 @@ def _unknown(path: Path, of: files.RunFiles) -> Problem:
     try:
         description.outcome_of(path)
     except StoreError as error:
-        kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
-        return Problem(path, kind, f"unknown to the catalogue, and {_reason(error, path)}")
+        return _unlike(path, error, "unknown to the catalogue, and ")
     return Problem(path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in")
 
 
-def _reason(error: StoreError, path: Path) -> str:
-    return str(error).removeprefix(f"{path}: ")
+def _unlike(path: Path, error: StoreError, said: str = "") -> Problem:
+    """Return what is wrong with a file that is not what its name says."""
+    kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
+    return Problem(path, kind, said + str(error).removeprefix(f"{path}: "))
 
 
 def reindex(store: KeptRuns) -> list[Problem]:
@@ -153,22 +154,18 @@ def reindex(store: KeptRuns) -> list[Problem]:
     problems: list[Problem] = []
     before, adopted = store.catalogue.begin_anew(), set[str]()
     for path in store.files:
-        if store.files.holds(path):
-            outcome = _adopted(path, problems)
-            if outcome is not None:
-                store.catalogue.adopt(outcome, before, store.is_alive)
-                adopted.add(outcome.id)
+        if not store.files.holds(path):
+            continue
+        try:
+            outcome = description.outcome_of(path)
+        except StoreError as error:
+            problems.append(Problem(path, "unreadable", str(error)))
+            continue
+        store.catalogue.adopt(outcome, before, store.is_alive)
+        adopted.add(outcome.id)
     store.catalogue.end_anew(before, adopted, store.is_alive)
 
     return problems + updates.reindex_updates(store) + remarks.reindex(store.catalogue)
-
-
-def _adopted(path: Path, problems: list[Problem]) -> Outcome | None:
-    try:
-        return description.outcome_of(path)
-    except StoreError as error:
-        problems.append(Problem(path, "unreadable", str(error)))
-        return None
 
 
 LARGEST = 10_000_000  # bytes of what a plug-in declares
@@ -224,7 +221,7 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
                 tell(entry.id)
         finally:
             store.give_back(presence.token)
-    made.campaigns = _campaigns(store, other)
+    made.campaigns = store.catalogue.adopt_campaigns(other.catalogue)
     if other.address is None:
         made.updates = _updates(store, other, made)
         _plugins(store, other)
@@ -305,25 +302,6 @@ def _without_data(entry: catalogue.Entry) -> Outcome:
         source_hash=entry.source_hash or "",
         wearlab_version=entry.wearlab_version or "",
     )
-
-
-def _campaigns(store: KeptRuns, other: KeptRuns) -> int:
-    """Copy the rows of campaigns that we do not know; return how many came."""
-    known = {row[0] for row in store.catalogue.read("SELECT key FROM campaigns")}
-    question = "SELECT key, title, reference, path, recorded, metadata FROM campaigns"
-    rows = [row for row in other.catalogue.read(question) if row[0] not in known]
-    keys = [row[0] for row in rows]
-    members = list(
-        other.catalogue.read_many(
-            "SELECT campaign, number, run, label, position FROM members WHERE campaign IN", keys
-        )
-    )
-    store.catalogue.insert("campaigns", rows)
-    store.catalogue.insert("members", members)
-    for key in keys:
-        if record := other.catalogue.record_of(key):
-            store.catalogue.keep_record(key, record)
-    return len(rows)
 
 
 @dataclass(frozen=True)
