@@ -207,9 +207,7 @@ def key_of(name: str, source: str, kind: str) -> Key:
     """
     if source == "scene":
         return scene_key(name, kind == "text")
-    from wearlab.schema import VARIABLES
-
-    variable = VARIABLES.get(name) or VARIABLES.get(_stem(name))
+    variable = _variable(name)
     if kind == "text" or variable is None:
         return Key(name, kind)
     return Key(name, kind, variable.units, None, variable.display_units)
@@ -217,16 +215,16 @@ def key_of(name: str, source: str, kind: str) -> Key:
 
 def declared_key(name: str) -> Key | None:
     """Return the key of a result that datasets may have, None for any other name."""
+    variable = _variable(name)
+    return variable and key_of(name, "result", "number" if variable.units else "text")
+
+
+def _variable(name: str) -> Any:
+    """Return the variable of a name, or of one of its statistics, None where there is none."""
     from wearlab.schema import VARIABLES
 
-    variable = VARIABLES.get(name) or VARIABLES.get(_stem(name))
-    if variable is None:
-        return None
-    return key_of(name, "result", "number" if variable.units else "text")
-
-
-def _stem(name: str) -> str:
-    return next((name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name)
+    stem = next((name.removesuffix(end) for end in STATISTICS if name.endswith(end)), name)
+    return VARIABLES.get(name) or VARIABLES.get(stem)
 
 
 def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:

@@ -165,16 +165,18 @@ class RunFiles:
     Parameters
     ----------
     folder : the directory ``runs`` of the store
+    ending : of the files
+    spread : part of an identity that is the name of its folder
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, ending: str = ".nc", spread: slice = slice(2)) -> None:
+        self.folder, self.ending, self.spread = folder, ending, spread
 
     def path(self, run_id: str) -> Path:
         """Return where the run's file is, or will be; never outside the folder."""
         if not self.is_name(run_id):
-            raise StoreError(f"{run_id!r} is no identity of a run: letters and digits only")
-        return self.folder / run_id[:2] / f"{run_id}.nc"
+            raise StoreError(f"{run_id[:64]!r} is no identity of a run: letters and digits only")
+        return self.folder / run_id[self.spread] / f"{run_id}{self.ending}"
 
     def write(self, images: Sequence[Image], writer: str) -> None:
         """Put finished images in place, each of them whole or not at all.
@@ -259,9 +261,9 @@ def _synchronise(paths: Collection[Path]) -> None:
     """Bring files or folders to the disk, so that they survive a power cut."""
     if len(paths) == 1:
         for path in paths:
-            _sync(path)
+            sync(path)
     elif paths:
-        list(_pool().map(_sync, paths))
+        list(_pool().map(sync, paths))
 
 
 @cache
@@ -269,7 +271,8 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(SYNCHRONISERS, "synchronise")
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
+    """Bring a file or folder to the disk."""
     if path.is_dir() and not hasattr(os, "O_DIRECTORY"):
         return  # some platforms cannot open a folder and need not
     descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)

@@ -138,17 +138,11 @@ class Checkpoints:
         code : hash of the sources that made it
         reached : how far the run is, for those who look on
         """
-        path = self._path(run_id)
-        part = path.with_suffix(f".{os.getpid()}.part")
         far = "" if reached is None else f" {reached.cycle!r} {reached.depth!r}"
         head = f"{hashlib.sha256(image).hexdigest()} {code}{far}\n".encode("ascii")
-        with suppress(OSError):
-            self.folder.mkdir(exist_ok=True)
-            with part.open("wb") as file:
-                file.write(head + image)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(part, path)
+        with suppress(StoreError), files.replaced(self._path(run_id)) as part:
+            part.write_bytes(head + image)
+            files.sync(part)
 
     def read(self, run_id: str, code: str) -> bytes | None:
         """Return the image of a run that the same code made, None: there is none, or it is damaged."""
@@ -174,7 +168,7 @@ class Checkpoints:
             return
         for run_id in run_ids:
             with suppress(OSError):
-                for path in (self._path(run_id), *self.folder.glob(f"{run_id}.*.part")):
+                for path in (self._path(run_id), *self.folder.glob(f"*{run_id}.*.part")):
                     path.unlink(missing_ok=True)
         with suppress(OSError):
             self.folder.rmdir()  # when nothing is left

@@ -132,6 +132,11 @@ class RemarkError(StoreError):
     """A remark that cannot be made; the message says what can."""
 
 
+def files_of(catalogue: Catalogue) -> RunFiles:
+    """Return the folder of the remarks of a store."""
+    return RunFiles(catalogue.path.parent / "remarks", ".jsonl", slice(-2, None))
+
+
 def path_of(catalogue: Catalogue, subject: str) -> Path:
     """Return the file of the remarks on a run or campaign; never outside the store.
 
@@ -139,9 +144,7 @@ def path_of(catalogue: Catalogue, subject: str) -> Path:
     ------
     StoreError : no such name
     """
-    if not RunFiles.is_name(subject):
-        raise StoreError(f"{subject[:40]!r} is no identity of a run: letters and digits only")
-    return catalogue.path.parent / "remarks" / subject[-2:] / f"{subject}.jsonl"
+    return files_of(catalogue).path(subject)
 
 
 def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str = "") -> Remark:
@@ -270,22 +273,15 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
     return count, damaged
 
 
-def _files(catalogue: Catalogue) -> Iterator[Path]:
-    return (path for path in sorted((catalogue.path.parent / "remarks").rglob("*")) if not path.is_dir())
-
-
-def _held(catalogue: Catalogue, path: Path) -> bool:
-    return RunFiles.is_name(path.stem) and path == path_of(catalogue, path.stem)
-
-
 def verify(catalogue: Catalogue) -> Iterator[Problem]:
     """Yield everything wrong with the remarks of a store."""
     indexed: dict[str, set[str]] = {}
     if catalogue.read(THERE):
         for subject, line in catalogue.read("SELECT subject, line FROM remarks"):
             indexed.setdefault(str(subject), set()).add(str(line))
-    for path in _files(catalogue):
-        if problem := stray(path, held=_held(catalogue, path)):
+    files = files_of(catalogue)
+    for path in files:
+        if problem := stray(path, held=files.holds(path)):
             yield problem
             continue
         found, problems = _read(path)
@@ -295,12 +291,12 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
                 path, "unknown", "the catalogue has other remarks than this file; 'wearlab reindex'"
             )
     for subject in indexed:
-        path = path_of(catalogue, subject)
-        yield Problem(path, "missing", "the catalogue has remarks, but there is no file")
+        yield Problem(files.path(subject), "missing", "the catalogue has remarks, but there is no file")
 
 
 def reindex(catalogue: Catalogue) -> list[Problem]:
     """Record the remarks of all files anew; return the lines that were left out."""
     with catalogue._transaction() as connection:
         connection.execute("DROP TABLE IF EXISTS remarks")
-    return [p for path in _files(catalogue) if _held(catalogue, path) for p in _index(catalogue, path.stem)]
+    files = files_of(catalogue)
+    return [p for path in files if files.holds(path) for p in _index(catalogue, path.stem)]

@@ -22,6 +22,7 @@ ADDRESS = re.compile(r"([a-z][a-z0-9+.-]+):/+([^/].*)")
 ATTEMPTS, PAUSE = 20, 0.25  # looks at a catalogue that is being written, and seconds between two
 ORIGIN = "origin"
 HEAD = 100  # bytes
+PIECE = 1_000_000  # bytes that are taken at once
 MAGIC = b"SQLite format 3\0"
 UNKNOWN = 64_000_000  # bytes of a run of which the catalogue does not know the size
 
@@ -113,24 +114,18 @@ def _copied(address: str, path: Path, most: int) -> Iterator[Path]:
 
     part = part_of(path)
 
-    class Bounded(fsspec.Callback):
-        def set_size(self, size: int | None) -> None:
-            super().set_size(size)
-            refuse_larger(size or 0)
-
-        def relative_update(self, inc: int = 1) -> None:
-            super().relative_update(inc)
-            refuse_larger(self.value)
-
-    def refuse_larger(size: int) -> None:
-        if size > most:
-            raise StoreError(f"{address}: is larger than the {most} bytes that the catalogue says; not read")
-
+    left = most
     try:
         with _reached(address):
             files, name = fsspec.core.url_to_fs(address)
-            files.get_file(name, str(part), callback=Bounded())
-            refuse_larger(part.stat().st_size)
+            with files.open(name, "rb", **_streamed(files)) as source, part.open("wb") as copy:
+                while piece := source.read(PIECE):
+                    left -= len(piece)
+                    if left < 0:
+                        raise StoreError(
+                            f"{address}: is larger than the {most} bytes that the catalogue says; not read"
+                        )
+                    copy.write(piece)
         yield part
     finally:
         part.unlink(missing_ok=True)
@@ -162,9 +157,13 @@ def _is_begun(files: Any, journal: str) -> bool:
 
 def _head(files: Any, name: str) -> bytes:
     """Return the first bytes of a file, and take few more: a server may answer a range with the whole."""
-    streamed = {"block_size": 0} if "http" in files.protocol else {}
-    with files.open(name, "rb", **streamed) as file:
+    with files.open(name, "rb", **_streamed(files)) as file:
         return bytes(file.read(HEAD))[:HEAD]
+
+
+def _streamed(files: Any) -> dict[str, Any]:
+    """Return how a file is opened so that it is read from its begin, without ranges."""
+    return {"block_size": 0} if "http" in files.protocol else {}
 
 
 def _state(address: str) -> State:
