@@ -11,7 +11,7 @@ from array import array
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import Any
 
 from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
 from wearlab.units import DIGITS, rounded
@@ -32,16 +32,9 @@ COMPARED: dict[str, Callable[[Any, Any], bool]] = {
 }
 
 
-class RoundingEdges(NamedTuple):
-    """The lowest and the highest number that count as one."""
-
-    low: float
-    high: float
-
-
 @lru_cache(1000)
-def edges(value: float) -> RoundingEdges:
-    """Return between which numbers everything is the same as ``value``.
+def edges(value: float) -> tuple[float, float]:
+    """Return the lowest and the highest number that are the same as ``value``.
 
     Parameters
     ----------
@@ -54,11 +47,11 @@ def edges(value: float) -> RoundingEdges:
     True
     """
     if not math.isfinite(value) or value == 0.0 or (abs(value) >= WHOLE and value == int(value)):
-        return RoundingEdges(value, value)
+        return value, value
     near, far = (rounded(abs(value) * (1.0 + sign * ROUND_OFF)) for sign in (-1.0, 1.0))
     near -= _half_a_digit(near * (1.0 - HALF_A_DIGIT))  # below a power of ten, digits are finer
     far += _half_a_digit(far)
-    return RoundingEdges(near, far) if value > 0.0 else RoundingEdges(-far, -near)
+    return (near, far) if value > 0.0 else (-far, -near)
 
 
 def _half_a_digit(value: float) -> float:
@@ -107,8 +100,7 @@ def _in_units(label: Any, units: str, key: str) -> Any:
         try:
             return float(convert(float(number), unit, units))
         except UnitError:
-            kind = quantity_at(key) if key else None
-            if kind is None:
+            if not key or (kind := quantity_at(key)) is None:
                 return label
             unit_size = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
             return quantity(label, kind) / unit_size

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from wearlab.plugins import FOLDER, Plugin, declaration
 from wearlab.query.keys import differences, flat
-from wearlab.runner import local, report
-from wearlab.runner.worker import Task
+from wearlab.runner import local, report, worker
 from wearlab.sources import is_other_code
 from wearlab.store import files, outcome
 
@@ -52,7 +51,7 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bo
     return again
 
 
-def with_parents(tasks: Mapping[str, Task], store: "Store") -> dict[str, Task]:
+def with_parents(tasks: Mapping[str, worker.Task], store: "Store") -> dict[str, worker.Task]:
     """Return the tasks, those that continue a run with its wear at hand; finished ones as they are.
 
     Only this process reads the store: the wear travels to the workers within the scene.
@@ -79,19 +78,21 @@ def with_parents(tasks: Mapping[str, Task], store: "Store") -> dict[str, Task]:
     made = dict(tasks)
     for run_id, task in waiting.items():
         wear = align.start_wear(store.run(task.scene.start.run), task.scene.start)
-        made[run_id] = Task(run_id, task.scene.with_start_wear(wear))
+        made[run_id] = worker.Task(run_id, task.scene.with_start_wear(wear))
     return made
 
 
-def calibrations(tasks: Iterable[Task]) -> dict[str, Task]:
+def calibrations(tasks: Iterable[worker.Task]) -> dict[str, worker.Task]:
     """Return the run that calibrates each task, by the id of the task that needs one."""
     from wearlab.scene.scene import calibrating  # managing runs needs no scenes
 
     needed = {task.id: calibrating(task.scene) for task in tasks}
-    return {needing: Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
+    return {needing: worker.Task(scene.id, scene) for needing, scene in needed.items() if scene is not None}
 
 
-def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: "Store") -> list[Task]:
+def with_calibrations(
+    tasks: Iterable[worker.Task], needed: Mapping[str, worker.Task], store: "Store"
+) -> list[worker.Task]:
     """Return the tasks with the lives that calibrate them at hand, where the store has these.
 
     Only this process reads the store: the life travels to the workers within the scene. Without one a run
@@ -109,7 +110,7 @@ def with_calibrations(tasks: Iterable[Task], needed: Mapping[str, Task], store: 
         if entry.state == "done" and not store.is_lost(entry)
     }
 
-    def at_hand(task: Task) -> Task:
+    def at_hand(task: worker.Task) -> worker.Task:
         life = lives.get(needed[task.id].id) if task.id in needed else None
         return task if life is None else task._replace(scene=task.scene.with_calibration(life))
 
@@ -267,7 +268,9 @@ def plan(
     if exists:
         runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
-    for task in calibrations(Task(i, scenes[i]) for i, run in runs.items() if run.state in again).values():
+    for task in calibrations(
+        worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again
+    ).values():
         state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
         if state in again:
             scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, outcome.CALIBRATION, {}, state)

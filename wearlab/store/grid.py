@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from wearlab.query.evaluate import met
 from wearlab.query.keys import differences, flat, quantity_at
-from wearlab.store import catalogue, outcome
+from wearlab.store import catalogue, outcome, reading
 from wearlab.store.files import number_type, refuse_oversized
-from wearlab.store.reading import LazyVariable, RunFile, RunGroup
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:
@@ -201,9 +200,12 @@ class _Stored:
         )
         kinds = {form: number for number, form in enumerate(dict.fromkeys(run.form for run in self.done))}
         known = [(layouts[key or ""], dict(sizes)) for key, sizes in kinds]
-        self.groups = [RunGroup(sizes, layout["variables"], layout["labels"]) for layout, sizes in known]
+        self.groups = [
+            reading.RunGroup(sizes, layout["variables"], layout["labels"]) for layout, sizes in known
+        ]
         self.files = tuple(
-            RunFile(f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form]) for run in self.done
+            reading.RunFile(f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form])
+            for run in self.done
         )
         for number, group in enumerate(self.groups):
             refuse_oversized(next(file.path for file in self.files if file.group == number), _claimed(group))
@@ -262,7 +264,7 @@ class _Stored:
             and all(group.sizes[dim] == self.sizes[dim] for group in self.groups for dim in own)
         )
         dtype, fill = _dtype(first["dtype"], whole)
-        lazy = LazyVariable(name, numbers, self.files, places, padded, dtype, fill)
+        lazy = reading.LazyVariable(name, numbers, self.files, places, padded, dtype, fill)
         data = dask.array.from_array(
             lazy,
             chunks=tuple((1,) * n for n in numbers.shape) + tuple((n,) for n in padded),
@@ -281,7 +283,7 @@ class _Stored:
         return [union.index(label) for label in labels]
 
 
-def _claimed(group: RunGroup) -> int:
+def _claimed(group: reading.RunGroup) -> int:
     """Return the bytes of the largest variable."""
     sizes = ([group.sizes[dim] for dim in variable["dims"]] for variable in group.variables.values())
     return max((8 * math.prod(lengths) for lengths in sizes), default=0)

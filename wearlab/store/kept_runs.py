@@ -6,14 +6,14 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearlab.store import catalogue, files, outcome, remote
+from wearlab.store import files
 from wearlab.store.files import StoreError
 from wearlab.store.presence import Checkpoints, Presence, alive
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from wearlab.store import table
+    from wearlab.store import catalogue, outcome, table
 
 CONDITION = " =<>("  # signs that are in every condition and in no id
 
@@ -34,6 +34,8 @@ class KeptRuns:
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
+        from wearlab.store import catalogue, remote  # pydantic, which no help needs, takes a moment
+
         self.address = remote.address_of(path)
         self.path = Path(path) if self.address is None else remote.copy_of(self.address)
         self.catalogue = catalogue.Catalogue(self.path / "catalogue.sqlite", self.address)
@@ -100,7 +102,7 @@ class KeptRuns:
             raise StoreError(f"run {head.id} has no data: {head.state}")
         return reading.read_run(self.files.path(head.id), head.sha256)
 
-    def find(self, prefix: str) -> catalogue.Entry:
+    def find(self, prefix: str) -> "catalogue.Entry":
         """Return the one run whose id begins so, or that alone meets a condition, ``"torque = 5 N*m"``.
 
         Raises
@@ -121,11 +123,11 @@ class KeptRuns:
             raise StoreError(f"run {prefix!r}: {many if matches else 'no such run'}")
         return self.entries(matches)[matches[0]]
 
-    def entries(self, ids: Iterable[str] | None = None) -> dict[str, catalogue.Entry]:
+    def entries(self, ids: Iterable[str] | None = None) -> "dict[str, catalogue.Entry]":
         """Return what the catalogue knows of these runs (of all when None), by id."""
         return self.catalogue.entries(ids)
 
-    def heads(self, ids: Iterable[str]) -> dict[str, catalogue.Head]:
+    def heads(self, ids: Iterable[str]) -> "dict[str, catalogue.Head]":
         """Return the states of the known runs among these, by id."""
         return self.catalogue.heads(ids)
 
@@ -133,15 +135,15 @@ class KeptRuns:
         """Say whether the process that took runs under this name still runs."""
         return self.address is not None or alive(self._presences, owner)
 
-    def is_stale(self, entry: catalogue.Entry | catalogue.Head) -> bool:
+    def is_stale(self, entry: "catalogue.Entry | catalogue.Head") -> bool:
         """Say whether a run is marked as running by a process that is no more."""
         return entry.state == "running" and not self.is_alive(entry.owner or "")
 
-    def is_lost(self, entry: catalogue.Entry | catalogue.Head) -> bool:
+    def is_lost(self, entry: "catalogue.Entry | catalogue.Head") -> bool:
         """Say whether a finished run's file has gone or changed its length."""
         return self.address is None and entry.state == "done" and self.files.size(entry.id) != entry.size
 
-    def state_of(self, entry: catalogue.Entry | catalogue.Head) -> str:
+    def state_of(self, entry: "catalogue.Entry | catalogue.Head") -> str:
         """Return the state of a run; "interrupted" if its process died, "lost" if its file went."""
         if self.is_stale(entry):
             return "interrupted"
@@ -149,6 +151,8 @@ class KeptRuns:
 
     def file_of(self, run_id: str) -> Path:
         """Return the file of a run, copied here first where the store is elsewhere."""
+        from wearlab.store import remote
+
         path = self.files.path(run_id)
         if self.address is not None and not path.exists():
             remote.fetch(path)
@@ -168,7 +172,7 @@ class KeptRuns:
         """Take a name under which this process claims runs."""
         return Presence(self._presences)
 
-    def claim(self, ids: Sequence[str], owner: str, free: Callable[[catalogue.Head], bool]) -> list[str]:
+    def claim(self, ids: Sequence[str], owner: str, free: "Callable[[catalogue.Head], bool]") -> list[str]:
         """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
 
         Returns
@@ -177,7 +181,7 @@ class KeptRuns:
         """
         return self.save_and_claim((), ids, owner, free)
 
-    def save(self, outcomes: Sequence[outcome.Outcome], owner: str) -> None:
+    def save(self, outcomes: "Sequence[outcome.Outcome]", owner: str) -> None:
         """Write finished runs: each file in full, then the catalogue.
 
         Raises
@@ -188,10 +192,10 @@ class KeptRuns:
 
     def save_and_claim(
         self,
-        outcomes: Sequence[outcome.Outcome],
+        outcomes: "Sequence[outcome.Outcome]",
         ids: Sequence[str],
         owner: str,
-        free: Callable[[catalogue.Head], bool],
+        free: "Callable[[catalogue.Head], bool]",
     ) -> list[str]:
         """Write finished runs as `save` does and take others as `claim` does, in one transaction.
 
@@ -239,7 +243,7 @@ class KeptRuns:
                 with suppress(StoreError):
                     self.catalogue.record([description.outcome_of(self.files.path(run_id))])
 
-    def _take_back(self, outcomes: Sequence[outcome.Outcome]) -> None:
+    def _take_back(self, outcomes: "Sequence[outcome.Outcome]") -> None:
         """Remove new files that the catalogue has no room for; those of runs computed again stay."""
         with suppress(StoreError):
             for head in self.heads(outcome.id for outcome in outcomes).values():

@@ -1,17 +1,16 @@
 """A run as the bytes of a netCDF-4 file: written, its content sealed; refused where no run looks so.
 
-What a file says can so be checked without any catalogue. It is written by the netCDF library itself.
+What a file says can so be checked without any catalogue. xarray defines and encodes it, by its conventions.
 
-xarray's writer takes three times as long: it writes each variable before it defines the next, and HDF5 then
+xarray alone takes three times as long: it writes each variable before it defines the next, and HDF5 then
 brings its whole header up to date each time. Here everything is defined first, in memory: no temporary folder
-is needed, which may be full. Conventions are xarray's.
+is needed, which may be full.
 """
 
 import hashlib
 import io
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,68 +74,32 @@ def _without_reserve(image: memoryview) -> bytes:
 
 def _write(group: "netCDF4.Dataset", dataset: "xr.Dataset") -> None:
     """Write a dataset into a group: first all definitions, then the values."""
-    for dim, size in dataset.sizes.items():
-        group.createDimension(str(dim), size)
-    beside, alone = _named_coordinates(dataset)
-    group.setncatts({str(name): value for name, value in dataset.attrs.items()} | alone)
-    defined = [
-        _defined(group, str(name), variable, beside.get(str(name), {}), name in dataset.coords)
-        for name, variable in dataset.variables.items()
-    ]
-    for target, values in defined:
+    from xarray.backends import NetCDF4DataStore
+
+    later = _Later()
+    encoding = {
+        name: _storage(variable.values) | ({"_FillValue": None} if name in dataset.coords else {})
+        for name, variable in dataset.variables.items()  # CF lets no coordinate have a filling
+    }
+    dataset.dump_to_store(NetCDF4DataStore(group), writer=later, encoding=encoding)
+    for target, values in later.written:
         target[...] = values
 
 
-def _named_coordinates(dataset: "xr.Dataset") -> tuple[Mapping[str, dict[str, str]], dict[str, str]]:
-    """Return the attribute ``coordinates`` of each variable, as CF has it, and that of the whole dataset.
+class _Later:
+    """Takes what xarray would write at once."""
 
-    A variable names the coordinates along its dims that are not dims themselves; what no variable names, the
-    dataset does, as xarray has it.
-    """
-    along = {
-        str(name): frozenset(values.dims)
-        for name, values in sorted(dataset.coords.items(), key=lambda item: str(item[0]))
-        if name not in dataset.dims
-    }
-    named: dict[str, dict[str, str]] = {}
-    left = set(along)
-    for name, variable in dataset.variables.items():
-        if name in along or name in variable.dims:
-            continue
-        dims = frozenset(variable.dims)
-        coordinates = [known_name for known_name, its in along.items() if its <= dims]
-        if coordinates:
-            named[str(name)] = {"coordinates": " ".join(coordinates)}
-            left.difference_update(coordinates)
-    return named, {"coordinates": " ".join(sorted(left))} if left else {}
+    def __init__(self) -> None:
+        self.written: list[tuple[Any, Any]] = []
 
-
-def _defined(
-    file: "netCDF4.Dataset", name: str, variable: "xr.Variable", more: Mapping[str, str], coordinate: bool
-) -> "tuple[netCDF4.Variable, Any]":
-    """Define a variable and return it with the values to be written; CF lets no coordinate have a filling."""
-    values, attributes = _plain(np.asarray(variable.values), {**variable.attrs, **more})
-    kind: Any = str if values.dtype == object else values.dtype
-    filled = np.nan if values.dtype.kind == "f" and not coordinate else None
-    dims = tuple(map(str, variable.dims))
-    target = file.createVariable(name, kind, dims, fill_value=filled, **_storage(values))
-    target.set_auto_maskandscale(False)
-    target.setncatts({str(key): value for key, value in attributes.items()})
-    return target, values if values.ndim or values.dtype != object else values.item()
-
-
-def _plain(values: "NDArray[Any]", attributes: dict[Any, Any]) -> "tuple[NDArray[Any], dict[Any, Any]]":
-    """Return values of a type that netCDF has; what they were is told by an attribute."""
-    if values.dtype.kind in "OUS":
-        return values.astype(str).astype(object), attributes
-    if values.dtype.kind == "b":
-        return values.astype(np.int8), attributes | {"dtype": "bool"}
-    return values, attributes
+    def add(self, source: Any, target: Any, region: Any = None) -> None:
+        """Keep what is to be written for when everything is defined."""
+        self.written.append((target, source))
 
 
 def _storage(values: "NDArray[Any]") -> dict[str, Any]:
     """Return how HDF5 keeps an array: in chunks with a checksum unless tiny, deflated when large."""
-    if not values.ndim or values.dtype == object or values.nbytes < TINY:
+    if not values.ndim or values.dtype.kind in "OUS" or values.nbytes < TINY:
         return {}
     if values.nbytes <= SMALL:
         return {"fletcher32": True, "chunksizes": values.shape}
@@ -227,7 +190,7 @@ def refuse_untrusted(path: Path, image: bytes) -> None:
     """
     try:
         with h5py.File(io.BytesIO(image), "r") as file:
-            _Walk(path, len(image), file.id).enter(h5g.open(file.id, b"/"), "", 0)
+            _Walk(path, len(image), file.id).group(h5g.open(file.id, b"/"), "", 0)
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         if isinstance(error, StoreError):
             raise
@@ -252,28 +215,27 @@ class _Walk:
     def refuse(self, where: str, reason: str) -> None:
         raise StoreError(f"{self.path}: {where[:80] or '/'} {reason}; not read")
 
-    def enter(self, group: Any, where: str, depth: int) -> None:
+    def group(self, group: Any, where: str, depth: int) -> None:
         """Look at a group and all that it holds."""
         self.attributes(group, where)
         for key in group:
-            self.visit(group, key, f"{where}/{key.decode(errors='replace')}", depth)
-
-    def visit(self, group: Any, key: bytes, where: str, depth: int) -> None:
-        if group.links.get_info(key).type != h5py.h5l.TYPE_HARD:
-            self.refuse(where, "is a link to elsewhere")
-        entry = h5o.open(group, key)
-        information = h5o.get_info(entry)
-        address = (information.fileno, information.addr)
-        if address in self.seen or len(self.seen) >= MOST or depth >= DEEPEST:
-            known = address in self.seen
-            self.refuse(where, f"is {self.seen[address]} once more" if known else "is one of too many")
-        self.seen[address] = where
-        if isinstance(entry, h5g.GroupID):
-            self.enter(entry, where, depth + 1)
-        elif isinstance(entry, h5d.DatasetID):
-            self.variable(entry, where)
-        else:
-            self.refuse(where, "is a type and no variable")
+            inside = f"{where}/{key.decode(errors='replace')}"
+            if group.links.get_info(key).type != h5py.h5l.TYPE_HARD:
+                self.refuse(inside, "is a link to elsewhere")
+            entry = h5o.open(group, key)
+            information = h5o.get_info(entry)
+            address = (information.fileno, information.addr)
+            if address in self.seen:
+                self.refuse(inside, f"is {self.seen[address]} once more")
+            if len(self.seen) >= MOST or depth >= DEEPEST:
+                self.refuse(inside, "is one of too many")
+            self.seen[address] = inside
+            if isinstance(entry, h5g.GroupID):
+                self.group(entry, inside, depth + 1)
+            elif isinstance(entry, h5d.DatasetID):
+                self.variable(entry, inside)
+            else:
+                self.refuse(inside, "is a type and no variable")
 
     def variable(self, dataset: Any, where: str) -> None:
         made, kind = dataset.get_create_plist(), dataset.get_type()

@@ -27,17 +27,8 @@ from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 from wearlab.store import netcdf, remote
 from wearlab.store.files import StoreError, refuse_links, refuse_oversized
 
-
-class Stamp(NamedTuple):
-    """By what a file is known again, and the hash that was found then."""
-
-    size: int
-    modified: int
-    changed: int
-    inode: int
-    sha256: str
-
-
+Stamp = tuple[int, int, int, int, str]
+"""By what a file is known again, and the hash that was found then."""
 _sound: dict[str, Stamp] = {}
 
 
@@ -92,7 +83,7 @@ def checked_source(path: str, sha256: str | None) -> str | io.BytesIO:
 
 
 def _mark(status: os.stat_result, sha256: str) -> Stamp:
-    return Stamp(status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino, sha256)
+    return (status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino, sha256)
 
 
 _one_door = threading.RLock()
@@ -209,8 +200,7 @@ def _unreadable(path: Path, error: Exception) -> StoreError:
 Places = tuple[list[int] | None, ...]
 
 
-@dataclass(frozen=True)
-class RunGroup:
+class RunGroup(NamedTuple):
     """Runs that are alike: the same variables, the same lengths.
 
     Parameters
@@ -225,8 +215,7 @@ class RunGroup:
     labels: Mapping[str, list[Any]]
 
 
-@dataclass(frozen=True)
-class RunFile:
+class RunFile(NamedTuple):
     """The file of one run.
 
     Parameters

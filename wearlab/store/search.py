@@ -26,6 +26,11 @@ COLUMNS = {
 DOCUMENTS = ("reason", "warnings")
 OF_CAMPAIGNS = ("campaign", "case")
 OF_REMARKS = ("tag", "note")
+QUESTIONS = {
+    **{name: f"SELECT number, {column} FROM runs WHERE number" for name, column in COLUMNS.items()},
+    **{name: f"SELECT number, {name} FROM documents WHERE number" for name in DOCUMENTS},
+    "other_code": "SELECT number, source_hash FROM runs WHERE number",
+}
 AT_ONCE = 2_000  # runs whose values are in memory together
 OTHER_CODE = "other_code"
 OWN_KEYS = (
@@ -171,22 +176,16 @@ class CatalogueSearch:
     def _column(self, name: str, runs: Sequence[tuple[int, str]]) -> list[Any] | None:
         """Return the value of a name for each of some runs, None where no run has any."""
         numbers, ids = zip(*runs, strict=True)
-        if name in OF_CAMPAIGNS or name in self.axes:
-            told = self._of_campaigns(name, ids)
+        if name in OF_REMARKS or name in OF_CAMPAIGNS or name in self.axes:
+            of_remarks = name in OF_REMARKS
+            told = (
+                remarks.texts_of(self.catalogue, ids, name) if of_remarks else self._of_campaigns(name, ids)
+            )
             return [told.get(run_id, ()) for run_id in ids]
-        if name in OF_REMARKS:
-            told = remarks.texts_of(self.catalogue, ids, name)
-            return [told.get(run_id, ()) for run_id in ids]
-        if name in COLUMNS:
-            question = f"SELECT number, {COLUMNS[name]} FROM runs WHERE number"
-        elif name in DOCUMENTS:
-            question = f"SELECT number, {name} FROM documents WHERE number"
-        elif name == OTHER_CODE:
-            question = "SELECT number, source_hash FROM runs WHERE number"
-        elif name in self.numbers:
+        if (question := QUESTIONS.get(name)) is None:
+            if name not in self.numbers:
+                return None
             question = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])} AND run"
-        else:
-            return None
         rows = self._rows(question, numbers)
         values = [rows.get(number) for number in numbers]
         if name != OTHER_CODE:

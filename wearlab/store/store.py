@@ -138,7 +138,7 @@ class Store(kept_runs.KeptRuns):
         StoreError : no such run or campaign
         """
         from wearlab.nearest import choices
-        from wearlab.store.remarks import subject_of
+        from wearlab.store import remarks
 
         if not campaign:
             return self.find(name).id, ""
@@ -146,7 +146,7 @@ class Store(kept_runs.KeptRuns):
         titles = {str(title): str(path or "") for title, path in reversed(known)}
         for title, path in titles.items():
             if name == title or (path and name in (path, Path(path).name)):
-                return subject_of(title), title
+                return remarks.subject_of(title), title
         raise StoreError(f"campaign {name!r} is not in this store; {choices(name, titles)}")
 
     def verify(self) -> list[Problem]:
@@ -188,8 +188,7 @@ def store_html(store: kept_runs.KeptRuns) -> str:
     ----------
     store : states are those that ``wearlab ls`` lists
     """
-    from wearlab.store import outcome, table
-    from wearlab.store.provenance import name_of
+    from wearlab.store import outcome, provenance, table
 
     name = escape(repr(store))
     if not store.catalogue.exists():
@@ -202,7 +201,13 @@ def store_html(store: kept_runs.KeptRuns) -> str:
     latest = store.entries(list(heads)[: -LATEST - 1 : -1]).values()
     results = (next((told.text for told in outcome.headlines(entry.summary)), "") for entry in latest)
     rows = [
-        (entry.id[:10], name_of(store, entry.id), store.state_of(entry), result, entry.reason or "")
+        (
+            entry.id[:10],
+            provenance.name_of(store, entry.id),
+            store.state_of(entry),
+            result,
+            entry.reason or "",
+        )
         for entry, result in zip(latest, results, strict=True)
     ]
     more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""

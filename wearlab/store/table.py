@@ -172,12 +172,8 @@ def _converted(values: list[Any], unit: str, wanted: str) -> list[Any]:
 
     numbers = np.array([np.nan if value is None else value for value in values], float)
     changed: list[float] = convert(numbers, unit, wanted).tolist()
-    return [None if old is None else _short(new) for old, new in zip(values, changed, strict=True)]
-
-
-def _short(value: float) -> float:
-    """Return a number with the digits that scenes keep: 1100 rpm, not 1100.0000000035739."""
-    return float(f"{value:.{DIGITS}g}")
+    short = (float(f"{new:.{DIGITS}g}") for new in changed)  # 1100 rpm, not 1100.0000000035739
+    return [None if old is None else new for old, new in zip(values, short, strict=True)]
 
 
 def guarded(value: Any) -> Any:

@@ -4,14 +4,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from json import loads
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
 from wearlab.cli.output import Format, Stop, complain, say, show_json, show_table, split_columns
 from wearlab.report import run as told
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
-from wearlab.store.catalogue import Entry, Member
+
+if TYPE_CHECKING:
+    from wearlab.store.catalogue import Entry, Member
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
@@ -112,6 +114,8 @@ def _show_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    from wearlab.store.catalogue import Member
+
     entries = store.entries(ids)
     members = _once(member for member in store.catalogue.members(ids) if member.run in entries)
     named = {member.run for member in members}
@@ -122,7 +126,7 @@ def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, An
     return [_row(store, member, entries[member.run]) for member in members + alone]
 
 
-def _once(members: Iterable[Member]) -> list[Member]:
+def _once(members: "Iterable[Member]") -> "list[Member]":
     """Return each case of a campaign once, however often its file was extended and run again."""
     known: dict[tuple[Any, ...], Member] = {}
     for member in members:
@@ -132,7 +136,7 @@ def _once(members: Iterable[Member]) -> list[Member]:
     return list(known.values())
 
 
-def _row(store: "Store", member: Member, entry: Entry) -> dict[str, Any]:
+def _row(store: "Store", member: "Member", entry: "Entry") -> dict[str, Any]:
     first = next(iter(outcome.headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
@@ -243,7 +247,7 @@ def show(
     return None
 
 
-def _tell_facts(facts: Mapping[str, Any], entry: Entry) -> None:
+def _tell_facts(facts: Mapping[str, Any], entry: "Entry") -> None:
     for name, value in facts.items():
         if value not in (None, "", []):
             for number, line in enumerate(value if isinstance(value, list) else [value]):
@@ -253,7 +257,7 @@ def _tell_facts(facts: Mapping[str, Any], entry: Entry) -> None:
             output.say(f"{name:<16}{line.rstrip()}")
 
 
-def _variables(variables: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
+def _variables(variables: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[str, ...]]:
     return [
         (
             name,
