@@ -271,52 +271,42 @@ def _applied(
 def _variable(name: str, grid: Any, places: Mapping[str, Any]) -> Measured:
     if name not in grid.variables:
         raise AmountError(f"{name}: {_not_there(name, grid.variables)}")
-    values = grid[name]
-    if values.dtype.kind not in "fiub":
+    if grid[name].dtype.kind not in "fiub":
         raise AmountError(f"{name} holds text, not numbers")
+    known = [other for other in (name, "n_updates", *STATES) if other in grid.variables]
+    part = grid[known].reset_coords()
+    if "case" not in places and "case" in grid.coords and BASE in grid["case"].values:
+        part = part.sel(case=BASE)
     for dim, label in places.items():
-        values = _at(values, dim, label, grid)
-    if "case" in values.dims and BASE in values["case"].values:
-        values = values.sel(case=BASE)
-    values = values.compute(scheduler="synchronous") if values.chunks else values
+        part = _at(part, name, dim, label, grid)
+    values = part[name].compute(scheduler="synchronous")
     return Measured(values.astype(float).reset_coords(drop=True), str(grid[name].attrs.get("units", "1")))
 
 
-def _at(values: Any, dim: str, label: Any, grid: Any) -> Any:
-    """Return values at one place of a dimension; the last wear state is each run's own."""
+def _at(part: Any, name: str, dim: str, label: Any, grid: Any) -> Any:
+    """Return a variable, and what counts its states, at one place; the last wear state is each run's own."""
     if dim in STATES:
-        if "update" not in values.dims or dim not in grid.variables:
-            return values
-        gaps = abs(grid[dim] - float(label)).fillna(np.inf).compute(scheduler="synchronous")
-        return values.isel(update=_alike(gaps.argmin("update"), values))
-    if dim not in values.dims:
-        if dim not in grid.dims:
-            raise AmountError(f"{dim} = {label}: {_not_there(dim, grid.dims)}")
-        return values
+        if "update" not in part[name].dims or dim not in part:
+            return part
+        gaps = abs(part[dim] - float(label)).fillna(np.inf).compute(scheduler="synchronous")
+        return part.isel(update=gaps.argmin("update").reset_coords(drop=True))
+    if dim not in part[name].dims and dim not in grid.dims:
+        raise AmountError(f"{dim} = {label}: {_not_there(dim, grid.dims)}")
+    if dim not in part.dims:
+        return part
     if dim == "update":
+        size = grid.sizes[dim]
         whole = isinstance(label, float) and label == int(label)
-        if not whole or not -values.sizes[dim] <= label < values.sizes[dim]:
-            raise AmountError(
-                f"update = {label}: it counts from 0 to {values.sizes[dim] - 1}, -1 is the last"
-            )
-        counts = grid["n_updates"]
-        at = counts + int(label) if label < 0 else counts * 0 + int(label)
-        return values.isel(update=_alike(at.clip(min=0), values))
-    own = list(grid[dim].values) if dim in grid.coords else list(range(values.sizes[dim]))
+        if not whole or not -size <= label < size:
+            raise AmountError(f"update = {label}: it counts from 0 to {size - 1}, -1 is the last")
+        at = part["n_updates"] * (label < 0) + int(label)
+        return part.isel(update=at.clip(min=0).reset_coords(drop=True))
+    own = list(grid[dim].values) if dim in grid.coords else list(range(grid.sizes[dim]))
     attributes = grid[dim].attrs if dim in grid.coords else {}
     index = evaluate.index_of_quantity(label, own, attributes.get("units"), attributes.get("key", ""))
-    if index is None:
+    if index is None and dim in part[name].dims:
         raise AmountError(f"{dim} = {label}: {_not_there(str(label), map(str, own))}")
-    return values.isel({dim: index})
-
-
-def _alike(at: Any, values: Any) -> Any:
-    """Return indices along the dimensions that values still have; a case that is not there is the base."""
-    for dim in [dim for dim in at.dims if dim not in values.dims]:
-        chosen = values.coords.get(dim)
-        own = list(at[dim].values) if dim in at.coords else []
-        at = at.isel({dim: own.index(chosen.item()) if chosen is not None and own else 0})
-    return at.drop_vars(list(at.coords))
+    return part if index is None else part.isel({dim: index})
 
 
 def _not_there(name: str, known: Any) -> str:
