@@ -273,7 +273,7 @@ Lengths = Table[NonNegativeInt]
 Place = Table[str | int | float | bool | None]  # of a case along each axis of its campaign
 
 
-class StoredVariable(TypedDict):
+class VariableLayout(TypedDict):
     """What a layout has of a variable."""
 
     dims: list[str]
@@ -282,16 +282,16 @@ class StoredVariable(TypedDict):
     coordinate: NotRequired[bool]
 
 
-class Layout(TypedDict):
+class RunLayout(TypedDict):
     """The variables of a run, and the labels of its dimensions."""
 
-    variables: dict[str, StoredVariable]
+    variables: dict[str, VariableLayout]
     labels: dict[str, list[Any]]
 
 
 table = TypeAdapter(Table[Any]).validate_python
 place = TypeAdapter(Place).validate_python
-layout = TypeAdapter[Any](Layout).validate_json
+layout = TypeAdapter[Any](RunLayout).validate_json
 
 
 def _of_table(text: Any) -> Any:
