@@ -12,12 +12,12 @@ import math
 import os
 import threading
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import h5py
-import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -104,26 +104,20 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
     image = checked_bytes(path, sha256)
     with _one_door:
         netcdf.refuse_untrusted(path, image)
-    with _one_door, NETCDFC_LOCK, HDF5_LOCK:
-        try:
-            file = netCDF4.Dataset(path.name, memory=image)
-        except Exception as error:
-            raise _unreadable(path, error) from error
     try:
-        refuse_oversized(path, sum(_claimed(variable) for variable in file.variables.values()), len(image))
-        with _one_door:
-            dataset = xr.open_dataset(NetCDF4DataStore(file)).load()
-            dataset.encoding["source"] = str(path)
-            return dataset
+        with _one_door, NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
+            opened = NetCDF4DataStore.open(image)
+        with _one_door, closing(opened):
+            refuse_oversized(path, sum(map(_claimed, opened.ds.variables.values())), len(image))
+            dataset = xr.open_dataset(opened).load()
     except Exception as error:  # whatever xarray makes of a stranger's attributes
         raise error if isinstance(error, StoreError) else _unreadable(path, error) from error
-    finally:
-        with _one_door, NETCDFC_LOCK, HDF5_LOCK:
-            file.close()
+    dataset.encoding["source"] = str(path)
+    return dataset
 
 
-def _claimed(variable: netCDF4.Variable) -> int:
-    """Return the bytes of a variable's values; of texts, those of their references."""
+def _claimed(variable: Any) -> int:
+    """Return the bytes of the values of a variable of netCDF; of texts, those of their references."""
     return math.prod(variable.shape) * (16 if variable.dtype is str else variable.dtype.itemsize)
 
 
