@@ -293,7 +293,7 @@ def _lineage(
     for case in campaign.cases:
         if (entry := entries.get(case.id)) is None:
             continue
-        by = outcome.calibration_of(entry)
+        by = entry.calibration
         steps = (*map(str, lineage(store, entry)), *([f"run {by}, which calibrated it"] if by else []))
         if steps:
             listed.setdefault(steps, []).append(_name(campaign, case))

@@ -176,7 +176,7 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "notes": [f"{r.text} ({r.who}, {r.when[:10]})" for r in said if r.what == "note"],
         "goes on from": [str(step) for step in lineage(store, entry)],
         "continued by": children(store, entry.id),
-        "calibrated by": outcome.calibration_of(entry) or None,
+        "calibrated by": entry.calibration or None,
         "calibrates": calibrated_by(store, entry.id),
         **{key: metadata[key] for key in provenance.WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,

@@ -19,7 +19,7 @@ from wearlab.store import description
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
 from wearlab.store.database import CHUNK, VERSION, Read, make_tables, understood
 from wearlab.store.files import StoreError
-from wearlab.store.outcome import Outcome, State
+from wearlab.store.outcome import CALIBRATION, Outcome, State
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
 
@@ -69,6 +69,11 @@ class Entry:
     def values(self) -> dict[str, Any]:
         """The values of its scene by their dotted keys."""
         return dict(flat(json.loads(self.scene or "{}")))
+
+    @property
+    def calibration(self) -> str:
+        """The id of the run that its wear coefficient was calibrated by, "" where none did."""
+        return str(self.summary.get(CALIBRATION) or "")
 
     @property
     def form(self) -> tuple[str | None, tuple[tuple[str, int], ...]]:

@@ -152,7 +152,7 @@ class Database:
         try:
             connection.execute("PRAGMA trusted_schema = OFF")
             version = connection.execute("PRAGMA user_version").fetchone()[0]
-            additions = _additions(connection)
+            additions = _count(connection, "view", "trigger")
             connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
             connection.execute(f"PRAGMA cache_size = {PAGES}")
         except BROKEN as error:
@@ -164,7 +164,7 @@ class Database:
             )
         if version > VERSION:
             raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
-        if version == 0 and (not create or _tables(connection)):
+        if version == 0 and (not create or _count(connection, "table")):
             raise StoreError(
                 f"{self.path}: not a catalogue of wearlab; 'wearlab reindex' sets it aside and makes "
                 "one from the run files"
@@ -185,7 +185,11 @@ class Database:
         try:
             (version,) = connection.execute("PRAGMA user_version").fetchone()
             sound = connection.execute("PRAGMA quick_check").fetchone() == ("ok",)
-            return sound and not _additions(connection) and (version > 0 or not _tables(connection))
+            return (
+                sound
+                and not _count(connection, "view", "trigger")
+                and (version > 0 or not _count(connection, "table"))
+            )
         except sqlite3.OperationalError as error:
             raise self._unusable(error) from error
         except (sqlite3.DatabaseError, UnicodeDecodeError):
@@ -231,16 +235,10 @@ def create_shared(path: Path) -> None:
         os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o666))
 
 
-def _tables(connection: sqlite3.Connection) -> int:
-    """Return how many tables there are."""
-    question = "SELECT count(*) FROM sqlite_master WHERE type = 'table'"
-    return int(connection.execute(question).fetchone()[0])
-
-
-def _additions(connection: sqlite3.Connection) -> int:
-    """Return how many views and triggers there are, of which wearlab makes none."""
-    question = "SELECT count(*) FROM sqlite_master WHERE type IN ('view', 'trigger')"
-    return int(connection.execute(question).fetchone()[0])
+def _count(connection: sqlite3.Connection, *kinds: str) -> int:
+    """Return how many tables, views or triggers there are; wearlab makes tables only."""
+    question = f"SELECT count(*) FROM sqlite_master WHERE type IN ({', '.join('?' * len(kinds))})"
+    return int(connection.execute(question, kinds).fetchone()[0])
 
 
 class Unreadable(StoreError):

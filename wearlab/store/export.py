@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab import __version__
-from wearlab.store import files, outcome, provenance, remarks
+from wearlab.store import files, provenance, remarks
 from wearlab.store.files import StoreError
 
 if TYPE_CHECKING:
@@ -99,9 +99,7 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         "campaign_hash": fingerprint(text),
         "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
     }
-    if calibrations := sorted(
-        {calibration for entry in entries.values() if (calibration := outcome.calibration_of(entry))}
-    ):
+    if calibrations := sorted({entry.calibration for entry in entries.values()} - {""}):
         attributes["calibration"] = "; ".join(calibrations)
     attributes |= _remarked(store, campaign.title, list(entries))
     attributes |= credited(getattr(campaign, "metadata", None) or {})

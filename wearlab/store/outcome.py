@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from wearlab.units import HOUR
 
@@ -87,20 +87,6 @@ def value_text(value: object, units: str | None) -> str:
 
 CALIBRATION, CALIBRATION_LIFE = "calibration", "calibration_life"
 """Attributes of a run: the id of the run by which its wear coefficient was calibrated, and its life."""
-
-
-class Summarised(Protocol):
-    """What has scalar results by name."""
-
-    @property
-    def summary(self) -> Mapping[str, Any]:
-        """Results by name."""
-        ...
-
-
-def calibration_of(entry: Summarised) -> str:
-    """Return the id of the run that a run's wear coefficient was calibrated by, "" where none did."""
-    return str(entry.summary.get(CALIBRATION) or "")
 
 
 class Headline(NamedTuple):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from wearlab.store import netcdf
-from wearlab.store.outcome import CALIBRATION, calibration_of
+from wearlab.store.outcome import CALIBRATION
 
 if TYPE_CHECKING:
     from wearlab.store import campaigns, catalogue, kept_runs, updates
@@ -83,9 +83,7 @@ def rests_on(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
     before = {step.run for step in lineage(store, entry)}
     known = store.entries(before)
-    return before | {
-        calibration for each in (entry, *known.values()) if (calibration := calibration_of(each))
-    }
+    return (before | {each.calibration for each in (entry, *known.values())}) - {""}
 
 
 def name_of(store: "kept_runs.KeptRuns", run_id: str) -> str:
@@ -170,7 +168,7 @@ def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
         "wearlab_version": entry.wearlab_version or "",
         "source_hash": entry.source_hash or "",
         "lineage": "; ".join(map(str, lineage(store, entry))),
-        "calibration": calibration_of(entry),
+        "calibration": entry.calibration,
         **{name: str(attributes[name]) for name in CODE if attributes.get(name)},
     }
     if member is not None:

@@ -15,7 +15,7 @@ from wearlab.query import evaluate, keys
 from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
 from wearlab.store.files import Problem, StoreError, damage, stray
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.outcome import CALIBRATION_LIFE, Outcome, calibration_of
+from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
@@ -63,7 +63,7 @@ def _uncalibrated(
 ) -> Iterator[Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
-        by = entries.get(calibration_of(entry))
+        by = entries.get(entry.calibration)
         used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
         if by is None or used is None or lived is None:
             continue
