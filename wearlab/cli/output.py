@@ -15,8 +15,11 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from wearlab.sources import SHORT_ID
+from wearlab.store import outcome
+
 if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
+    from wearlab.campaign import Campaign, Case
     from wearlab.plugins import Plugin
 
 
@@ -150,6 +153,23 @@ def _loaded(read: Callable[[str], Content], file: str) -> Content:
         raise Stop(str(error)) from error
 
 
+def sound_campaign(file: str) -> "Campaign":
+    """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
+    campaign = read_campaign(file)
+    refuse_wrong_figures(campaign, file)
+    return campaign
+
+
+def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
+    """Stop where a figure names what does not exist."""
+    if campaign.figures:
+        from wearlab.figures.question import figure_problems
+
+        problems = figure_problems(campaign)
+        if problems:
+            raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
+
+
 @contextmanager
 def reporting(what: str) -> Iterator[None]:
     """Say on a terminal what is being done, once it has taken a second."""
@@ -198,6 +218,21 @@ def split_columns(text: str | None) -> tuple[str, ...] | None:
 def place(position: Mapping[str, object]) -> str:
     """Return a place on the axes of a campaign in words."""
     return ", ".join(f"{name}={value}" for name, value in position.items())
+
+
+def case_name(campaign: "Campaign", case: "Case") -> str:
+    """Return what a person calls a case: its label and its place on the axes."""
+    return in_words(case.label, outcome.place(campaign, case))
+
+
+def in_words(label: str, position: Mapping[str, object]) -> str:
+    """Return a label, and its place on the axes in brackets where it has one."""
+    return f"{label} ({place(position)})" if position else label
+
+
+def short(run_id: str) -> str:
+    """Return the beginning of a run's id by which people know it."""
+    return run_id[:SHORT_ID]
 
 
 def show_json(content: Any) -> None:

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
-from wearlab.cli.commands.plan import case_name
 
 if TYPE_CHECKING:
-    from wearlab.accuracy.study import Study
+    from wearlab.accuracy import study
     from wearlab.campaign import Campaign
 
 
@@ -29,41 +28,41 @@ def accuracy(
     error : E [numerics.tolerance]: Relative error asked for.
     """
     campaign = output.read_campaign(file)
-    from wearlab.accuracy.study import dataset
+    from wearlab.accuracy import study
 
     with output.refusing(OSError):
         out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
     studies = _studies(campaign, silent=json)
-    made = dataset(campaign.title, studies, begun)
+    made = study.dataset(campaign.title, studies, begun)
     with output.refusing(OSError):
         files = _write(made, out)
-    for study in studies:
-        for note in study.notes:
-            output.complain(f"{study.label}: {note}")
+    for one in studies:
+        for note in one.notes:
+            output.complain(f"{one.label}: {note}")
     if json:
         output.show_json(_content(studies, error, files))
     else:
         _tell(studies, error)
         output.say("\n".join(["", *map(str, files)]))
-    return output.Status.WELL if any(study.curves for study in studies) else output.Status.TROUBLE
+    return output.Status.WELL if any(one.curves for one in studies) else output.Status.TROUBLE
 
 
-def _studies(campaign: "Campaign", *, silent: bool) -> list["Study"]:
-    from wearlab.accuracy.study import expected_reports, study
+def _studies(campaign: "Campaign", *, silent: bool) -> "list[study.Study]":
+    from wearlab.accuracy import study
 
-    total = sum(expected_reports(case.scene) for case in campaign.cases)
+    total = sum(study.expected_reports(case.scene) for case in campaign.cases)
     names = _labels(campaign)
     with output.bar(total, silent) as tell:
         return [
-            study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
+            study.study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
             for name, case in zip(names, campaign.cases, strict=True)
         ]
 
 
 def _labels(campaign: "Campaign") -> list[str]:
     """Return short names: the place on the axes where there is one, else the label."""
-    full = [case_name(campaign, case) for case in campaign.cases]
+    full = [output.case_name(campaign, case) for case in campaign.cases]
     short = [name.partition("(")[2].rstrip(")") or name for name in full]
     if len(campaign.axes) == 1:
         short = [name.rpartition("=")[2] for name in short]
@@ -72,19 +71,18 @@ def _labels(campaign: "Campaign") -> list[str]:
 
 def _write(made: Any, out: Path) -> list[Path]:
     """Write the dataset and its figures, each whole or not at all."""
-    from wearlab.accuracy.pages import pages
-    from wearlab.accuracy.study import netcdf
+    from wearlab.accuracy import pages, study
     from wearlab.figures.render import rendered
     from wearlab.store.files import write_whole
 
     texts = {"Title": made.attrs["title"], "runs": " ".join(made.run_id.values.tolist())}
-    images = {f"{file}.png": rendered(plot, texts) for file, plot in pages(made).items()}
-    for file, image in (contents := {FILE: netcdf(made), **images}).items():
+    images = {f"{file}.png": rendered(plot, texts) for file, plot in pages.pages(made).items()}
+    for file, image in (contents := {FILE: study.netcdf(made), **images}).items():
         write_whole(out / file, image)
     return [out / file for file in contents]
 
 
-def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
+def _tables(studies: "list[study.Study]", error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
     from wearlab.accuracy import pages as table
 
     return {
@@ -96,7 +94,7 @@ def _tables(studies: list["Study"], error: float | None) -> dict[str, tuple[tupl
     }
 
 
-def _tell(studies: list["Study"], error: float | None) -> None:
+def _tell(studies: "list[study.Study]", error: float | None) -> None:
     from wearlab.accuracy import steady_curves
 
     for title, (heads, rows) in _tables(studies, error).items():
@@ -107,16 +105,16 @@ def _tell(studies: list["Study"], error: float | None) -> None:
         output.say(f'\nnot installed: {", ".join(steady_curves.missing_peers())} (the extra "peers")')
 
 
-def _content(studies: list["Study"], error: float | None, files: list[Path]) -> dict[str, Any]:
+def _content(studies: "list[study.Study]", error: float | None, files: list[Path]) -> dict[str, Any]:
     tables = {
         title: [dict(zip(heads, row, strict=True)) for row in rows]
         for title, (heads, rows) in _tables(studies, error).items()
     }
-    curves = [row for study in studies for row in _rungs(study)]
+    curves = [row for one in studies for row in _rungs(one)]
     return {**tables, "curves": curves, "files": [str(path) for path in files]}
 
 
-def _rungs(measured: "Study") -> Iterator[dict[str, Any]]:
+def _rungs(measured: "study.Study") -> Iterator[dict[str, Any]]:
     """Yield every setting of every curve as plain numbers, times in seconds; None: not finite."""
     for curve in measured.curves:
         named = {name: getattr(curve, name) for name in ("name", "knob", "quantity", "role", "fixed")}

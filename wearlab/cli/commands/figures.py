@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearlab.cli import app, output
-from wearlab.cli.commands.plan import sound_campaign
-from wearlab.store import Store, open_store
+from wearlab.store import Store, files, open_store
 
 if TYPE_CHECKING:
-    from wearlab.figures.drawing import Redrawn
+    from wearlab.figures import drawing
 
 
 @app.command()
@@ -40,11 +39,10 @@ def figures(
 
 
 def _draw(file: str, store: Store, out: Path, ending: str, as_json: bool) -> output.Status:
-    from wearlab.figures import FigureError, draw
-    from wearlab.figures.drawing import check_format
+    from wearlab.figures import FigureError, draw, drawing
 
-    check_format(ending)
-    campaign, status = sound_campaign(file), output.Status.WELL
+    drawing.check_format(ending)
+    campaign, status = output.sound_campaign(file), output.Status.WELL
     try:
         drawn = tuple(draw(campaign, store, out, ending))
     except FigureError as error:
@@ -68,7 +66,7 @@ def _draw_again(figures: Sequence[Path], store: Store, out: Path, as_json: bool)
     return output.Status.TROUBLE if any(redrawn.missing for redrawn in drawn) else output.Status.WELL
 
 
-def _tell(drawn: "Redrawn") -> None:
+def _tell(drawn: "drawing.Redrawn") -> None:
     output.say(
         f"{drawn.path}: {'the same bytes' if drawn.same else 'differs from the figure it was drawn from'}"
     )
@@ -94,15 +92,13 @@ def report(
     ----------
     out : FILE [FILE.html]: The page (.html, .pdf).
     """
-    from wearlab.report.page import as_file, check_suffix
-    from wearlab.report.page import report as page_of
-    from wearlab.store import files
+    from wearlab.report import page
 
     path = out or Path(f"{Path(file).stem}.html")
-    check_suffix(path)
+    page.check_suffix(path)
     store, campaign = Store(folder), output.read_campaign(file)
     with output.refusing(OSError):
-        files.write_whole(path, as_file(page_of(campaign, store), path.suffix))
+        files.write_whole(path, page.as_file(page.report(campaign, store), path.suffix))
     output.tell({"file": str(path)}, json, str(path))
 
 
@@ -123,20 +119,19 @@ def profile(
     units : NAME=UNIT: A unit that the file does not tell, such as diameter=mm.
     out : FIGURE [FILE's name, .png]: PNG, SVG or PDF.
     """
-    from wearlab.figures.drawing import check_format
-    from wearlab.report.plots import profile_figure
-    from wearlab.store.files import write_whole
-    from wearlab.table_options import profile_table
-    from wearlab.tables import read_table
+    from wearlab import table_options, tables
+    from wearlab.figures import drawing
+    from wearlab.report import plots
 
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns or [], "--columns")
     given = {"file": str(file), "columns": mapped, "units": _pairs(units or [], "--units")}
     ending = figure.suffix.lower().removeprefix(".")
-    check_format(ending)
-    table = read_table(file)
-    x, y, abscissa, ordinate, across = profile_table(given, None)
-    write_whole(figure, profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending))
+    drawing.check_format(ending)
+    table = tables.read_table(file)
+    x, y, abscissa, ordinate, across = table_options.profile_table(given, None)
+    drawn = plots.profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending)
+    files.write_whole(figure, drawn)
     headers = [str(table.meant(name, mapped)) for name in (x, y, *(["face_position"] if across else []))]
     told = {
         "file": str(file),
@@ -180,14 +175,14 @@ def browse(
     static : DIR: Write a copy of one campaign instead.
     campaign : TITLE [the only one]: With --static, which campaign.
     """
-    from wearlab.browsing.window import Window
+    from wearlab.browsing import window
 
     own = open_store(store or folder)
     if static is not None:
-        from wearlab.browsing.taking import write_copy
+        from wearlab.browsing import taking
 
         with output.refusing(OSError):
-            made = str(write_copy(own, static, campaign))
+            made = str(taking.write_copy(own, static, campaign))
         return output.tell({"file": made}, json, made)
     if campaign is not None:
         raise output.Stop("browse: --campaign goes with --static DIR")
@@ -197,4 +192,4 @@ def browse(
         if not no_open:
             webbrowser.open(address)
 
-    Window(own, port).run(ready)
+    window.Window(own, port).run(ready)

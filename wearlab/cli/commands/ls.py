@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
-from wearlab.cli.output import Format, Stop, complain, say, show_json, show_table, split_columns
 from wearlab.report import run as told
 from wearlab.sources import SHORT_ID, is_other_code
 from wearlab.store import Store, outcome
 
 if TYPE_CHECKING:
-    from wearlab.store.catalogue import Entry, Member
+    from wearlab.store import catalogue
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
@@ -31,7 +30,7 @@ def ls(
     sort: str | None = None,
     limit: int | None = None,
     updates: bool = False,
-    format: Format = Format.TABLE,
+    format: output.Format = output.Format.TABLE,
     json: app.Json = False,
 ) -> None:
     """List the runs of a store: all, or those that meet a condition.
@@ -49,10 +48,10 @@ def ls(
     if updates:
         from wearlab.cli.commands.run import list_updates
 
-        return list_updates(store, json or format is Format.JSON)
-    format = Format.JSON if json else format
-    if columns is not None or format is Format.CSV:
-        return _show_columns(store, split_columns(columns), where, sort, limit, state, format)
+        return list_updates(store, json or format is output.Format.JSON)
+    format = output.Format.JSON if json else format
+    if columns is not None or format is output.Format.CSV:
+        return _show_columns(store, output.split_columns(columns), where, sort, limit, state, format)
     ids = None
     if where.strip() or sort or limit is not None:
         ids = store.query(where, columns=(), sort=sort, limit=None if state else limit)["id"]
@@ -60,8 +59,8 @@ def ls(
     if limit is not None:
         kept = set(list(dict.fromkeys(row["id"] for row in rows))[:limit])
         rows = [row for row in rows if row["id"] in kept]
-    if format is Format.JSON:
-        show_json(rows)
+    if format is output.Format.JSON:
+        output.show_json(rows)
     else:
         _show_rows(HEADS, [_cells(row) for row in rows])
 
@@ -73,7 +72,7 @@ def _show_columns(
     sort: str | None,
     limit: int | None,
     state: str | None,
-    form: Format,
+    form: output.Format,
 ) -> None:
     from wearlab.schema import VARIABLES, origin_of
 
@@ -83,18 +82,18 @@ def _show_columns(
     answer = store.query(where, columns=columns, sort=sort, limit=limit)
     for at, column in enumerate(answer.columns):
         if column.name in VARIABLES and answer.records and all(row[at] is None for row in answer.records):
-            complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")
+            output.complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")
     places = [at for at, column in enumerate(answer.columns) if column.name in ("status", "state")]
     if state is not None or places:
         entries = store.entries(answer["id"])
         states = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
         kept = [r for r in answer.records if state in (None, states[r[0]])]
         answer = replace(answer, records=[_in_state(row, places, states[row[0]]) for row in kept])
-    if form is Format.CSV:
-        say(answer.to_csv().rstrip("\n"))
-    elif form is Format.JSON:
+    if form is output.Format.CSV:
+        output.say(answer.to_csv().rstrip("\n"))
+    elif form is output.Format.JSON:
         units = [{"name": column.name, "unit": column.unit or None} for column in answer.columns]
-        show_json({"columns": units, "rows": answer.to_rows(si=True)})
+        output.show_json({"columns": units, "rows": answer.to_rows(si=True)})
     else:
         heads, rows = answer.displayed()
         _show_rows(heads, [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows])
@@ -108,27 +107,27 @@ def _in_state(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[An
 def _show_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Show a table, or say that it is empty."""
     if rows:
-        show_table(heads, rows)
+        output.show_table(heads, rows)
     else:
-        complain("no such runs")
+        output.complain("no such runs")
 
 
 def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
-    from wearlab.store.catalogue import Member
+    from wearlab.store import catalogue
 
     entries = store.entries(ids)
     members = _once(member for member in store.catalogue.members(ids) if member.run in entries)
     named = {member.run for member in members}
-    alone = [Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
+    alone = [catalogue.Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
     if ids is not None:
         place = {run_id: number for number, run_id in enumerate(entries)}
         members = sorted(members, key=lambda member: place[member.run])
     return [_row(store, member, entries[member.run]) for member in members + alone]
 
 
-def _once(members: "Iterable[Member]") -> "list[Member]":
+def _once(members: "Iterable[catalogue.Member]") -> "list[catalogue.Member]":
     """Return each case of a campaign once, however often its file was extended and run again."""
-    known: dict[tuple[Any, ...], Member] = {}
+    known: dict[tuple[Any, ...], catalogue.Member] = {}
     for member in members:
         known.setdefault(
             (member.campaign, member.path, member.run, member.label, *member.position.items()), member
@@ -136,7 +135,7 @@ def _once(members: "Iterable[Member]") -> "list[Member]":
     return list(known.values())
 
 
-def _row(store: "Store", member: "Member", entry: "Entry") -> dict[str, Any]:
+def _row(store: "Store", member: "catalogue.Member", entry: "catalogue.Entry") -> dict[str, Any]:
     first = next(iter(outcome.headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
@@ -247,7 +246,7 @@ def show(
     return None
 
 
-def _tell_facts(facts: Mapping[str, Any], entry: "Entry") -> None:
+def _tell_facts(facts: Mapping[str, Any], entry: "catalogue.Entry") -> None:
     for name, value in facts.items():
         if value not in (None, "", []):
             for number, line in enumerate(value if isinstance(value, list) else [value]):
@@ -257,7 +256,7 @@ def _tell_facts(facts: Mapping[str, Any], entry: "Entry") -> None:
             output.say(f"{name:<16}{line.rstrip()}")
 
 
-def _variables(variables: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[str, ...]]:
+def _variables(variables: Mapping[str, dict[str, Any]], entry: "catalogue.Entry") -> list[tuple[str, ...]]:
     return [
         (
             name,
@@ -295,21 +294,21 @@ def features(
     si : SI units throughout.
     """
     if out is not None and out.suffix not in ENDINGS:
-        raise Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")
-    table = Store(folder).features(where, variables=split_columns(variables))
+        raise output.Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")
+    table = Store(folder).features(where, variables=output.split_columns(variables))
     if json:
         units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
-        return show_json({"columns": units, "rows": table.to_rows(si=True)})
+        return output.show_json({"columns": units, "rows": table.to_rows(si=True)})
     if out is None:
-        return say(table.to_csv(si=si).rstrip("\n"))
+        return output.say(table.to_csv(si=si).rstrip("\n"))
     try:
         if out.suffix == ".nc":
             table.to_xarray(si=si).to_netcdf(out)
         else:
             out.write_text(table.to_csv(si=si))
     except OSError as error:
-        raise Stop(f"{out}: cannot be written ({error.strerror or error})") from error
-    say(f"{out}: {len(table)} rows, {len(table.columns)} columns")
+        raise output.Stop(f"{out}: cannot be written ({error.strerror or error})") from error
+    output.say(f"{out}: {len(table)} rows, {len(table.columns)} columns")
 
 
 @app.command()

@@ -11,7 +11,7 @@ from wearlab.store import Store, outcome
 from wearlab.units import HOUR, MINUTE, convert
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from wearlab.campaign import Campaign, Case
     from wearlab.runner.plan import Plan
@@ -20,23 +20,6 @@ if TYPE_CHECKING:
 
 MOST_VALUES = 20
 """Values of an axis that are listed one by one."""
-
-
-def sound_campaign(file: str) -> "Campaign":
-    """Read a campaign file whose figures name kinds, variables, dimensions and cases that exist."""
-    campaign = output.read_campaign(file)
-    refuse_wrong_figures(campaign, file)
-    return campaign
-
-
-def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
-    """Stop where a figure names what does not exist."""
-    if campaign.figures:
-        from wearlab.figures.question import figure_problems
-
-        problems = figure_problems(campaign)
-        if problems:
-            raise output.Stop("\n".join(f"{file}: {problem}" for problem in problems))
 
 
 def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
@@ -59,7 +42,7 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
             contact.check_limits(case.scene, gears)
             vibration.check_held(case.scene, gears)
         except GearError as error:
-            name, reason = case_name(campaign, case), str(error)
+            name, reason = output.case_name(campaign, case), str(error)
             expected = case.expect is not None and case.expect.verdict == "refused"
             refused.append({"case": name, "id": case.id, "reason": reason, "expected": expected})
             of_reason.setdefault(reason, []).append(name)
@@ -80,16 +63,6 @@ def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
     return first
 
 
-def case_name(campaign: "Campaign", case: "Case") -> str:
-    """Return what a person calls a case: its label and its place on the axes."""
-    return in_words(case.label, outcome.place(campaign, case))
-
-
-def in_words(label: str, position: "Mapping[str, str]") -> str:
-    """Return a label, and its place on the axes in brackets where it has one."""
-    return f"{label} ({output.place(position)})" if position else label
-
-
 @app.command()
 def check(
     file: app.File,
@@ -106,12 +79,12 @@ def check(
     measured : JSON: With --claims: against what it wrote with --json, of equal runs, not the store.
     """
     if claims:
-        return _check_claims(sound_campaign(file), measured or Store(folder), json)
+        return _check_claims(output.sound_campaign(file), measured or Store(folder), json)
     if measured:
         raise output.Stop("--measured holds claims: write --claims, too")
     from wearlab.scene import parts_left_out, parts_present
 
-    campaign = sound_campaign(file)
+    campaign = output.sound_campaign(file)
     refused, cases = refuse_the_impossible(campaign), first_of_each_label(campaign)
     parts = {label: (parts_present(case.scene), parts_left_out(case.scene)) for label, case in cases.items()}
     built = _built(cases)
@@ -243,12 +216,12 @@ def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> 
 def _built(cases: "dict[str, Case]") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:
     """Return heads and rows of the gears as they were built, once for all labels that have the same."""
     from wearlab.gears.specification import GearError
-    from wearlab.scene.build.sheet import sheet
+    from wearlab.scene.build import sheet
 
     built: dict[str, Any] = {}
     for label, case in cases.items():
         with suppress(GearError):  # told as refused
-            made = sheet(case.scene)
+            made = sheet.sheet(case.scene)
             blank = [""] * len(made.members)  # behind what all gears share
             rows = [
                 (row.symbol, row.meaning, *[*row.values, *blank][: len(blank)], row.unit) for row in made.rows
@@ -313,7 +286,7 @@ def _tell(planned: "Plan") -> None:
         output.say(f"  {count:>7} excluded by {condition}")
     for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
-            output.say(f"  {run.state}: {in_words(run.label, run.position)}")
+            output.say(f"  {run.state}: {output.in_words(run.label, run.position)}")
     if planned.seconds is None and planned.basis:
         output.say(f"  {planned.basis}")
         return

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
 from wearlab.cli.commands import plan as before
-from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
 if TYPE_CHECKING:
@@ -12,7 +11,7 @@ if TYPE_CHECKING:
 
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
-    from wearlab.store.updates import KeptUpdate
+    from wearlab.store import updates
 
 
 @app.command()
@@ -41,7 +40,7 @@ def run(
     output.at_once_when_twice()
     store, campaign = Store(folder), output.read_campaign(file)
     foresee(campaign, store, scheduler)
-    before.refuse_wrong_figures(campaign, file)
+    output.refuse_wrong_figures(campaign, file)
     before.refuse_the_impossible(campaign)
     try:
         report = computed(
@@ -69,13 +68,13 @@ def _tell(campaign: "Campaign", report: "Report") -> None:
     for warning in campaign.warnings:
         output.complain(f"warning: {warning}")
     output.say(report.headline)
-    names: dict[str, str] = {case.id: before.case_name(campaign, case) for case in reversed(campaign.cases)}
+    names: dict[str, str] = {case.id: output.case_name(campaign, case) for case in reversed(campaign.cases)}
     foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
         if case.state != "done" and case.id not in foreseen:
-            output.complain(f"{case.state}: {names[case.id]}, run {case.id[:SHORT_ID]}: {case.headline}")
+            output.complain(f"{case.state}: {names[case.id]}, run {output.short(case.id)}: {case.headline}")
         for warning in case.warnings:
-            output.complain(f"warning: {names[case.id]}, run {case.id[:SHORT_ID]}: {warning}")
+            output.complain(f"warning: {names[case.id]}, run {output.short(case.id)}: {warning}")
     _tell_expected(report)
 
 
@@ -96,11 +95,11 @@ def _tell_expected(report: "Report") -> None:
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
 
 
-def list_updates(store: "Store", as_json: bool) -> None:
+def list_updates(store: Store, as_json: bool) -> None:
     """List the updates of a store, a line a case, the latest last."""
-    from wearlab.store.updates import kept_updates
+    from wearlab.store import updates
 
-    kept = kept_updates(store).values()
+    kept = updates.kept_updates(store).values()
     if as_json:
         output.show_json([one._asdict() for one in kept])
     elif kept:
@@ -121,23 +120,24 @@ def _told(summary: dict[str, float]) -> tuple[str, str, str]:
     return f"{now:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}"
 
 
-def show_update(store: "Store", update: "KeptUpdate", as_json: bool) -> output.Status | None:
+def show_update(store: Store, update: "updates.KeptUpdate", as_json: bool) -> output.Status | None:
     """Show a kept update: what it says, and what it was made from."""
-    from wearlab.store.updates import read_update, update_files
-    from wearlab.updating.report_text import text_of
+    from wearlab.store import updates
+    from wearlab.updating import report_text
 
-    tree = read_update(store, update.id)
+    tree = updates.read_update(store, update.id)
     if tree is None:
         output.complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
         return output.Status.TROUBLE
     made = {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
     more = f" and {len(update.runs) - 6} more" if len(update.runs) > 6 else ""
-    facts = {"id": update.id, "file": str(update_files(store).path(update.id)), "sha256": update.sha256}
-    facts |= {"recorded": update.recorded, "runs": ", ".join(run[:10] for run in update.runs[:6]) + more}
+    facts = {"id": update.id, "file": str(updates.update_files(store).path(update.id))}
+    facts |= {"sha256": update.sha256, "recorded": update.recorded}
+    facts |= {"runs": ", ".join(run[:10] for run in update.runs[:6]) + more}
     groups = {name: ", ".join(map(str, node.to_dataset().data_vars)) for name, node in tree.children.items()}
     lines = [f"{name:<16}{text}" for name, text in facts.items()]
     lines += [f"{name:<22}{text}" for name, text in groups.items()]
-    output.tell(content(tree) | made, as_json, *text_of(tree), "", *lines)
+    output.tell(content(tree) | made, as_json, *report_text.text_of(tree), "", *lines)
     return None
 
 
@@ -169,10 +169,10 @@ def update(
     replay : Answer as it would have been after every inspection too.
     check : N from 0: Put N synthetic twins through the same code.
     """
+    from wearlab.updating import report_text
     from wearlab.updating import update as updated
-    from wearlab.updating.report_text import text_of
 
     store, campaign = Store(folder), output.read_campaign(file)
     tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
     kept = f"\nkept as update {str(tree.attrs['id'])[:10]}"
-    output.tell(content(tree), json, *text_of(tree), kept)
+    output.tell(content(tree), json, *report_text.text_of(tree), kept)

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wearlab.cli import app, output
-from wearlab.sources import SHORT_ID
 from wearlab.store import Store
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def export(
     ----------
     out : OUT: out.nc, out.zarr (folder), out.xlsx, out.zip (crate).
     """
-    from wearlab.store.export import export
+    from wearlab.store import export as exports
 
     if out.suffix.lower() not in EXPORTS:
         raise output.Stop(
@@ -41,7 +40,7 @@ def export(
             elif out.suffix.lower() == ".xlsx":
                 _export_workbook(campaign, store, out)
             else:
-                export(campaign, store, out, tell)
+                exports.export(campaign, store, out, tell)
         entries = store.entries(case.id for case in campaign.cases)
     done = sum(entry.state == "done" for entry in entries.values())
     output.tell({"file": str(out), "runs": total, "done": done}, json, str(out))
@@ -52,10 +51,9 @@ def export(
 
 def _export_workbook(campaign: "Campaign", store: "Store", out: Path) -> None:
     from wearlab.report.workbook import workbook
-    from wearlab.store import files
-    from wearlab.store.export import export_attributes
+    from wearlab.store import export, files
 
-    files.write_whole(out, workbook(store.open(campaign), export_attributes(campaign, store)))
+    files.write_whole(out, workbook(store.open(campaign), export.export_attributes(campaign, store)))
 
 
 def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
@@ -63,7 +61,7 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
     from tempfile import TemporaryDirectory
 
     from wearlab.figures import FigureError, draw
-    from wearlab.store.export import export_crate
+    from wearlab.store import export
 
     with TemporaryDirectory(prefix="wearlab-") as folder:
         try:
@@ -71,7 +69,7 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
         except FigureError as error:
             output.complain(str(error))
             drawn = error.drawn
-        export_crate(campaign, store, out, drawn, tell)
+        export.export_crate(campaign, store, out, drawn, tell)
 
 
 @app.command()
@@ -82,12 +80,12 @@ def merge(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = Fal
     ----------
     other : OTHER: Another store.
     """
-    from wearlab.store.upkeep import merge
+    from wearlab.store import upkeep
 
     theirs, store = Store(other), Store(folder)
     total = len(theirs.entries())
     with output.bar(total, json, "runs") as tell:
-        made = merge(store, theirs, tell)
+        made = upkeep.merge(store, theirs, tell)
     if json:
         output.show_json(vars(made))
     else:
@@ -141,18 +139,18 @@ def prune(
     keep : FILE: A campaign whose runs stay.
     yes : Remove them; otherwise only say what would go.
     """
-    from wearlab.store.upkeep import prunable, prune
+    from wearlab.store import upkeep
 
     store = Store(folder)
     kept = [case.id for file in keep or [] for case in output.read_campaign(file).cases]
     with output.refusing(OSError):
-        removable = prunable(store, kept)
-        freed = prune(store, removable) if yes else 0
+        removable = upkeep.prunable(store, kept)
+        freed = upkeep.prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
     if json:
         told = {"removed": yes, "bytes": freed if yes else total}
         return output.show_json(told | {"runs": [vars(run) for run in removable]})
-    rows = [(r.id[:SHORT_ID], r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
+    rows = [(output.short(r.id), r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
     if rows:
         output.show_table(("id", "state", "size", "why"), rows)
     if yes:
