@@ -79,22 +79,19 @@ def campaigns(store: "Store", limit: int | None = None, skip: int = 0) -> tuple[
 
 
 def _counts(store: "Store", keys: Sequence[str]) -> dict[str, dict[str, Any]]:
-    alive = {
-        owner: store.is_alive(str(owner or ""))
-        for (owner,) in store.catalogue.read("SELECT DISTINCT owner FROM runs WHERE state = 'running'")
-    }
+    owners = store.catalogue.read("SELECT DISTINCT owner FROM runs WHERE state = 'running'")
+    alive = [owner for (owner,) in owners if store.is_alive(str(owner or ""))]
     question = (
-        "SELECT m.campaign, r.state, CASE WHEN r.state = 'running' THEN r.owner END, count(DISTINCT m.run), "
-        "count(*), max(r.started) FROM members AS m LEFT JOIN runs AS r ON r.id = m.run "
-        f"WHERE m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1, 2, 3"
+        "SELECT m.campaign, CASE WHEN r.state IS NULL THEN 'missing' WHEN r.state = 'running' AND "
+        f"coalesce(r.owner, '') NOT IN ({', '.join('?' * len(alive))}) THEN 'interrupted' ELSE r.state END, "
+        "count(DISTINCT m.run), count(*), max(r.started) FROM members AS m "
+        "LEFT JOIN runs AS r ON r.id = m.run "
+        f"WHERE m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1, 2"
     )
     counts: dict[str, dict[str, Any]] = {}
-    for key, state, owner, runs, cases, started in store.catalogue.read(question, keys):
+    for key, state, runs, cases, started in store.catalogue.read(question, [*alive, *keys]):
         own = counts.setdefault(key, {"cases": 0, "changed": ""})
-        named = "missing" if state is None else state
-        if state == "running" and not alive.get(owner):
-            named = "interrupted"
-        own[named] = own.get(named, 0) + runs
+        own[state] = runs
         own["cases"] += cases
         own["changed"] = max(own["changed"], str(started or ""))
     for key, doubtful in _doubtful(store, keys):
