@@ -53,7 +53,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
     if told is None:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
-    shown = listing.ROWS if place.live else told.cases
+    shown = listing.ROWS if place.live else MOST_DRAWN
     sort = first.get("sort", "") if told.cases <= MOST_DRAWN else ""
     heads, rows = (
         sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * shown, shown)

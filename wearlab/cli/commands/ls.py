@@ -209,8 +209,7 @@ def show(
     from wearlab.store import updates
 
     store = Store(folder)
-    update = updates.find_update(store, run)
-    if update is not None:
+    if (update := updates.find_update(store, run)) is not None:
         return show_update(store, update, json)
     entry = store.find(run)
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
@@ -230,19 +229,14 @@ def show(
     if rows:
         output.say()
         output.show_table(("result", "value", "unit", "meaning"), rows)
-    for name, value in entry.summary.items():
-        if name in stored and told.is_long(value):
-            output.say(f"\n{name}")
-            for line in value.splitlines():
-                output.say(f"  {line}")
-    output.say("\nscene")
-    written = told.written_in(store, entry.id)
-    for path, value in sorted(told.flat(scene)):
-        output.say(f"  {path} = {told.in_file_units(path, value, written)}")
+    texts = {name: value for name, value in entry.summary.items() if name in stored and told.is_long(value)}
+    below = {name: value.splitlines() for name, value in texts.items()}
+    written, values = told.written_in(store, entry.id), sorted(told.flat(scene))
+    below["scene"] = [f"{path} = {told.in_file_units(path, value, written)}" for path, value in values]
     if stored:
-        output.say("\nstored (--variables tells dimensions, units and meaning of each)")
-        for line in told.groups(stored):
-            output.say(f"  {line}")
+        below["stored (--variables tells dimensions, units and meaning of each)"] = told.groups(stored)
+    for head, lines in below.items():
+        output.say("\n  ".join([f"\n{head}", *lines]))
     return None
 
 
