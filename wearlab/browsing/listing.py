@@ -1,7 +1,7 @@
 """Tables of runs, page by page: columns, order and condition as on the command line, and their words."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -100,7 +100,7 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     """
     search = CatalogueSearch(store.catalogue)
     known = search.vocabulary
-    words = _words(known.keys.values(), known.ends)
+    words = _words(known.keys.values())
     where = arguments.get("where", "").strip()
     given = tuple(filter(None, (name.strip() for name in arguments.get("columns", "").split(","))))
     columns = given or tuple(name for name in USUAL if name in known.keys)
@@ -183,18 +183,14 @@ def _with_unit(error: QueryError, given: tuple[str, str, str], known: Vocabulary
     return str(error)
 
 
-def _words(keys: Any, ends: Mapping[str, Sequence[str]]) -> tuple[ConditionWord, ...]:
-    """Return what can be asked for, results before the values of scenes."""
-    told = [_word(key, ends) for key in keys if not key.name.endswith("()") and not _is_numbered(key.name)]
-    told.sort(key=lambda word: (word.name.count("."), word.name))
-    return tuple(told[:MOST_WORDS])
+def _words(keys: Iterable[Key]) -> tuple[ConditionWord, ...]:
+    """Return what can be asked for, results before the values of scenes; nothing of an entry of a list."""
+    plain = (key for key in keys if not key.name.endswith("()"))
+    told = [_word(key) for key in plain if not any(word.isdigit() for word in key.name.split("."))]
+    return tuple(sorted(told, key=lambda word: (word.name.count("."), word.name))[:MOST_WORDS])
 
 
-def _is_numbered(name: str) -> bool:
-    return any(word.isdigit() for word in name.split("."))
-
-
-def _word(key: Key, ends: Mapping[str, Sequence[str]]) -> ConditionWord:
+def _word(key: Key) -> ConditionWord:
     meaning = TEXTS.get(key.name) or (VARIABLES[key.name].long_name if key.name in VARIABLES else "")
     if key.quantity:
         example = KINDS[key.quantity].example

@@ -1,7 +1,7 @@
 """Campaigns as a store knows them, without their files: how far they are, their cases and axes."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import SimpleNamespace
@@ -127,7 +127,7 @@ def campaign_of(store: "Store", key: str) -> RecordedCampaign:
     record = store.catalogue.record_of(key)
     try:
         if record:
-            figures = tuple(filter(_is_of_runs, map(_figure, record.get("figures") or ())))
+            figures = tuple(_figures(record.get("figures") or ()))
             return replace(from_record(record), title=title, reference=reference, figures=figures)
         members = store.catalogue.read(
             "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number", [key]
@@ -140,15 +140,14 @@ def campaign_of(store: "Store", key: str) -> RecordedCampaign:
     return _from_places(store, title, reference, cases)
 
 
-def _figure(table: Any) -> SimpleNamespace:
-    if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
-        raise ValueError("a figure without a kind")
-    return SimpleNamespace(**{str(key): value for key, value in table.items()})
-
-
-def _is_of_runs(figure: SimpleNamespace) -> bool:
-    """Say whether a figure is drawn from runs; those of an update stand on the page of that."""
-    return figure.kind not in kinds.KINDS or kinds.KINDS[figure.kind].of == "runs"
+def _figures(tables: Iterable[Any]) -> Iterator[SimpleNamespace]:
+    """Yield the figures that are drawn from runs; those of an update stand on the page of that."""
+    for table in tables:
+        if not isinstance(table, dict) or not isinstance(table.get("kind"), str):
+            raise ValueError("a figure without a kind")
+        known = kinds.KINDS.get(table["kind"])
+        if known is None or known.of == "runs":
+            yield SimpleNamespace(**{str(key): value for key, value in table.items()})
 
 
 def _from_places(
