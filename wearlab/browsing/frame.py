@@ -119,7 +119,16 @@ def policy(nonce: str) -> str:
     )
 
 
-class RefusedRequest(RequestHandler):
+class HeadedAnswer(RequestHandler):
+    """What keeps all answers to this machine."""
+
+    def set_default_headers(self) -> None:
+        """Set the headers of every answer."""
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+
+class RefusedRequest(HeadedAnswer):
     """Says no, and nothing else."""
 
     def initialize(self, status: int, reason: str) -> None:
@@ -128,8 +137,6 @@ class RefusedRequest(RequestHandler):
 
     def prepare(self) -> None:
         """Answer."""
-        for name, value in HEADERS.items():
-            self.set_header(name, value)
         self.set_header("Content-Type", "text/plain; charset=utf-8")
         self.set_status(self.status)
         self.finish(self.reason + "\n")
@@ -141,22 +148,18 @@ class Gate(BokehTornado):
     Parameters
     ----------
     token : that every address bears
+    port : where it answers, and so the names under which this window may be asked
     more : as of `BokehTornado`
     """
 
-    def __init__(self, token: str, more: Mapping[str, Any]) -> None:
+    def __init__(self, token: str, port: int, **more: Any) -> None:
         self.token = token
-        self.hosts: frozenset[str] = frozenset()
+        self.hosts = [f"{name}:{port}" for name in (HOST, "localhost")]
         super().__init__(
-            **more, sign_sessions=True, secret_key=secrets.token_bytes(32), use_index=False,
-            redirect_root=False, include_headers=[], include_cookies=[],
-            log_function=lambda handler: None,
+            **more, extra_websocket_origins=self.hosts, sign_sessions=True,
+            secret_key=secrets.token_bytes(32), use_index=False, redirect_root=False, include_headers=[],
+            include_cookies=[], log_function=lambda handler: None,
         )  # fmt: skip
-
-    def opened(self, port: int) -> None:
-        """Know the port, and so the names under which this window may be asked."""
-        self.hosts = frozenset(f"{name}:{port}" for name in (HOST, "localhost"))
-        self._websocket_origins = set(self.hosts)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
         """Return where Bokeh's scripts come from: here, whatever the environment says."""

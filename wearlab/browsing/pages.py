@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import Any
 
-from tornado.web import HTTPError, RequestHandler
+from tornado.web import HTTPError
 
 from wearlab.browsing import contents, figures, frame, taking
 from wearlab.figures.kind import FigureError
@@ -17,7 +17,7 @@ from wearlab.store import Store, StoreError
 REFUSED = (StoreError, FigureError, QueryError)
 
 
-class WindowPage(RequestHandler):
+class WindowPage(frame.HeadedAnswer):
     """What all pages share: the store, the addresses, the headers, and how trouble is told."""
 
     def initialize(self, store: Store, pool: ThreadPoolExecutor, its_own: Callable[[], Store]) -> None:
@@ -25,11 +25,6 @@ class WindowPage(RequestHandler):
         self.store, self.pool, self.its_own = store, pool, its_own
         libraries = self.application.resources().js_files  # type: ignore[attr-defined]
         self.place = frame.Place(self.get_query_argument("token"), store, libraries)
-
-    def set_default_headers(self) -> None:
-        """Keep pages to this machine."""
-        for name, value in frame.HEADERS.items():
-            self.set_header(name, value)
 
     @property
     def asked(self) -> dict[str, list[str]]:

@@ -67,11 +67,8 @@ class Window:
             ) from error
         self.port = sockets[0].getsockname()[1]
         pool = ThreadPoolExecutor(1, "wearlab-draw")
-        patterns = pages.patterns(self.store, pool)
-        application = frame.Gate(
-            self.token, {"applications": {"/figure": follow(self.store)}, "extra_patterns": patterns}
-        )
-        application.opened(self.port)
+        followed, patterns = {"/figure": follow(self.store)}, pages.patterns(self.store, pool)
+        application = frame.Gate(self.token, self.port, applications=followed, extra_patterns=patterns)
         served = HTTPServer(application, max_body_size=1_000_000, max_header_size=65_536)
         served.add_sockets(sockets)
         server = BaseServer(IOLoop.current(), application, served)
