@@ -8,6 +8,7 @@ import csv
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
 from itertools import compress
@@ -143,8 +144,8 @@ class ReadTable:
         known = NAMES.get(quantity, (quantity,))
         taken = set(mapped.values())
         free = {n.lower().replace("-", " "): n for n in reversed(self.names) if n not in taken}
-        matching = [free[word] for word in known if word in free]
-        return matching[0] if matching else self.find(quantity) if quantity not in NAMES else None
+        other = None if quantity in NAMES else self.find(quantity)
+        return next((free[word] for word in known if word in free), other)
 
     def numbers(self, name: str, *, empty: bool = False) -> Array:
         """Return the numbers of a column (row), in its own unit.
@@ -269,16 +270,11 @@ def table_of(name: str, raw: bytes) -> ReadTable:
 
 def decoded(raw: bytes) -> tuple[str, str]:
     """Return a file's text: by its mark, else as UTF-8, else as Windows writes western text."""
-    for mark, encoding in MARKS.items():
-        if raw.startswith(mark):
-            try:
-                return raw.decode(encoding), encoding
-            except UnicodeDecodeError:
-                break
-    try:
-        return raw.decode("utf-8"), "utf-8"
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", errors="replace"), "cp1252"
+    marked = [encoding for mark, encoding in MARKS.items() if raw.startswith(mark)]
+    for encoding in (*marked, "utf-8"):
+        with suppress(UnicodeDecodeError):
+            return raw.decode(encoding), encoding
+    return raw.decode("cp1252", errors="replace"), "cp1252"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
+from itertools import chain
 from textwrap import fill
 from typing import Any, NamedTuple
 
@@ -79,18 +80,14 @@ class DrawnFigure:
         shape = [[_data(curve, _least(panel)).keys() for curve in panel.curves] for panel in plot.panels]
         if shape != [[handle.source.data.keys() for handle in handles] for handles in self.curves]:
             return False
-        names = {id(curve): name for _, curve, name in named(plot)}
-        for panel, handles in zip(plot.panels, self.curves, strict=True):
-            least = _least(panel)
-            for curve, handle in zip(panel.curves, handles, strict=True):
-                data = _data(curve, least)
-                if not _alike(handle.source.data, data):
-                    handle.source.data = data
-                for renderer in handle.renderers:
-                    renderer.name = _told(curve, names[id(curve)])
-                    stroke = renderer.glyph
-                    colours = {name: curve.pen.colour for name in COLOURED if _is_plain(stroke, name)}
-                    stroke.update(**colours)
+        for (panel, curve, name), handle in zip(named(plot), chain(*self.curves), strict=True):
+            data = _data(curve, _least(panel))
+            if not _alike(handle.source.data, data):
+                handle.source.data = data
+            for renderer in handle.renderers:
+                renderer.name = _told(curve, name)
+                stroke = renderer.glyph
+                stroke.update(**{side: curve.pen.colour for side in COLOURED if _is_plain(stroke, side)})
         self.legend.text = legend_html(plot)
         return True
 
@@ -135,9 +132,7 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
 
 
 def _in_milliseconds(plot: Plot) -> Plot:
-    """Return a figure whose dates are as Bokeh has them; any other as it is."""
-    if not any(panel.dates for panel in plot.panels):
-        return plot
+    """Return a figure whose dates are as Bokeh has them."""
     panels = [
         replace(
             panel,
@@ -185,9 +180,8 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         for renderer in renderers:
             renderer.name = _told(curve, names[id(curve)])
         handles.append(Handle(source, renderers))
-        asked.setdefault(
-            tuple(name for name in ("y_error", "run", "level") if name in source.data), []
-        ).extend(pointed)
+        beside = tuple(name for name in ("y_error", "run", "level") if name in source.data)
+        asked.setdefault(beside, []).extend(pointed)
     for beside, pointed in asked.items():
         if pointed:
             drawn.add_tools(_hover(beside, pointed, dates=panel.dates))
