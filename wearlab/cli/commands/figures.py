@@ -81,10 +81,7 @@ def _tell(drawn: "drawing.Redrawn") -> None:
 
 @app.command()
 def report(
-    file: app.File,
-    folder: app.StoreFolder = app.STORE,
-    out: Path | None = None,
-    json: app.Json = False,
+    file: app.File, folder: app.StoreFolder = app.STORE, out: Path | None = None, json: app.Json = False
 ) -> None:
     """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
 

@@ -194,10 +194,7 @@ def _note(row: Mapping[str, Any]) -> str:
 
 @app.command()
 def show(
-    run: app.Run,
-    folder: app.StoreFolder = app.STORE,
-    variables: bool = False,
-    json: app.Json = False,
+    run: app.Run, folder: app.StoreFolder = app.STORE, variables: bool = False, json: app.Json = False
 ) -> output.Status | None:
     """Show one run: results, what they are worth, its scene, what is stored.
 
