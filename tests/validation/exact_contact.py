@@ -17,7 +17,7 @@ from wearlab.mesh.exact.kinematics import tangency
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.scene.build.contact import flanks_of
+from wearlab.scene.build.mesh import flanks_of
 
 TARGET, RATIO = 5e-3, 50.0
 

@@ -3,18 +3,11 @@
 from collections.abc import Iterator
 from itertools import accumulate, pairwise
 from operator import mul
-from typing import Any
 
-from wearlab.mesh.contacts import DisplacementContact
-from wearlab.mesh.face_couplings import (
-    ElementsCoupling,
-    FaceCouplingModel,
-    NoFaceCoupling,
-    PasternakCoupling,
-)
-from wearlab.mesh.stiffnesses import FiniteElementStiffness, PrescribedStiffness
+from wearlab import options
+from wearlab.mesh import contacts, face_couplings, stiffnesses
 from wearlab.scene import sections
-from wearlab.scene.gears import LEAD_KEYS
+from wearlab.scene.gears import LEAD_KEYS, SetOptions, Toothed
 from wearlab.scene.mesh import MeshSection, OneMesh
 from wearlab.wear.coefficients import CalibratedCoefficient
 
@@ -26,25 +19,27 @@ WITHOUT = "or leave {keys} out and give mesh.face_load_factor"
 def face_keys(scene: sections.Sections) -> tuple[str, ...]:
     """Return the keys by which the flanks of a scene have a width, () where they have none."""
     keys = [] if scene.gears.helix_angle is None else ["gears.helix_angle"]
-    for name, gear in scene.gears.gears().items():
-        keys += [f"gears.{name}.{key}" for key in LEAD_KEYS if getattr(gear, key) is not None]
-    for section in scene.gears.descriptor.sections:
-        mesh = scene.mesh.of(section)
-        path = f"mesh.{section}." if section else "mesh."
-        keys += [f"{path}{key}" for key in OF_MESH if getattr(mesh, key) is not None]
+    places: list[tuple[str, options.Part, tuple[str, ...]]]
+    places = [(f"gears.{name}", gear, LEAD_KEYS) for name, gear in scene.gears.gears().items()]
+    places += [(path, mesh, OF_MESH) for path, mesh in scene.meshes.items()]
+    keys += [f"{path}.{key}" for path, part, own in places for key in own if getattr(part, key) is not None]
     return tuple(keys)
 
 
-def face_coupling(mesh: OneMesh) -> FaceCouplingModel:
+def face_coupling(mesh: OneMesh) -> face_couplings.FaceCouplingModel:
     """Return how slices hold each other: as said, or as their stiffness can tell.
 
     As solid teeth with finite elements, apart where the stiffness is prescribed, else in shear.
     """
     if mesh.face_coupling is not None:
         return mesh.face_coupling
-    if isinstance(mesh.stiffness, FiniteElementStiffness):
-        return ElementsCoupling()
-    return NoFaceCoupling() if isinstance(mesh.stiffness, PrescribedStiffness) else PasternakCoupling()
+    if isinstance(mesh.stiffness, stiffnesses.FiniteElementStiffness):
+        return face_couplings.ElementsCoupling()
+    return (
+        face_couplings.NoFaceCoupling()
+        if isinstance(mesh.stiffness, stiffnesses.PrescribedStiffness)
+        else face_couplings.PasternakCoupling()
+    )
 
 
 def told_mesh(scene: sections.Sections) -> MeshSection:
@@ -52,26 +47,22 @@ def told_mesh(scene: sections.Sections) -> MeshSection:
 
     It was another once: a run of then is none of now.
     """
-
-    def told(mesh: OneMesh) -> dict[str, FaceCouplingModel]:
-        return {"face_coupling": face_coupling(mesh)} if face_coupling(mesh).of_elements else {}
-
     if not face_keys(scene):
         return scene.mesh
-    own = [section for section in scene.gears.descriptor.sections if section]
-    each: dict[str, Any] = {section: scene.mesh.of(section) for section in own}
-    each = {section: mesh.model_copy(update=told(mesh)) for section, mesh in each.items()}
-    return scene.mesh.model_copy(update=each or told(scene.mesh))
+    couplings = {path: face_coupling(mesh) for path, mesh in scene.meshes.items()}
+    told = {path: {"face_coupling": own} for path, own in couplings.items() if own.of_elements}
+    if scene.gears.descriptor.is_pair:
+        return scene.mesh.model_copy(update=told.get("mesh"))
+    each = {path: scene.meshes[path].model_copy(update=own) for path, own in told.items()}
+    return scene.mesh.model_copy(update={path.removeprefix("mesh."): mesh for path, mesh in each.items()})
 
 
 def oblique_layers(scene: sections.Sections) -> bool:
     """Say whether slices of helical teeth yield by sections, and not as solid teeth."""
-    if not scene.gears.helix_angle:
-        return False
-    meshes = [scene.mesh.of(section) for section in scene.gears.descriptor.sections]
-    return any(
-        not face_coupling(mesh).of_elements and not isinstance(mesh.stiffness, PrescribedStiffness)
-        for mesh in meshes
+    return bool(scene.gears.helix_angle) and any(
+        not face_coupling(mesh).of_elements
+        and not isinstance(mesh.stiffness, stiffnesses.PrescribedStiffness)
+        for mesh in scene.meshes.values()
     )
 
 
@@ -92,17 +83,17 @@ def hands(scene: sections.Sections) -> dict[str, str]:
     return {name: gears[name].hand or derived[name] for name in chain}
 
 
-def face_rules(scene: sections.Sections) -> Problems:
+def face_rules(scene: sections.Sections, gears: SetOptions) -> Problems:
     """What flanks with a width cannot go together with, each with what to give instead."""
     keys = face_keys(scene)
     yield from _measured(scene, keys)
     if not keys:
         return
     without = WITHOUT.format(keys=" and ".join(keys))
-    yield from _hands(scene)
-    yield from _widths(scene, keys[0])
-    for section in scene.gears.descriptor.sections:
-        yield from _of_mesh(scene.mesh.of(section), f"mesh.{section}".rstrip("."), keys[0])
+    yield from _hands(scene, gears.gears())
+    yield from _widths(gears, keys[0])
+    for path, mesh in scene.meshes.items():
+        yield from _of_mesh(mesh, path, keys[0])
     yield from _in_motion(scene, keys[0])
     if scene.errors is not None:
         yield "errors", f"are not known over the face ({keys[0]}): leave [errors] out, {without}"
@@ -115,7 +106,7 @@ def face_rules(scene: sections.Sections) -> Problems:
 def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
     """A flank that was measured over its face needs one, and thins its section nowhere alike."""
     for flank in scene.gears.descriptor.flanks:
-        initial = None if scene.wear is None else scene.wear.initial_of(flank)
+        initial = scene.initial_of(flank)
         if initial is None or not getattr(initial, "over_the_face", False):
             continue
         path = f"wear.initial.{flank}"
@@ -137,7 +128,7 @@ def _in_motion(scene: sections.Sections, key: str) -> Problems:
         yield "dynamics.friction", f"is not known over the face ({key}): leave it out"
     if scene.dynamics.response is not None:
         yield "dynamics.response", f"is not followed over the face ({key}): sweep operation.speed instead"
-    if not all(mesh.excitation.by_pairs for mesh in scene.mesh.each(scene.gears.kind)):
+    if not all(mesh.excitation.by_pairs for mesh in scene.meshes.values()):
         yield "mesh.excitation", f"of flanks with a width ({key}) is their own: give 'pairs', or leave it out"
     if scene.wear is not None and (scene.wear.load.needs_slope or scene.wear.wohler_slope is not None):
         yield (
@@ -147,27 +138,22 @@ def _in_motion(scene: sections.Sections, key: str) -> Problems:
         )
 
 
-def _hands(scene: sections.Sections) -> Problems:
+def _hands(scene: sections.Sections, gears: dict[str, Toothed]) -> Problems:
     """Hands belong to a helix, and those of gears in mesh must fit."""
-    gears = scene.gears.gears()
     if scene.gears.helix_angle is None:
-        for name, gear in gears.items():
-            if gear.hand is not None:
-                yield f"gears.{name}.hand", "is that of a helix: give gears.helix_angle, or leave it out"
+        for name in (name for name, gear in gears.items() if gear.hand is not None):
+            yield f"gears.{name}.hand", "is that of a helix: give gears.helix_angle, or leave it out"
         return
     for (first, one), (second, two) in pairwise(hands(scene).items()):
         if (one == two) != (second == "ring"):
             wanted = "the same hand" if second == "ring" else "opposite hands"
-            yield (
-                f"gears.{second}.hand",
-                f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}",
-            )
+            told = f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}"
+            yield f"gears.{second}.hand", told
 
 
-def _widths(scene: sections.Sections, key: str) -> Problems:
+def _widths(gears: SetOptions, key: str) -> Problems:
     """The meshes of a set are told over one face."""
-    given = scene.gears.gears()
-    own = {name: gear.face_width or scene.gears.face_width for name, gear in given.items()}
+    own = {name: gear.face_width or gears.face_width for name, gear in gears.gears().items()}
     meshes = {min(own[first], own[second]) for first, second in pairwise(own)}
     if len(meshes) > 1:
         narrowest = min(own, key=lambda name: own[name])
@@ -179,6 +165,7 @@ def _widths(scene: sections.Sections, key: str) -> Problems:
 
 
 def _of_mesh(mesh: OneMesh, path: str, key: str) -> Problems:
+    coupling = face_coupling(mesh)
     if mesh.face_load_factor != 1.0:
         yield (
             f"{path}.face_load_factor",
@@ -187,20 +174,15 @@ def _of_mesh(mesh: OneMesh, path: str, key: str) -> Problems:
         )
     if mesh.stiffness.of_mesh:
         yield f"{path}.stiffness.of", f"'mesh' has no pairs to share out over the face ({key}): give 'pair'"
-    if face_coupling(mesh).of_contact and isinstance(mesh.stiffness, PrescribedStiffness):
+    if coupling.of_contact and isinstance(mesh.stiffness, stiffnesses.PrescribedStiffness):
         yield (
             f"{path}.face_coupling",
-            f"{face_coupling(mesh).chosen!r} must know what the contact itself yields, and a prescribed "
+            f"{coupling.chosen!r} must know what the contact itself yields, and a prescribed "
             "stiffness does not tell: give 'none', or another mesh.stiffness",
         )
-    if face_coupling(mesh).of_elements and not isinstance(mesh.stiffness, FiniteElementStiffness):
-        yield (
-            f"{path}.face_coupling",
-            f"{face_coupling(mesh).chosen!r} goes with mesh.stiffness = 'finite-element': give that, or "
-            "'pasternak'",
-        )
-    if not isinstance(mesh.contact, DisplacementContact) or mesh.contact.by_threshold:
-        yield (
-            f"{path}.contact",
-            f"flanks with a width ({key}) meet on the line of action: give 'displacement'",
-        )
+    if coupling.of_elements and not isinstance(mesh.stiffness, stiffnesses.FiniteElementStiffness):
+        told = "goes with mesh.stiffness = 'finite-element': give that, or 'pasternak'"
+        yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}"
+    if not isinstance(mesh.contact, contacts.DisplacementContact) or mesh.contact.by_threshold:
+        told = f"flanks with a width ({key}) meet on the line of action: give 'displacement'"
+        yield f"{path}.contact", told

@@ -17,18 +17,15 @@ from pydantic import (
 
 from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, SETS
-from wearlab.mesh.contacts import ContactModel, DisplacementContact
-from wearlab.mesh.damping_laws import DampingLaw, ViscousDamping
-from wearlab.mesh.excitations import ExcitationModel, PairsExcitation
-from wearlab.mesh.face_couplings import FaceCouplingModel
-from wearlab.mesh.slow_errors import AveragedErrors, SlowErrorModel
-from wearlab.mesh.stiffnesses import FiniteElementStiffness, StiffnessModel
+from wearlab.mesh import contacts, damping_laws, excitations, face_couplings, slow_errors, stiffnesses
 from wearlab.scene import gears, identity
 
-Stiffness = Annotated[StiffnessModel, *options.named("finite-element"), slots.implied(StiffnessModel)]
-Contact = Annotated[ContactModel, *options.named("displacement")]
-Excitation = Annotated[ExcitationModel, *options.named("pairs")]
-FaceCoupling = Annotated[FaceCouplingModel, *options.named("pasternak")]
+Stiffness = Annotated[
+    stiffnesses.StiffnessModel, *options.named("finite-element"), slots.implied(stiffnesses.StiffnessModel)
+]
+Contact = Annotated[contacts.ContactModel, *options.named("displacement")]
+Excitation = Annotated[excitations.ExcitationModel, *options.named("pairs")]
+FaceCoupling = Annotated[face_couplings.FaceCouplingModel, *options.named("pasternak")]
 
 
 Several = Annotated[tuple[options.Depth, ...], MinLen(1)]
@@ -112,8 +109,8 @@ class OneMesh(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = ((("damping",), ("damping_ratio",)),)
 
-    stiffness: Stiffness = options.option(FiniteElementStiffness(), "stiffness of a tooth pair")
-    contact: Contact = options.option(DisplacementContact(), "how worn flanks touch")
+    stiffness: Stiffness = options.option(stiffnesses.FiniteElementStiffness(), "stiffness of a tooth pair")
+    contact: Contact = options.option(contacts.DisplacementContact(), "how worn flanks touch")
     extended_contact: options.Switch = options.option(
         None,
         "let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, "
@@ -121,7 +118,9 @@ class OneMesh(options.Part):
         derived="true, but for Algorithm 1 and a stiffness of the whole mesh, which know no tip corners",
         source="Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md",
     )
-    excitation: Excitation = options.option(PairsExcitation(), "how the mesh force reaches the dynamics")
+    excitation: Excitation = options.option(
+        excitations.PairsExcitation(), "how the mesh force reaches the dynamics"
+    )
     normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(
         None,
         "backlash j_bn along the line of action: back contact begins where drive contact ends at 0",
@@ -145,8 +144,8 @@ class OneMesh(options.Part):
         "when the damping acts: while flanks touch, or always as in the papers",
         source="wearlab",
     )
-    damping_law: Annotated[DampingLaw, *options.named("viscous")] = options.option(
-        ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
+    damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = options.option(
+        damping_laws.ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
     )
 
     face_load_factor: Annotated[options.Number, Ge(1)] = options.option(
@@ -342,8 +341,8 @@ class ErrorsSection(options.Part):
     seed: Annotated[options.Count, options.NOT_NEGATIVE] = options.option(
         0, "seed of the initial angles, drawn once", source="wearlab"
     )
-    slow: Annotated[SlowErrorModel, *options.named("averaged")] = options.option(
-        AveragedErrors(),
+    slow: Annotated[slow_errors.SlowErrorModel, *options.named("averaged")] = options.option(
+        slow_errors.AveragedErrors(),
         "once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period",
         source="wearlab",
     )

@@ -15,10 +15,9 @@ from pydantic_core import PydanticCustomError
 
 from wearlab import nearest, options, slots
 from wearlab.dynamics.models import DynamicModel
-from wearlab.options import named
 from wearlab.scene.gears import ALL_TOOTHED, Gears, set_in
 from wearlab.scene.materials import Lubricant
-from wearlab.scene.mesh import ErrorsSection, MeshSection
+from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.operation import Operation
 from wearlab.scene.wear import Start, WearSection
 from wearlab.schema import ON_REQUEST, VARIABLES
@@ -160,7 +159,7 @@ def _kinds(model: Any) -> tuple[str, ...]:
     return kinds
 
 
-Dynamics = Annotated[DynamicModel, *named(), BeforeValidator(_of_the_set)]
+Dynamics = Annotated[DynamicModel, *options.named(), BeforeValidator(_of_the_set)]
 
 
 class Sections(options.Part):
@@ -181,6 +180,16 @@ class Sections(options.Part):
         None, "what ISO 6336 says of a pair, beside what is computed", derived="nothing is rated"
     )
     store: StoreSection = options.option(StoreSection(), "what is kept")
+
+    @property
+    def meshes(self) -> dict[str, OneMesh]:
+        """What holds for each kind of mesh, by the path of the table that says it."""
+        tables = self.gears.descriptor.sections
+        return {f"mesh.{table}".rstrip("."): self.mesh.of(table) for table in tables}
+
+    def initial_of(self, flank: str) -> Any:
+        """Return the wear that a flank starts with, None of a new one."""
+        return None if self.wear is None else self.wear.initial_of(flank)
 
 
 Path = tuple[str, ...]

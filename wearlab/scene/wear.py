@@ -15,18 +15,12 @@ from pydantic import (
 )
 
 from wearlab import options, slots, units
-from wearlab.life.loads import LoadModel
-from wearlab.life.steps import AdaptiveStep, StepMethod
+from wearlab.life import loads, steps
 from wearlab.scene import gears, identity
-from wearlab.wear.coefficients import CoefficientModel
-from wearlab.wear.initials import InitialModel
-from wearlab.wear.laws import ArchardLaw, LawModel
-from wearlab.wear.patches import ElasticPatch, PatchModel
-from wearlab.wear.pressures import MeanPressure, PressureModel
-from wearlab.wear.projections import NormalProjection, ProjectionModel
+from wearlab.wear import coefficients, initials, laws, patches, pressures, projections
 
 NAMES = (*dict.fromkeys((*gears.ALL_TOOTHED, *gears.ALL_FLANKS)), "carrier")
-OneCoefficient = Annotated[CoefficientModel, *options.named()]
+OneCoefficient = Annotated[coefficients.CoefficientModel, *options.named()]
 
 
 def _per_member(value: Any, info: ValidationInfo) -> Any:
@@ -85,7 +79,9 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple({units.rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
 
 
-Initial = Annotated[InitialModel, *options.named("worn", "shape"), slots.implied(InitialModel)]
+Initial = Annotated[
+    initials.InitialModel, *options.named("worn", "shape"), slots.implied(initials.InitialModel)
+]
 
 
 OF_FLANK: Any = {
@@ -153,7 +149,7 @@ class SnapshotOptions(options.Part):
         return self
 
 
-Step = Annotated[StepMethod, *options.named("adaptive", "method")]
+Step = Annotated[steps.StepMethod, *options.named("adaptive", "method")]
 
 
 def _no_table(value: Any) -> Any:
@@ -170,10 +166,10 @@ class WearSection(options.Part):
     coefficient: Coefficient | None = options.option(
         None, "wear coefficient k; required with until", derived="nothing wears", source="Archard 1953"
     )
-    law: Annotated[LawModel, *options.named("archard")] = options.option(
-        ArchardLaw(), "how much is worn away in a cycle", source=SOURCE
+    law: Annotated[laws.LawModel, *options.named("archard")] = options.option(
+        laws.ArchardLaw(), "how much is worn away in a cycle", source=SOURCE
     )
-    load: Annotated[LoadModel, *options.named()] = options.option(
+    load: Annotated[loads.LoadModel, *options.named()] = options.option(
         None,
         "force that wears: when the point is in contact, L16's Miner torque, or static",
         derived="instant with dynamics, static without",
@@ -185,14 +181,16 @@ class WearSection(options.Part):
         derived="no equivalent_load",
         source="L16 Eq. 25",
     )
-    pressure: Annotated[PressureModel, *options.named("mean")] = options.option(
-        MeanPressure(), "Hertz pressure in the law; peak is 4/π times", source=SOURCE
+    pressure: Annotated[pressures.PressureModel, *options.named("mean")] = options.option(
+        pressures.MeanPressure(), "Hertz pressure in the law; peak is 4/π times", source=SOURCE
     )
-    projection: Annotated[ProjectionModel, *options.named("normal")] = options.option(
-        NormalProjection(), "direction of the depth: along the normal, or W23's h/cos α", source="W23 Eq. 33"
+    projection: Annotated[projections.ProjectionModel, *options.named("normal")] = options.option(
+        projections.NormalProjection(),
+        "direction of the depth: along the normal, or W23's h/cos α",
+        source="W23 Eq. 33",
     )
-    contact_patch: Annotated[PatchModel, *options.named("elastic")] = options.option(
-        ElasticPatch(),
+    contact_patch: Annotated[patches.PatchModel, *options.named("elastic")] = options.option(
+        patches.ElasticPatch(),
         "over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and "
         "levelled by the pressure that redistributes inside",
         source="Johnson 1985",
@@ -210,7 +208,7 @@ class WearSection(options.Part):
     snapshots: SnapshotOptions | None = options.option(
         None, "states stored on the way", derived="accepted steps"
     )
-    step: Step = options.option(AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
+    step: Step = options.option(steps.AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
 
     @model_validator(mode="before")
     @classmethod

@@ -12,10 +12,10 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.gears.helix import SPUR, Helix, Lead, SlicedFlank, helix
 from wearlab.life.face import FaceKind
+from wearlab.mesh import gear_set
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact, section
 from wearlab.mesh.face.grid import FaceGrid, helical_face, spur_face
-from wearlab.mesh.gear_set import GearSet, PairOfSet
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import KindParts, build_law
 from wearlab.scene.face import face_coupling, face_keys, hands
@@ -26,7 +26,7 @@ SLICES_AT_DEFAULT, LEAST_SLICES, MOST_SLICES = 41, 11, 161
 DEFAULT_TOLERANCE = 1e-3
 
 
-def helix_of(scene: Scene, gears: GearSet) -> Helix:
+def helix_of(scene: Scene, gears: gear_set.GearSet) -> Helix:
     """Return the helix of a scene's gears, that of spur gears where there is none.
 
     Of a right-handed driving gear that drives with its right flanks, contact reaches larger y later, and so
@@ -39,7 +39,9 @@ def helix_of(scene: Scene, gears: GearSet) -> Helix:
     return helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense)
 
 
-def helix_flags(gears: GearSet, turned: Helix, loads: Sequence[float], *, bearings: bool) -> Iterator[str]:
+def helix_flags(
+    gears: gear_set.GearSet, turned: Helix, loads: Sequence[float], *, bearings: bool
+) -> Iterator[str]:
     """Yield what the helix of gears does that nothing here answers to, in words.
 
     Parameters
@@ -64,7 +66,7 @@ def helix_flags(gears: GearSet, turned: Helix, loads: Sequence[float], *, bearin
         )
 
 
-def slices_of(scene: Scene, kind: PairOfSet) -> int:
+def slices_of(scene: Scene, kind: gear_set.PairOfSet) -> int:
     """Return the slices asked for: as said, or for a second-order error from the tolerance."""
     asked = scene.mesh.of(kind.section).face_points
     if asked is not None:
@@ -74,7 +76,7 @@ def slices_of(scene: Scene, kind: PairOfSet) -> int:
 
 
 def build_face_contact(
-    scene: Scene, kind: PairOfSet, analysis: ContactAnalysis, turned: Helix
+    scene: Scene, kind: gear_set.PairOfSet, analysis: ContactAnalysis, turned: Helix
 ) -> FaceContact:
     """Return the contact over the face of one kind of mesh."""
     mesh, slices = scene.mesh.of(kind.section), slices_of(scene, kind)
@@ -112,7 +114,7 @@ def leads(scene: Scene, pair: GearPair, grid: FaceGrid) -> Array:
 
 
 def sliced_flank(
-    scene: Scene, gears: GearSet, of: tuple[int, int], slices: Array | int
+    scene: Scene, gears: gear_set.GearSet, of: tuple[int, int], slices: Array | int
 ) -> SlicedFlank | None:
     """Return a flank by slices, None in a scene without a face.
 
@@ -166,7 +168,7 @@ class FacePatchSetting(PatchSetting):
 
 
 def build_face(
-    scene: Scene, kind: PairOfSet, of: KindParts, lags: dict[int, float], turned: Helix
+    scene: Scene, kind: gear_set.PairOfSet, of: KindParts, lags: dict[int, float], turned: Helix
 ) -> FaceKind:
     """Return contact and wear of one kind of mesh whose flanks have a width.
 

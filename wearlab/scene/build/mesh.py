@@ -1,5 +1,6 @@
 """``[mesh]`` and ``[errors]`` → contact analysis, excitation and prescribed errors."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -7,18 +8,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearlab.gears.gear import GearPair
-from wearlab.mesh import clock, gear_set
-from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.contacts import ContactModel
+from wearlab.gears import gear, tolerances
+from wearlab.mesh import clock, contact, contacts, corners, errors, gear_set, profile, stiffnesses
+from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.face.grid import lattice, nodes_per_pitch
-from wearlab.mesh.profile import NO_EXTENSION, Extension, profile_grid
-from wearlab.mesh.stiffnesses import StiffnessModel
-from wearlab.scene import Scene
-from wearlab.scene.build.contact import build_errors, extension_wanted, flanks_of
-from wearlab.scene.build.sets import build_set, kinks, modifications
-from wearlab.scene.face import face_keys
+from wearlab.scene import Scene, face
+from wearlab.scene.build import sets
 
+LARGEST_STATIC = 2.0
+"""Times its static deflection that a quasi-static mesh may deflect, worn or with errors."""
+LARGEST_DYNAMIC = 4.0
+"""Times its static deflection that a vibrating mesh may deflect."""
+STEP = 0.02
+"""Base pitches in which extended contact grows, so that grids of different density reach equally far."""
 NODES_AT_DEFAULT, NODES_OF_A_FACE, NODES_IN_MOTION = 201, 101, 121
 """Nodes on the path at the default tolerance: of flanks without a width, with one, and of helical gears that
 vibrate, whose lines enter little by little."""
@@ -29,8 +31,8 @@ KEPT_ANALYSES = 8
 
 
 def build_analyses(
-    scene: Scene, gears: gear_set.GearSet, reach: Sequence[Extension] | None = None
-) -> tuple[ContactAnalysis, ...]:
+    scene: Scene, gears: gear_set.GearSet, reach: Sequence[profile.Extension] | None = None
+) -> tuple[contact.ContactAnalysis, ...]:
     """Return the contact analysis of every kind of mesh at the static load of the scene.
 
     Parameters
@@ -44,7 +46,9 @@ def build_analyses(
         reach = [_reach(scene, kind, points, even) for kind in gears.kinds]
     else:
         pitches = [kind.pair.base_pitch for kind in gears.kinds]
-        reach = [Extension(p * far.approach, p * far.recess) for p, far in zip(pitches, reach, strict=True)]
+        reach = [
+            profile.Extension(p * far.approach, p * far.recess) for p, far in zip(pitches, reach, strict=True)
+        ]
     matched = [points] * len(gears.kinds)
     if even is None:
         matched = matched_points([kind.pair for kind in gears.kinds], points, reach)
@@ -53,42 +57,46 @@ def build_analyses(
     )
 
 
-def lattice_nodes(scene: Scene, pairs: Sequence[GearPair], points: int | None = None) -> int | None:
+def lattice_nodes(scene: Scene, pairs: Sequence[gear.GearPair], points: int | None = None) -> int | None:
     """Return how many nodes of helical gears lie on a base pitch of every mesh, None of spur gears."""
     if not scene.gears.helix_angle:
         return None
     return nodes_per_pitch([pair.contact_ratio for pair in pairs], points or profile_points(scene))
 
 
-def matched_points(pairs: Sequence[GearPair], points: int, reach: Sequence[Extension]) -> list[int]:
+def matched_points(
+    pairs: Sequence[gear.GearPair], points: int, reach: Sequence[profile.Extension]
+) -> list[int]:
     """Return the points to ask for on each path so that all have equally many nodes, as near as can be."""
     if len(pairs) == 1:
         return [points]
     matched: list[dict[int, int]] = [{} for _ in pairs]
     for asked in range(points, points + MOST_MORE_POINTS):
         for pair, far, nodes in zip(pairs, reach, matched, strict=True):
-            grid = profile_grid(pair, asked, kinks(pair), extension=far)
+            grid = profile.profile_grid(pair, asked, sets.kinks(pair), extension=far)
             nodes.setdefault(len(grid.position), asked)
         if common := set(matched[0]).intersection(*matched[1:]):
             return [nodes[min(common)] for nodes in matched]
     return [points] * len(pairs)
 
 
-def build_analysis(scene: Scene, kind: gear_set.PairOfSet, points: int | None = None) -> ContactAnalysis:
+def build_analysis(
+    scene: Scene, kind: gear_set.PairOfSet, points: int | None = None
+) -> contact.ContactAnalysis:
     """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
     points = points or profile_points(scene)
     even = lattice_nodes(scene, [kind.pair], points)
     return _analysis(scene, kind, points, _reach(scene, kind, points, even), even)
 
 
-def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int, even: int | None) -> Extension:
+def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int, even: int | None) -> profile.Extension:
     """Return how far beyond A and E the nodes of a mesh reach."""
     if not scene.mesh.of(kind.section).extended_contact:
-        return NO_EXTENSION
+        return profile.NO_EXTENSION
     asked = scene.mesh.of(kind.section)
     load = largest_load(scene, kind)
     options = ContactOptions(asked.stiffness, asked.contact, True, even=even)
-    plain = contact_analysis(kind.pair, options, points, NO_EXTENSION, load)
+    plain = contact_analysis(kind.pair, options, points, profile.NO_EXTENSION, load)
     return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
 
 
@@ -100,14 +108,14 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
     if here > 0.0:
         return kind.load * most / here
     heaviest = scene.model_copy(update={"operation": scene.operation.alone(most, scene.operation.speed)})
-    return next(kinds.load for kinds in build_set(heaviest).kinds if kinds.section == kind.section)
+    return next(kinds.load for kinds in sets.build_set(heaviest).kinds if kinds.section == kind.section)
 
 
 def _analysis(
-    scene: Scene, kind: gear_set.PairOfSet, points: int, extension: Extension, even: int | None
-) -> ContactAnalysis:
+    scene: Scene, kind: gear_set.PairOfSet, points: int, extension: profile.Extension, even: int | None
+) -> contact.ContactAnalysis:
     asked = scene.mesh.of(kind.section)
-    initial = [None if scene.wear is None else scene.wear.initial_of(flank) for flank in kind.flanks]
+    initial = [scene.initial_of(flank) for flank in kind.flanks]
     backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
     options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact, backs, even)
     return contact_analysis(kind.pair, options, points, extension, kind.load)
@@ -124,8 +132,8 @@ class ContactOptions(NamedTuple):
     even : nodes to a base pitch where they lie equally far apart, as slices of helical gears need them
     """
 
-    stiffness: StiffnessModel
-    contact: ContactModel
+    stiffness: stiffnesses.StiffnessModel
+    contact: contacts.ContactModel
     extended: bool
     backs: tuple[Any, ...] = (None, None)
     even: int | None = None
@@ -133,8 +141,8 @@ class ContactOptions(NamedTuple):
 
 @lru_cache(KEPT_ANALYSES)
 def contact_analysis(
-    pair: GearPair, options: ContactOptions, points: int, extension: Extension, load: float
-) -> ContactAnalysis:
+    pair: gear.GearPair, options: ContactOptions, points: int, extension: profile.Extension, load: float
+) -> contact.ContactAnalysis:
     """Return the contact analysis of a pair: the same one as long as nothing it is made of changes.
 
     Parameters
@@ -149,12 +157,14 @@ def contact_analysis(
 
 
 @lru_cache(KEPT_ANALYSES)
-def _unloaded(pair: GearPair, options: ContactOptions, points: int, extension: Extension) -> ContactAnalysis:
-    stiffness, contact = options.stiffness, options.contact
+def _unloaded(
+    pair: gear.GearPair, options: ContactOptions, points: int, extension: profile.Extension
+) -> contact.ContactAnalysis:
+    stiffness = options.stiffness
     if options.even is not None:
         grid = lattice(pair, options.even, extension)
     else:
-        grid = profile_grid(pair, points, kinks(pair), stiffness.jumps(pair), extension)
+        grid = profile.profile_grid(pair, points, sets.kinks(pair), stiffness.jumps(pair), extension)
     teeth = stiffness.build(pair, grid)
     if any(back is not None for back in options.backs):
         position = grid.position
@@ -163,13 +173,13 @@ def _unloaded(pair: GearPair, options: ContactOptions, points: int, extension: E
             for gear, back in enumerate(options.backs)
         ]
         teeth = teeth.with_worn_backs(grid.beyond(np.stack(depth)))
-    return ContactAnalysis(
+    return contact.ContactAnalysis(
         grid,
         teeth,
-        modifications(pair, grid.position).sum(axis=0),
+        sets.modifications(pair, grid.position).sum(axis=0),
         0.0,
-        contact.engagement_gap(pair),
-        contact.build(flanks_of(pair, grid), options.extended),
+        options.contact.engagement_gap(pair),
+        options.contact.build(flanks_of(pair, grid), options.extended),
     )
 
 
@@ -178,7 +188,7 @@ def profile_points(scene: Scene) -> int:
     if scene.numerics.profile_points is not None:
         return int(scene.numerics.profile_points)
     ratio = DEFAULT_TOLERANCE / scene.numerics.tolerance
-    if face_keys(scene):
+    if face.face_keys(scene):
         moving = NODES_IN_MOTION if scene.gears.helix_angle else NODES_AT_DEFAULT
         nodes = NODES_OF_A_FACE if scene.dynamics is None else moving
         return int(np.clip(nodes * ratio ** (1 / 3), 41, 401))
@@ -187,8 +197,134 @@ def profile_points(scene: Scene) -> int:
 
 def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:
     """Return the meshes on their clock, each with one realisation of its errors."""
-    errors = build_errors(scene, gears)
-    return tuple(
-        clock.Mesh(kind, float(lag), error)
-        for kind, lag, error in zip(gears.mesh_kinds, gears.mesh_lags, errors, strict=True)
+    each = zip(gears.mesh_kinds, gears.mesh_lags, build_errors(scene, gears), strict=True)
+    return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in each)
+
+
+def flanks_of(pair: gear.GearPair, grid: profile.ProfileGrid) -> WornFlanks:
+    """Return what makes worn flanks of wear depths at the nodes."""
+    return WornFlanks(pair, grid, sets.modifications(pair, grid.position))
+
+
+def extension_wanted(
+    pair: gear.GearPair, plain: contact.ContactAnalysis, *, vibrates: bool
+) -> profile.Extension:
+    """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
+
+    Conditions that take turns, or come in order, share their flanks and so their nodes.
+
+    Parameters
+    ----------
+    pair : the gears
+    plain : the contact analysis without extended contact, under the largest load of all conditions
+    vibrates : whether the mesh vibrates, and so may deflect further
+    """
+    _, static = plain.unworn
+    times = LARGEST_DYNAMIC if vibrates else LARGEST_STATIC
+    reach = corners.unworn_extension(pair, times * float(static.deflection.max()))
+    step = STEP * pair.base_pitch
+    return profile.Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
+
+
+def build_errors(scene: Scene, gears: gear_set.GearSet) -> list[errors.MeshError]:
+    """Return one realisation of the errors of each mesh, drawn member after member from the seed."""
+    if gears.angles:
+        return _of_planetary(scene, gears)
+    if scene.errors is None:
+        return [errors.mesh_error(())]
+    members = tuple(_member(scene, gears, name) for name in gears.members)
+    return [errors.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.errors.seed)]
+
+
+def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> errors.MemberError:
+    """Return the errors that the file gives a toothed member, or that its ISO 1328 class allows."""
+    own = gears.gears[name]
+    given: Any = scene.errors.members.get(name) if scene.errors is not None else None
+    eccentricity = getattr(getattr(scene.gears, name), "eccentricity", None) or 0.0
+    grade, total, tooth = iso_1328_class(scene, name), 0.0, 0.0
+    if grade is not None:
+        pairs = [kind.pair for kind in gears.kinds if own.name in {gear.name for gear in kind.pair.gears}]
+        ratio = min(pair.contact_ratio for pair in pairs)
+        *_, tooth, total = tolerances.allowed(grade, own.module, 2.0 * own.reference_radius, ratio)
+    if given is None:
+        return errors.MemberError(own.teeth, total, tooth, eccentricity=eccentricity)
+    said = {key: getattr(given, key) for key in given.model_fields_set}
+    return errors.MemberError(
+        own.teeth,
+        said.get("total_composite", total),
+        said.get("tooth_composite", tooth),
+        given.installation,
+        eccentricity,
     )
+
+
+def iso_1328_class(scene: Scene, name: str) -> int | None:
+    """Return the accuracy class of a toothed member, None without one."""
+    if scene.errors is None:
+        return None
+    own = getattr(scene.errors.members.get(name), "iso_1328_class", None)
+    return scene.errors.iso_1328_class if own is None else own
+
+
+def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
+    """Return what each member's ISO 1328 class allows it, in words."""
+    grades = {name: grade for name in gears.gears if (grade := iso_1328_class(scene, name)) is not None}
+    allowed = {name: _member(scene, gears, name) for name in grades}
+    return tuple(
+        f"{name}: ISO 1328-1:1995 class {grades[name]}: F_i′ = {1e6 * error.total_composite:.3g} µm, "
+        f"f_i′ = {1e6 * error.tooth_composite:.3g} µm, all that is allowed, at angles drawn by errors.seed"
+        for name, error in allowed.items()
+    )
+
+
+def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
+    """Return the prescribed harmonics of one mesh, named itself or with all of its kind."""
+    given = scene.errors.harmonic if scene.errors is not None else ()
+    return tuple(
+        (h.order, h.amplitude, h.phase) for h in given if mesh == h.mesh or mesh.rpartition("-")[0] == h.mesh
+    )
+
+
+def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[errors.MeshError]:
+    """Return the errors of all meshes: gears seen where each planet stands, pins where they are held.
+
+    Seen from the carrier the sun brings its once-per-revolution error to planet n later by ψ_n, the ring,
+    which turns the other way, earlier; a planet shows the ring the side away from the sun.
+    """
+    random = np.random.default_rng(0 if scene.errors is None else scene.errors.seed)
+    angles = gears.sense * np.asarray(gears.angles)
+    sun, *planets, ring = (
+        errors.realised(_member(scene, gears, name), random)
+        for name in ("sun", *("planet",) * len(angles), "ring")
+    )
+    pins = _pins(scene, angles, random)
+    rows = []
+    for name, kind, n in zip(gears.mesh_names, gears.mesh_kinds, [*range(len(angles))] * 2, strict=True):
+        alpha = gears.kinds[kind].pair.working_pressure_angle
+        if kind == 0:
+            parts = [sun.turned(-angles[n]), planets[n], *(pin.turned(-alpha) for pin in pins[n])]
+        else:
+            held = (pin.turned(alpha) for pin in pins[n])
+            parts = [planets[n].turned(math.pi), ring.turned(angles[n]), *held]
+        rows.append(errors.mesh_error((), _harmonics(scene, name), parts=tuple(parts)))
+    return rows
+
+
+def _pins(scene: Scene, angles: Any, random: Any) -> list[list[errors.Realisation]]:
+    """Return where the pins are off, at rest in the carrier: each tangential in its own direction.
+
+    A pin moved by p in the direction β sees ``−n·p`` in a mesh whose normal is turned by ψ ∓ α.
+    """
+    members: Any = scene.errors.members if scene.errors is not None else {}
+    gears: Any = scene.gears
+    carrier, planet = members.get("carrier"), members.get("planet")
+    shared = [*(carrier.installation if carrier else ()), gears.carrier.eccentricity or 0.0]
+    own = [amount for held in (carrier, planet) if held for amount in held.planet_position]
+    directions = random.uniform(0.0, 2 * math.pi, len(shared))
+    pins = []
+    for angle in angles:
+        moved = [*zip(shared, angle - directions, strict=True)]
+        moved += [(amount, random.uniform(0.0, 2 * math.pi)) for amount in own]
+        each = [errors.AT_REST.of(amount, float(direction)) for amount, direction in moved]
+        pins.append([axis for axis in each if axis.slow])
+    return pins

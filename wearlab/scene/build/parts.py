@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -16,12 +16,12 @@ from wearlab.life.face import FaceCoupling
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, presence
-from wearlab.scene.build import mesh, sets
-from wearlab.scene.build.contact import class_flags, contact_flags
+from wearlab.scene.build import contact, mesh, sets
 from wearlab.scene.build.face import build_face, helix_flags, helix_of
 from wearlab.scene.build.vibration import (
     OnClock,
     StiffnessOfMeshes,
+    build_friction,
     build_vibration,
     fluctuation,
     mean_stiffness,
@@ -87,8 +87,8 @@ class Parts:
     @property
     def friction(self) -> float | None:
         """Coefficient μ of the flanks, None: they do not rub [1]."""
-        given = self.scene.dynamics.friction if self.scene.dynamics is not None else None
-        return None if given is None else given.coefficient
+        rubbing = build_friction(self.scene, self.gears)
+        return None if rubbing is None else rubbing.coefficient
 
     @property
     def pressure_factor(self) -> float:
@@ -131,27 +131,23 @@ class Parts:
     @cached_property
     def validity(self) -> tuple[str, ...]:
         """Assumed values and limits of validity that the scene touches, one line each."""
-        scene, gears = self.scene, self.gears
+        scene, gears, wear = self.scene, self.gears, self.scene.wear
         flags = [*presence.oversights(scene), *gears.assumed]
         for kind, own in zip(gears.kinds, self.kinds, strict=True):
-            flags += contact_flags(scene, kind.section, kind.pair, own.analysis)
-            stiffness = scene.mesh.of(kind.section).stiffness
-            said = stiffness.flags(kind.pair, kind.key("stiffness"))
-            flags += [flag for flag in said if flag not in flags]
+            flags += contact.contact_flags(scene, kind, own.analysis)
+            flags += scene.mesh.of(kind.section).stiffness.flags(kind.pair, kind.key("stiffness"))
         if any(own.film is not None for own in self.kinds):
             flags.append("roughness: R_q = 1.25 R_a assumed")
-        if scene.wear is not None and scene.wear.coefficient is not None:
+        if wear is not None and wear.coefficient is not None:
             flags.append(
                 "wear coefficient: usually unknown within a decade; depth and 1/life are proportional to it"
             )
-        wear = scene.wear
-        given: dict[str, Any] = {n: None if wear is None else wear.initial_of(n) for n in gears.flanks}
-        flags += [flag for name, flank in given.items() if flank is not None for flag in flank.flags(name)]
-        flags += class_flags(scene, gears)
-        if scene.lubricant is not None:
-            flags += scene.lubricant.told
+        initial = {name: scene.initial_of(name) for name in gears.flanks}
+        flags += [flag for name, flank in initial.items() if flank is not None for flag in flank.flags(name)]
+        flags += mesh.class_flags(scene, gears)
         materials = [scene.gears.material, *(gear.material for gear in scene.gears.gears().values())]
-        flags += [line for material in materials if material is not None for line in material.told]
+        for given in (scene.lubricant, *materials):
+            flags += [] if given is None else given.told
         bearings = self.vibration is not None and self.vibration.system.on_bearings
         loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
         told = helix_flags(gears, helix_of(scene, gears), loads, bearings=bearings)
@@ -181,8 +177,8 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
         for kind, analysis in zip(gears.kinds, analyses, strict=True)
     )
     join = _over_face if face_keys(scene) else _of_pairs
-    coupling = join(scene, gears, kinds, OnClock(analyses, meshes, edges))
-    return Parts(scene, gears, kinds, meshes, edges, cast("Coupling", coupling))
+    coupling: Any = join(scene, gears, kinds, OnClock(analyses, meshes, edges))
+    return Parts(scene, gears, kinds, meshes, edges, coupling)
 
 
 def _of_pairs(

@@ -8,14 +8,11 @@ import numpy as np
 
 from wearlab import arrays, compiled, slots
 from wearlab.gears.gear import GearPair
-from wearlab.life import coupled, limits
-from wearlab.life.loads import InstantLoad, LoadModel, StaticLoad
-from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.gear_set import GearSet, PairOfSet
+from wearlab.life import coupled, limits, loads
+from wearlab.mesh import contact, gear_set
 from wearlab.scene import Scene
-from wearlab.scene.build.sets import modifications
-from wearlab.wear.coefficients import CoefficientModel, standard_film
-from wearlab.wear.films import Film, composite_rq
+from wearlab.scene.build import sets
+from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
 from wearlab.wear.setting import PowerOfLoad, Setting
@@ -35,30 +32,32 @@ class KindParts:
     """
 
     pair: GearPair
-    analysis: ContactAnalysis
+    analysis: contact.ContactAnalysis
     modification: arrays.Array
     path: WearPath
     law: PreparedLaw | None
-    film: Film | None
+    film: films.Film | None
 
 
-def build_kind(scene: Scene, kind: PairOfSet, analysis: ContactAnalysis, cosine: float) -> KindParts:
+def build_kind(
+    scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis, cosine: float
+) -> KindParts:
     """Return the physics of one kind of mesh; ``cosine``: of the base helix angle, which flattens flanks."""
     position = analysis.grid.position
     path = build_path(kind, position, scene.mesh.of(kind.section).face_load_factor)
     path = path._replace(equivalent_radius=path.equivalent_radius / cosine)
     law, film = build_law(scene, kind.pair, path), build_film(scene, kind.pair)
-    return KindParts(kind.pair, analysis, modifications(kind.pair, position), path, law, film)
+    return KindParts(kind.pair, analysis, sets.modifications(kind.pair, position), path, law, film)
 
 
-def build_film(scene: Scene, pair: GearPair) -> Film | None:
+def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
     """Return the oil between the flanks, when the scene names an oil and both roughnesses."""
     roughness = _roughness(scene, pair)
     if scene.lubricant is None or roughness is None:
         return None
     oil = scene.lubricant
     assert oil.viscosity is not None and oil.pressure_viscosity is not None  # given, or of its grade
-    return Film(oil.viscosity, oil.pressure_viscosity, composite_rq(roughness))
+    return films.Film(oil.viscosity, oil.pressure_viscosity, films.composite_rq(roughness))
 
 
 def _roughness(scene: Scene, pair: GearPair) -> list[float] | None:
@@ -99,7 +98,7 @@ def setting(scene: Scene, pair: GearPair, path: WearPath, gear: int) -> Setting:
     )
 
 
-def _flank(scene: Scene, given: CoefficientModel, where: Setting) -> FlankLaw:
+def _flank(scene: Scene, given: coefficients.CoefficientModel, where: Setting) -> FlankLaw:
     assert scene.wear is not None
     film, law = given.film_model, scene.wear.law
     return FlankLaw(
@@ -119,23 +118,23 @@ def of_user(variant: slots.Variant, built: Any) -> Any:
     return compiled.compiled_if_possible(built, f"{variant.origin.file}: {variant.chosen!r}")
 
 
-def _lambda_ratio(each: list[CoefficientModel], where: Setting) -> PowerOfLoad | None:
+def _lambda_ratio(each: list[coefficients.CoefficientModel], where: Setting) -> PowerOfLoad | None:
     """Return film thickness over roughness, by the first film that a flank has, else the standard."""
     if where.lubricant is None or where.roughness is None:
         return None
-    film = next(filter(None, (coefficient.film_model for coefficient in each)), standard_film())
+    film = next(filter(None, (coefficient.film_model for coefficient in each)), coefficients.standard_film())
     thickness = film.thickness(where)
-    return thickness._replace(scale=thickness.scale / composite_rq(where.roughness))
+    return thickness._replace(scale=thickness.scale / films.composite_rq(where.roughness))
 
 
-def build_load(scene: Scene) -> LoadModel:
+def build_load(scene: Scene) -> loads.LoadModel:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
-        return StaticLoad() if scene.dynamics is None else InstantLoad()
+        return loads.StaticLoad() if scene.dynamics is None else loads.InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
 
 
-def build_path(pair: PairOfSet, position: arrays.Array, face_load_factor: float) -> WearPath:
+def build_path(pair: gear_set.PairOfSet, position: arrays.Array, face_load_factor: float) -> WearPath:
     """Return what the wear law needs to know of the path of contact at positions (n,) [m].
 
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
@@ -156,14 +155,14 @@ def build_path(pair: PairOfSet, position: arrays.Array, face_load_factor: float)
     )
 
 
-def flank_entries(flank: str | None, gears: GearSet, coupling: coupled.Coupled) -> slice:
+def flank_entries(flank: str | None, gears: gear_set.GearSet, coupling: coupled.Coupled) -> slice:
     """Return where a flank's depths lie in the flat state; all of them when no flank is named."""
     return slice(None) if flank is None else coupling.entries(*gears.flank(flank))
 
 
 def build_limits(
     scene: Scene,
-    gears: GearSet,
+    gears: gear_set.GearSet,
     coupling: coupled.Coupled,
     speed: float | None = None,
     passed: tuple[float, float] = (0.0, 0.0),
@@ -191,7 +190,7 @@ def build_limits(
     )
 
 
-def build_snapshots(scene: Scene, gears: GearSet, coupling: coupled.Coupled) -> limits.Snapshots:
+def build_snapshots(scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled) -> limits.Snapshots:
     """Return the states asked for on the way."""
     asked: Any = scene.wear.snapshots if scene.wear else None
     if asked is None:
