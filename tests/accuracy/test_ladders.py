@@ -148,5 +148,5 @@ def test_harmonics_of_all_meshes_are_changed_wherever_they_are_written(planetary
     series = {"excitation": {"model": "fourier", "stiffness_harmonics": 3, "error_harmonics": 2}}
     written = series if sections == ("",) else dict.fromkeys(sections, series)
     changed = steady_curves.with_harmonics(planetary.replace("mesh", written), 7)
-    for one in changed.mesh.each("planetary"):
+    for one in changed.meshes.values():
         assert (one.excitation.stiffness_harmonics, one.excitation.error_harmonics) == (7, 7)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from wearlab.scene import Scene
-from wearlab.scene.build.contact import class_flags
+from wearlab.scene.build.mesh import class_flags
 from wearlab.scene.build.sets import build_pair, build_set
 from wearlab.scene.problems import SceneError
 from wearlab.shop import oil

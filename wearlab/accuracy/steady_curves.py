@@ -211,7 +211,7 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
     yield _knob(fine, "numerics.profile_points", PROFILE_POINTS, truth)
     report("tolerance")
     yield _knob(scene, "numerics.tolerance", TOLERANCES, truth)
-    if scene.mesh.each(scene.gears.kind)[0].excitation.chosen == "fourier":
+    if scene.mesh.of(scene.gears.descriptor.sections[0]).excitation.chosen == "fourier":
         report("harmonics")
         yield harmonics_curve(fine)
 

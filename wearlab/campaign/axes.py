@@ -1,6 +1,7 @@
 """``[[sweep]]``: lists of values become axes of the grid."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -280,12 +281,16 @@ def _others(
     for key in list(written)[1:]:
         if key.partition(".")[0] == "expect":
             continue
-        words = key.split(".")
-        names = ["_".join(words[-count:]) for count in range(1, len(words) + 1)]
-        used = taken | RESERVED | set(named) | {name}
-        free = next((known_name for known_name in names if known_name not in used), None)
+        free = free_name(key, taken | RESERVED | set(named) | {name})
         if free is None:
             raise CampaignError(f"{where}.{key}: no free name for this coordinate")
         if all(isinstance(value, str | bool | int | float) for value in written[key]):
             named[free] = _coordinate(written[key], key, where)
     return named
+
+
+def free_name(key: str, used: Collection[str]) -> str | None:
+    """Return as few of the last words of a dotted key as make a name that is free, None where none is."""
+    words = key.split(".")
+    names = ("_".join(words[-count:]) for count in range(1, len(words) + 1))
+    return next((name for name in names if name not in used), None)

@@ -173,19 +173,26 @@ def filled(note: str, grid: "xr.Dataset", problems: list[str] | None = None) -> 
     grid : the campaign as the store has it
     problems : takes why a number is not there; its place then holds a dash
     """
-
-    def number(found: re.Match[str]) -> str:
-        form = FORMAT.fullmatch(found[2] or "")
-        if form is None:
-            return found[0]
+    numbers = {}
+    for found in _placeholders(note):
+        digits, _, unit = found[2].partition(" ")
         try:
-            return format(amount(found[1], grid, form[2] or ""), form[1])
+            numbers[found[0]] = format(amount(found[1], grid, unit), digits)
         except AmountError as error:
             if problems is not None:
                 problems.append(str(error))
-            return ABSENT
+    return refilled(note, numbers)
 
-    return PLACEHOLDER.sub(number, note)
+
+def refilled(note: str, numbers: Mapping[str, str]) -> str:
+    """Return a note with numbers that were measured in place of its placeholders, or dashes."""
+    there = {found[0]: numbers.get(found[0], ABSENT) for found in _placeholders(note)}
+    return PLACEHOLDER.sub(lambda found: there.get(found[0], found[0]), note)
+
+
+def _placeholders(note: str) -> Iterator[re.Match[str]]:
+    """Yield the places of a spelled note that numbers take."""
+    return (found for found in PLACEHOLDER.finditer(note) if FORMAT.fullmatch(found[2] or ""))
 
 
 @dataclass(frozen=True)
@@ -344,21 +351,10 @@ def stale(campaign: Any, record: ClaimRecord) -> str:
     return f"{lost} runs that were measured are no longer of the campaign; measure anew" if lost else ""
 
 
-def refilled(note: str, numbers: Mapping[str, str]) -> str:
-    """Return a note with numbers that were measured in place of its placeholders, or dashes."""
-    return PLACEHOLDER.sub(
-        lambda found: numbers.get(found[0], ABSENT) if FORMAT.fullmatch(found[2] or "") else found[0], note
-    )
-
-
 def _notes(campaign: Any) -> Iterator[tuple[str, str]]:
     """Yield where each note of a campaign's figures stands, and the note, its placeholders spelled out."""
     for number, spec in enumerate(campaign.figures, 1):
         yield f"figure {number} ({spec.kind}): note", spelled_note(spec.note or "", campaign.claims)
-
-
-def _placeholders(note: str) -> Iterator[re.Match[str]]:
-    return (found for found in PLACEHOLDER.finditer(note) if FORMAT.fullmatch(found[2] or ""))
 
 
 def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:

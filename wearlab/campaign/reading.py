@@ -1,21 +1,18 @@
 """Whatever describes runs becomes a campaign: a file, a table, a scene or a list of scenes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from wearlab import nearest, units
-from wearlab.campaign import campaign, case, inheritance, update_options
-from wearlab.campaign.axes import RESERVED, Axis, Coordinate, overlap, read_axes, swept_keys
-from wearlab.campaign.cases import EXPECT, expand, read_differences
-from wearlab.campaign.claims import note_problems, read_claims
+from wearlab.campaign import axes, campaign, case, cases, claims, inheritance, update, update_options
 from wearlab.campaign.json_schema import CampaignFile
-from wearlab.campaign.update import read_update, refuse_unknown_keys
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
-from wearlab.scene import Scene, merge, oversights
-from wearlab.scene.problems import shown
+from wearlab.scene import Scene, merge, oversights, problems
 
 TOLD_ELSEWHERE = ("title", "reference", "figure", "claim", "sweep", "case", "metadata", "report", "exclude")
 
@@ -34,26 +31,26 @@ def undone(layers: Sequence[inheritance.Layer]) -> Iterator[str]:
         for key, value in _values(layer):
             others = [other for other in layers[first + 1 : again] if other.file != layer.file]
             between = [other for other in others if _sets_otherwise(other, key, value)]
-            later = any(overlap(key, other) for layer in layers[again + 1 :] for other, _ in _values(layer))
+            later = any(
+                axes.overlap(key, other) for layer in layers[again + 1 :] for other, _ in _values(layer)
+            )
             if between and not later:
                 other = between[-1].file.name
                 yield (
                     f"extends: {layer.file.name} is reached again after {other} and sets {key} "
-                    f"back to {shown(value)}: put {other} last"
+                    f"back to {problems.shown(value)}: put {other} last"
                 )
 
 
 def _values(layer: inheritance.Layer) -> list[tuple[str, object]]:
     sections = {name: own for name, own in layer.table.items() if name not in TOLD_ELSEWHERE}
-    return list(swept_keys(sections).items())
+    return list(axes.swept_keys(sections).items())
 
 
 def _sets_otherwise(layer: inheritance.Layer, key: str, value: object) -> bool:
-    return any(overlap(key, other) and (other, own) != (key, value) for other, own in _values(layer))
+    return any(axes.overlap(key, other) and (other, own) != (key, value) for other, own in _values(layer))
 
 
-Result = TypeVar("Result")
-At = TypeVar("At", bound=Path | None)
 TABLE = Path("campaign")  # what errors call a campaign that is no file
 
 
@@ -78,7 +75,8 @@ def load(path: str | Path | Mapping[str, Any]) -> campaign.Campaign:
     else:
         file = Path(path).expanduser().resolve()
         inherited = inheritance.inherit(file)
-    return _told_with_file(inherited, file, _read)
+    with _naming_files(inherited):
+        return _read(inherited, file)
 
 
 def read_plugins(path: str | Path) -> tuple[Plugin, ...]:
@@ -93,19 +91,16 @@ def read_plugins(path: str | Path) -> tuple[Plugin, ...]:
     CampaignError
         When it cannot be read, or a plug-in may not be run and nothing is known of it.
     """
-    file = Path(path).expanduser().resolve()
-    return _told_with_file(
-        inheritance.inherit(file),
-        file,
-        lambda inherited, _: _plugins(inherited.table.get(inheritance.PLUGINS, [])),
-    )
+    inherited = inheritance.inherit(Path(path).expanduser().resolve())
+    with _naming_files(inherited):
+        return _plugins(inherited.table.get(inheritance.PLUGINS, []))
 
 
-def _told_with_file(
-    inherited: inheritance.Inherited, file: At, read: Callable[[inheritance.Inherited, At], Result]
-) -> Result:
+@contextmanager
+def _naming_files(inherited: inheritance.Inherited) -> Iterator[None]:
+    """Put in front of every problem the file that wrote what it is about."""
     try:
-        return read(inherited, file)
+        yield
     except inheritance.CampaignError as error:
         raise inheritance.CampaignError(_with_file(line, inherited) for line in error.problems) from None
 
@@ -114,7 +109,7 @@ def _with_file(line: str, inherited: inheritance.Inherited) -> str:
     """Return a problem with the file in front that wrote what it is about."""
     about = line.split(": ")[0]
     path = about.removeprefix("scene.").split("[")[0].split(" ")[0]
-    if about.startswith("scene.") and any(overlap(path, key) for key in _swept_keys(inherited.table)):
+    if about.startswith("scene.") and any(axes.overlap(path, key) for key in _swept_keys(inherited.table)):
         path = "sweep"
     return f"{inherited.file_of(path)}: {line}"
 
@@ -122,53 +117,51 @@ def _with_file(line: str, inherited: inheritance.Inherited) -> str:
 def _swept_keys(table: merge.Table) -> list[str]:
     blocks = table.get("sweep", [])
     blocks = blocks if isinstance(blocks, list) else [blocks]
-    return [key for block in blocks if isinstance(block, dict) for key in swept_keys(block)]
+    return [key for block in blocks if isinstance(block, dict) for key in axes.swept_keys(block)]
 
 
 def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campaign:
     table = inherited.table
     plugins = _plugins(table.get(inheritance.PLUGINS, []))
-    problems = list(_unknown(table))
-    tried: Callable[..., Any] = lambda read, *args: _tried(problems, read, *args)  # noqa: E731
-    axes = tried(read_axes, table.get("sweep", []))
-    differences = None if axes is None else tried(read_differences, table.get("case", []), axes)
+    faults = list(_unknown(table))
+    tried: Callable[..., Any] = partial(_tried, faults)
+    swept = tried(axes.read_axes, table.get("sweep", []))
+    differences = None if swept is None else tried(cases.read_differences, table.get("case", []), swept)
     figures = tried(_figures, table.get("figure", []))
-    claims = tried(read_claims, table.get("claim", []))
-    if figures and claims is not None:
-        problems += note_problems([figure.note for figure in figures], claims)
+    claimed = tried(claims.read_claims, table.get("claim", []))
+    if figures and claimed is not None:
+        faults += claims.note_problems([figure.note for figure in figures], claimed)
     metadata = tried(_metadata, table.get("metadata", {}))
-    texts = [tried(_text, table, key) for key in ("title", "reference")]
-    sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, EXPECT)}
+    title, reference = (tried(_text, table, key) for key in ("title", "reference"))
+    sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, cases.EXPECT)}
     sections = _with_results(sections, plugins)
     conditions = tried(case.read_conditions, table.get("exclude", []))
-    cases = tried(expand, sections, axes or (), differences or (), load)
-    update = tried(read_update, table[update_options.SECTION]) if update_options.SECTION in table else None
+    every = tried(cases.expand, sections, swept or (), differences or (), load)
+    section = update_options.SECTION
+    asked = tried(update.read_update, table[section]) if section in table else None
     report = tried(campaign.read_report, table.get(campaign.SECTION, {}))
-    if update is not None and cases:
-        tried(refuse_unknown_keys, update, [case.scene for case in cases], [c.label for c in cases])
-    if problems:
-        raise inheritance.CampaignError(problems)
-    cases, excluded = case.without_excluded(cases, conditions)
-    title, reference = texts[0] or (file.stem if file else "untitled"), texts[1] or None
-    unmeant = dict.fromkeys(line for case in cases for line in oversights(case.scene))
-    warnings = (*undone(inherited.layers), *unmeant)
-    tables = [sections, *({key: list(texts) for key, texts in axis.written.items()} for axis in axes or ())]
-    written = campaign.written_quantities([*tables, *(each.own for each in differences or ())])
+    if asked is not None and every:
+        tried(update.refuse_unknown_keys, asked, [one.scene for one in every], [one.label for one in every])
+    if faults:
+        raise inheritance.CampaignError(faults)
+    kept, excluded = case.without_excluded(every, conditions)
+    unmeant = dict.fromkeys(line for one in kept for line in oversights(one.scene))
+    tables = [sections, *({key: list(texts) for key, texts in axis.written.items()} for axis in swept)]
     return campaign.Campaign(
-        title,
-        reference,
-        metadata,
-        cases,
-        axes,
-        figures,
-        file,
-        excluded,
-        plugins,
-        update,
-        report,
-        warnings,
-        claims,
-        written,
+        title=title or (file.stem if file else "untitled"),
+        reference=reference or None,
+        metadata=metadata,
+        cases=kept,
+        axes=swept,
+        figures=figures,
+        path=file,
+        excluded=excluded,
+        plugins=plugins,
+        update=asked,
+        report=report,
+        warnings=(*undone(inherited.layers), *unmeant),
+        claims=claimed,
+        written=campaign.written_quantities([*tables, *(each.own for each in differences or ())]),
     )
 
 
@@ -176,7 +169,7 @@ def _plugins(named: Any) -> tuple[Plugin, ...]:
     """Make the file's own variants known, before anything of it is read."""
     if not inheritance.is_list_of(named, str):
         raise inheritance.CampaignError(
-            f"{inheritance.PLUGINS}: {shown(named)} is no list of Python files or entry points"
+            f"{inheritance.PLUGINS}: {problems.shown(named)} is no list of Python files or entry points"
         )
     try:
         return use(named)
@@ -192,28 +185,24 @@ def _with_results(sections: merge.Table, plugins: tuple[Plugin, ...]) -> merge.T
     return {**sections, "store": {**kept, "results": {**kept.get("results", {}), **own}}}
 
 
-def _tried(problems: list[str], read: Callable[..., Result], *arguments: Any) -> Result | None:
-    """Return what a reader returns; its problems join the others."""
+def _tried(faults: list[str], read: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a reader returns, None where it refuses: its problems join the others."""
     try:
         return read(*arguments)
     except inheritance.CampaignError as error:
-        problems.extend(error.problems)
+        faults.extend(error.problems)
         return None
 
 
 def _unknown(table: merge.Table) -> list[str]:
     valid = list(CampaignFile.model_fields)
-    problems = []
-    for key in table:
-        if key not in valid:
-            remedy = nearest.meant(key, valid, f"; there are {', '.join(valid)}")
-            problems.append(f"{key}: unknown key{remedy}")
-    return problems
+    listed = f"; there are {', '.join(valid)}"
+    return [f"{key}: unknown key{nearest.meant(key, valid, listed)}" for key in table if key not in valid]
 
 
 def _text(table: merge.Table, key: str) -> str:
     if not isinstance(table.get(key, ""), str):
-        raise inheritance.CampaignError(f"{key}: {shown(table[key])} is no text")
+        raise inheritance.CampaignError(f"{key}: {problems.shown(table[key])} is no text")
     return str(table.get(key, ""))
 
 
@@ -224,7 +213,9 @@ def _metadata(given: Any) -> dict[str, str]:
 
 def _figures(blocks: Any) -> tuple[campaign.FigureSpec, ...]:
     if not isinstance(blocks, list):
-        raise inheritance.CampaignError(f"figure: {shown(blocks)} is no list of tables: write [[figure]]")
+        raise inheritance.CampaignError(
+            f"figure: {problems.shown(blocks)} is no list of tables: write [[figure]]"
+        )
     return tuple(
         inheritance.modelled(campaign.FigureSpec, block, f"figure[{number}]")
         for number, block in enumerate(blocks)
@@ -264,42 +255,27 @@ def campaign_of(given: Given) -> campaign.Campaign:
 
 
 def _of_scenes(scenes: Sequence[Scene]) -> campaign.Campaign:
-    cases = tuple(case.Case(case.BASE, scene, {ALONG: number}) for number, scene in enumerate(scenes))
-    axis = Axis(ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes))
-    return campaign.Campaign(f"{len(scenes)} scenes", None, {}, cases, (axis,))
+    numbered = tuple(case.Case(case.BASE, scene, {ALONG: number}) for number, scene in enumerate(scenes))
+    axis = axes.Axis(ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes))
+    return campaign.Campaign(f"{len(scenes)} scenes", None, {}, numbered, (axis,))
 
 
-def _differences(scenes: Sequence[Scene]) -> dict[str, Coordinate]:
+def _differences(scenes: Sequence[Scene]) -> dict[str, axes.Coordinate]:
     """Return what differs between scenes, by as few last words of its key as make a free name."""
     tables = [dict(flat(scene.model_dump())) for scene in scenes]
-    keys = [
-        key
-        for key in tables[0]
-        if all(isinstance(given_table.get(key), str | int | float) for given_table in tables)
-    ]
-    differences: dict[str, Coordinate] = {}
-    for key in keys:
-        values = tuple(table[key] for table in tables)
-        if len(set(values)) > 1:
-            words = key.split(".")
-            names = ("_".join(words[-count:]) for count in range(1, len(words) + 1))
-            name = next(
-                (
-                    known_name
-                    for known_name in names
-                    if known_name not in differences and known_name not in RESERVED
-                ),
-                None,
-            )
-            if name is not None:
-                differences[name] = _shown(values, key)
+    differences: dict[str, axes.Coordinate] = {}
+    for key in tables[0]:
+        values = tuple(table.get(key) for table in tables)
+        plain = all(isinstance(value, str | int | float) for value in values)
+        if plain and len(set(values)) > 1 and (name := axes.free_name(key, {*differences, *axes.RESERVED})):
+            differences[name] = _shown(values, key)
     return differences
 
 
-def _shown(values: tuple[Any, ...], key: str) -> Coordinate:
+def _shown(values: tuple[Any, ...], key: str) -> axes.Coordinate:
     """Return values in the unit in which people write them."""
     known = scene_key(key, isinstance(values[0], str))
     if not known.unit or known.unit == known.display_unit:
-        return Coordinate(values, known.unit or None, key)
+        return axes.Coordinate(values, known.unit or None, key)
     shown = tuple(units.convert(float(value), known.unit, known.display_unit) for value in values)
-    return Coordinate(shown, known.display_unit, key)
+    return axes.Coordinate(shown, known.display_unit, key)

@@ -5,6 +5,7 @@ import re
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from annotated_types import Ge, Le, MinLen
 from pydantic import (
     BeforeValidator,
@@ -16,7 +17,7 @@ from pydantic import (
 )
 
 from wearlab import options, slots
-from wearlab.gears.sets import PLANETARY, SETS
+from wearlab.gears.sets import PLANETARY
 from wearlab.mesh import contacts, damping_laws, excitations, face_couplings, slow_errors, stiffnesses
 from wearlab.scene import gears, identity
 
@@ -85,18 +86,9 @@ class Misalignment(options.Part):
         working_pressure_angle : α_wt [rad]
         torque : of the input [N·m]
         """
-        values = self.value
-        if values is None:
-            none = (0.0,) * len(self.torque or (0.0,))
-            each = zip(self.out_of_plane or none, self.in_plane or none, strict=True)
-            cosine, sine = math.cos(working_pressure_angle), math.sin(working_pressure_angle)
-            values = tuple(across * cosine + along * sine for across, along in each)
-        if not self.torque or torque <= self.torque[0]:
-            return values[0]
-        for (low, before), (high, after) in pairwise(zip(self.torque, values, strict=True)):
-            if torque <= high:
-                return before + (after - before) * (torque - low) / (high - low)
-        return values[-1]
+        across, along = (np.array(given or (0.0,)) for given in (self.out_of_plane, self.in_plane))
+        of_axes = across * math.cos(working_pressure_angle) + along * math.sin(working_pressure_angle)
+        return float(np.interp(torque, self.torque or (0.0,), self.value or of_axes))
 
 
 def _misaligned(value: object) -> object:
@@ -193,12 +185,8 @@ class OneMesh(options.Part):
 
     def identifying(self) -> dict[str, Any]:
         """Return the options that tell this part from others: not an onset of contact that goes by itself."""
-        identity = super().identifying()
-        return (
-            identity | {"extended_contact": None}
-            if self.extended_contact == self._corners_known
-            else identity
-        )
+        by_itself = self.extended_contact == self._corners_known
+        return super().identifying() | ({"extended_contact": None} if by_itself else {})
 
 
 OWN_MESHES = PLANETARY.sections
@@ -219,38 +207,32 @@ class MeshSection(OneMesh):
         own: OneMesh | None = getattr(self, section) if section else None
         return self if own is None else own
 
-    def each(self, kind: str) -> "tuple[OneMesh, ...]":
-        """Return what holds for each kind of mesh of a kind of gear set, in their order."""
-        return tuple(map(self.of, SETS[kind].sections))
+    def _each(self) -> dict[str, OneMesh]:
+        """Return what holds for each kind of mesh, wherever it was written; {}: nothing of its own."""
+        if self.sun_planet is None and self.planet_ring is None:
+            return {}
+        general = OneMesh.model_construct(**{name: getattr(self, name) for name in OneMesh.model_fields})
+        return {key: getattr(self, key) or general for key in OWN_MESHES}
 
     def identifying(self) -> dict[str, Any]:
         """Return what holds for each kind of mesh, wherever it was written: once if the same for both."""
-        if self.sun_planet is None and self.planet_ring is None:
-            return super().identifying()
-        names = OneMesh.model_fields
-        general = OneMesh.model_construct(**{name: getattr(self, name) for name in names})
-        each = {key: getattr(self, key) or general for key in OWN_MESHES}
-        if len({identity.canonical(section.model_dump()) for section in each.values()}) == 1:
+        each: dict[str, Any] = self._each()
+        if len({identity.canonical(own.model_dump()) for own in each.values()}) == 1:
             return each[OWN_MESHES[0]].identifying()
-        return dict(each)
+        return each or super().identifying()
 
     @model_serializer(mode="wrap")
     def _what_holds(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""
-        written: dict[str, Any] = dump(self)
-        if self.sun_planet is None and self.planet_ring is None:
+        if not (each := {key: own.model_dump() for key, own in self._each().items()}):
+            written: dict[str, Any] = dump(self)
             return written
-        general = {key: value for key, value in written.items() if key not in OWN_MESHES}
-        each = {key: general if written[key] is None else written[key] for key in OWN_MESHES}
-        if len({identity.canonical(section) for section in each.values()}) == 1:
-            return each[OWN_MESHES[0]]
-        first, second = each.values()
-        shared = {
-            key: own
-            for key, own in first.items()
-            if identity.canonical({"": own}) == identity.canonical({"": second[key]})
-        }
-        return {**OneMesh().model_dump(), **shared, **each}
+        first = each[OWN_MESHES[0]]
+        text = [{key: identity.canonical({"": own}) for key, own in one.items()} for one in each.values()]
+        alike = dict(text[0].items() & text[1].items())
+        if len(alike) == len(first):
+            return first
+        return {**OneMesh().model_dump(), **{key: first[key] for key in alike}, **each}
 
 
 def _listed(given: object) -> object:

@@ -24,7 +24,7 @@ ALIKE = 1.3
 def _parts(scene: Scene) -> dict[str, str | None]:
     """Return every part by its word; with what is chosen of it, None when it is left out."""
     wear, dynamics, errors = scene.wear, scene.dynamics, scene.errors
-    meshes = scene.mesh.each(scene.gears.kind)
+    meshes = list(scene.meshes.values())
     gears = list(scene.gears.gears().values())
     oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
     modified = any(getattr(g, key) for g in gears for key in MODIFYING)
@@ -76,8 +76,7 @@ def _face(scene: Scene) -> str | None:
         return None
     beta = scene.gears.helix_angle
     helical = "" if beta is None else f"helix angle {math.degrees(beta):.4g} deg, "
-    meshes = scene.mesh.each(scene.gears.kind)
-    return f"{helical}coupling {_chosen(face_coupling(mesh).chosen for mesh in meshes)}"
+    return f"{helical}coupling {_chosen(face_coupling(mesh).chosen for mesh in scene.meshes.values())}"
 
 
 def _chosen(models: Iterable[str]) -> str:

@@ -41,7 +41,7 @@ def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
 
     What a moving system compiles is the shooting and the integration that looks for other attractors.
     """
-    ordered = sorted(kinds, key=lambda scene: -len(scene.mesh.each(scene.gears.kind)))
+    ordered = sorted(kinds, key=lambda scene: -len(scene.meshes))
     moving = [scene for scene in ordered if scene.dynamics]
     jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate, _integrate)]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
@@ -83,7 +83,7 @@ def _integrate(scene: Scene) -> None:
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
     """Return what decides which kernels a scene calls."""
-    meshes = scene.mesh.each(scene.gears.kind)
+    meshes = list(scene.meshes.values())
     dynamics = scene.dynamics and (
         scene.dynamics.chosen,
         scene.dynamics.method,
