@@ -5,13 +5,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from wearlab import nearest, schema, units
 from wearlab.campaign.inheritance import CampaignError
-from wearlab.nearest import meant
 from wearlab.query import Key, QueryError, Vocabulary, holds, keys, read_condition
 from wearlab.scene import Scene, merge, problems
-from wearlab.scene.problems import not_a_choice, shown
-from wearlab.schema import VARIABLES
-from wearlab.units import UnitError, convert, is_quantity, split
 
 VERDICTS = (
     *("completed", "refused", "failed", "aperiodic"),
@@ -73,13 +70,13 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
     if given is None:
         return None
     if not isinstance(given, dict):
-        raise CampaignError(f"{where}: {shown(given)} is no table: write [expect]")
-    problems: list[str] = []
+        raise CampaignError(f"{where}: {problems.shown(given)} is no table: write [expect]")
+    faults: list[str] = []
     verdict, reason = given.get("verdict"), given.get("end_reason")
     if verdict is not None and verdict not in VERDICTS:
-        problems.append(f"{where}.verdict: {not_a_choice(verdict, VERDICTS)}")
+        faults.append(f"{where}.verdict: {problems.not_a_choice(verdict, VERDICTS)}")
     if reason is not None and not isinstance(reason, str):
-        problems.append(f"{where}.end_reason: {shown(reason)} is no text, such as 'cycles' or 'depth'")
+        faults.append(f"{where}.end_reason: {problems.shown(reason)} is no text, such as 'cycles' or 'depth'")
     values: dict[str, Wanted] = {}
     for name, value in given.items():
         if name in ("verdict", "end_reason"):
@@ -87,33 +84,33 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
         try:
             values[name] = _period(value) if name == "response_period" else _wanted(name, value)
         except ValueError as error:
-            problems.append(f"{where}.{name}: {error}")
+            faults.append(f"{where}.{name}: {error}")
     if verdict in WITHOUT_DATA and (values or reason):
-        problems.append(f"{where}: a case that is {verdict} has no data to compare: give the verdict alone")
-    if problems:
-        raise CampaignError(problems)
+        faults.append(f"{where}: a case that is {verdict} has no data to compare: give the verdict alone")
+    if faults:
+        raise CampaignError(faults)
     return Expectation(verdict, reason, values)
 
 
 def _period(value: Any) -> Wanted:
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise ValueError(f"{shown(value)} is no count of mesh periods; 0 is aperiodic")
+        raise ValueError(f"{problems.shown(value)} is no count of mesh periods; 0 is aperiodic")
     return Wanted(float(value), 0.0, str(value))
 
 
 def _wanted(name: str, given: Any) -> Wanted:
     """Return value and tolerance of a variable in its stored unit."""
-    if name not in VARIABLES:
-        raise ValueError(f"no variable of a dataset{meant(name, [*WORDS, *VARIABLES])}")
+    if name not in schema.VARIABLES:
+        raise ValueError(f"no variable of a dataset{nearest.meant(name, [*WORDS, *schema.VARIABLES])}")
     if not isinstance(given, dict) or set(given) != {"value", "tolerance"}:
-        raise ValueError(f"{shown(given)} is not {{value = …, tolerance = …}}")
-    units = VARIABLES[name].units
-    value, tolerance = (_number(given[key], key, units) for key in ("value", "tolerance"))
-    relative = is_quantity(given["value"]) and not isinstance(given["tolerance"], str)
+        raise ValueError(f"{problems.shown(given)} is not {{value = …, tolerance = …}}")
+    stored = schema.VARIABLES[name].units
+    value, tolerance = (_number(given[key], key, stored) for key in ("value", "tolerance"))
+    relative = units.is_quantity(given["value"]) and not isinstance(given["tolerance"], str)
     absolute = abs(tolerance * value) if relative else tolerance
     if absolute < 0.0:
-        raise ValueError(f"tolerance {shown(given['tolerance'])} is negative")
-    unit = (units, split(given["value"])[1]) if is_quantity(given["value"]) else None
+        raise ValueError(f"tolerance {problems.shown(given['tolerance'])} is negative")
+    unit = (stored, units.split(given["value"])[1]) if units.is_quantity(given["value"]) else None
     return Wanted(value, absolute, f"{given['value']} ± {_said(given['tolerance'], relative)}", unit)
 
 
@@ -121,21 +118,21 @@ def _said(tolerance: Any, relative: bool) -> str:
     return f"{100.0 * tolerance:g} %" if relative else str(tolerance)
 
 
-def _number(given: Any, key: str, units: str) -> float:
+def _number(given: Any, key: str, stored: str) -> float:
     """Return a number in the stored unit: a quantity with its unit, or a plain number where there is none."""
     if isinstance(given, bool) or not isinstance(given, int | float | str):
-        raise ValueError(f"{key} {shown(given)} is neither a number nor a quantity")
+        raise ValueError(f"{key} {problems.shown(given)} is neither a number nor a quantity")
     if isinstance(given, int | float):
-        if key == "value" and units not in PLAIN and given != 0:
-            raise ValueError(f"{key} {shown(given)} needs its unit, such as '{given} {units}'")
+        if key == "value" and stored not in PLAIN and given != 0:
+            raise ValueError(f"{key} {problems.shown(given)} needs its unit, such as '{given} {stored}'")
         return float(given)
-    if units in PLAIN:
-        raise ValueError(f"{key} {shown(given)}: a plain number, without quotes or unit")
+    if stored in PLAIN:
+        raise ValueError(f"{key} {problems.shown(given)}: a plain number, without quotes or unit")
     try:
-        number, unit = split(given)
-        return convert(float(number), unit, units)
-    except UnitError as error:
-        raise ValueError(f"{key} {shown(given)}: {error}") from None
+        number, unit = units.split(given)
+        return units.convert(float(number), unit, stored)
+    except units.UnitError as error:
+        raise ValueError(f"{key} {problems.shown(given)}: {error}") from None
 
 
 BASE = "base"
@@ -167,11 +164,7 @@ class Case:
         return f"<Case {self.label!r} {self.position or ''}: {self.scene!r}>"
 
 
-KEYS = (
-    Key("contact_ratio"),
-    Key("mesh_frequency", unit="Hz", display_unit="Hz"),
-    Key("speed_ratio"),
-)
+KEYS = (Key("contact_ratio"), Key("mesh_frequency", unit="Hz", display_unit="Hz"), Key("speed_ratio"))
 DERIVED = tuple(key.name for key in KEYS)
 
 

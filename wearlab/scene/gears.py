@@ -43,6 +43,15 @@ def member_of(flank: str) -> str:
     return flank.split("-")[0]
 
 
+def alone(part: type[Part], kind: Any, *keys: str) -> BeforeValidator:
+    """Let a value of a kind stand for the table of a part in which each of some keys has it."""
+
+    def read(given: object) -> object:
+        return given if given is None or isinstance(given, dict | part) else dict.fromkeys(keys, given)
+
+    return BeforeValidator(read, json_schema_input_type=kind | part | None)
+
+
 Iso21771 = "ISO 21771"
 LEAD_KEYS = ("hand", "lead_crowning", "lead_slope", "end_relief", "bias")
 """Options of a member that give a scene a face."""
@@ -94,13 +103,6 @@ class ThicknessAllowance(Part):
         return 0.5 * (self.upper + self.lower)
 
 
-def _one_allowance(value: object) -> object:
-    """Read one allowance as both limits."""
-    if value is None or isinstance(value, dict | ThicknessAllowance):
-        return value
-    return {"upper": value, "lower": value}
-
-
 class EndRelief(Part):
     """Material removed at both ends of the face."""
 
@@ -127,8 +129,7 @@ class Toothed(Part):
         source=Iso21771,
     )
     tooth_thickness_allowance: Annotated[
-        ThicknessAllowance | None,
-        BeforeValidator(_one_allowance, json_schema_input_type=Depth | ThicknessAllowance | None),
+        ThicknessAllowance | None, alone(ThicknessAllowance, Depth, "upper", "lower")
     ] = option(
         None,
         "allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of "
@@ -243,10 +244,7 @@ class Ring(Toothed):
     """A ring gear: teeth that point inwards."""
 
     alternatives: ClassVar[Alternatives] = (
-        (
-            ("tip_diameter",),
-            ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration"),
-        ),
+        (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration")),
         (("tip_alteration_coefficient",), ("tip_alteration",)),
         (("root_diameter",), ("dedendum_coefficient",)),
     )
@@ -374,13 +372,6 @@ class CentreDistances(Part):
     planet_ring: Annotated[Length, POSITIVE] = option(..., "of planets and ring")
 
 
-def _both_distances(value: object) -> object:
-    """Read one distance as that of both meshes."""
-    if value is None or isinstance(value, dict | CentreDistances):
-        return value
-    return {"sun_planet": value, "planet_ring": value}
-
-
 class PlanetaryOptions(SetOptions):
     """A sun, planets on a carrier, and a ring."""
 
@@ -388,8 +379,7 @@ class PlanetaryOptions(SetOptions):
 
     kind: Literal["planetary"] = option(..., "kind of gear set")
     centre_distance: Annotated[
-        CentreDistances | None,
-        BeforeValidator(_both_distances, json_schema_input_type=Length | CentreDistances | None),
+        CentreDistances | None, alone(CentreDistances, Length, "sun_planet", "planet_ring")
     ] = option(
         None,
         "operating centre distance of both meshes, or {sun_planet, planet_ring} for sets as printed",

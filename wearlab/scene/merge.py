@@ -1,5 +1,6 @@
 """One table over another: key by key, where a choice or an alternative replaces what it supersedes."""
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from wearlab.nearest import meant
@@ -88,11 +89,16 @@ def _listed(table: Table) -> str:
     return f"; there are {', '.join(sorted(table)) or 'no keys'}"
 
 
-def paths(table: Table, above: str = "") -> list[str]:
-    """Return every dotted path of a table, tables included."""
-    leaves = []
+def leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield every dotted path of a table at which no table stands, and what does."""
     for key, value in table.items():
-        leaves.append(f"{above}{key}")
         if isinstance(value, dict):
-            leaves += paths(value, f"{above}{key}.")
-    return leaves
+            yield from leaves(value, f"{above}{key}.")
+        else:
+            yield f"{above}{key}", value
+
+
+def paths(table: Table) -> list[str]:
+    """Return every dotted path of a table, tables included."""
+    words = [key.split(".") for key, _ in leaves(table)]
+    return list(dict.fromkeys(".".join(key[:count]) for key in words for count in range(1, len(key) + 1)))

@@ -91,11 +91,6 @@ class Misalignment(options.Part):
         return float(np.interp(torque, self.torque or (0.0,), self.value or of_axes))
 
 
-def _misaligned(value: object) -> object:
-    """Read one length as that over the face."""
-    return value if value is None or isinstance(value, dict | Misalignment) else {"value": value}
-
-
 class OneMesh(options.Part):
     """A mesh of two gears."""
 
@@ -132,9 +127,7 @@ class OneMesh(options.Part):
         source="L16 Table 1",
     )
     damping_in: Literal["contact", "always"] = options.option(
-        "contact",
-        "when the damping acts: while flanks touch, or always as in the papers",
-        source="wearlab",
+        "contact", "when the damping acts: while flanks touch, or always as in the papers", source="wearlab"
     )
     damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = options.option(
         damping_laws.ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
@@ -145,14 +138,13 @@ class OneMesh(options.Part):
         "load per width where the face carries most, over its mean, K_Hβ; of flanks without a width",
         source="ISO 6336-1",
     )
-    misalignment: Annotated[
-        Misalignment | None,
-        BeforeValidator(_misaligned, json_schema_input_type=options.Depth | Misalignment | None),
-    ] = options.option(
-        None,
-        "by how much the flanks open from the end of negative face_position to that of positive one",
-        derived="aligned",
-        source="ISO 6336-1",
+    misalignment: Annotated[Misalignment | None, gears.alone(Misalignment, options.Depth, "value")] = (
+        options.option(
+            None,
+            "by how much the flanks open from the end of negative face_position to that of positive one",
+            derived="aligned",
+            source="ISO 6336-1",
+        )
     )
     face_coupling: FaceCoupling | None = options.option(
         None,

@@ -59,12 +59,8 @@ class SceneError(Refusal):
 
 def problems_of(error: ValidationError) -> list[str]:
     """Return one line for each of pydantic's errors; what depends on an unknown kind of gears can wait."""
-    errors = [dict(problem) for problem in error.errors(include_url=False)]
-    kind = [
-        problem
-        for problem in errors
-        if problem["loc"] == ("gears",) and str(problem["type"]).startswith("union_tag")
-    ]
+    errors: list[Any] = error.errors(include_url=False)
+    kind = [one for one in errors if one["loc"] == ("gears",) and one["type"].startswith("union_tag")]
     return [_line(fault) for fault in kind or errors]
 
 
@@ -116,11 +112,7 @@ def _line(error: dict[str, Any]) -> str:
         written += f".{chooser}"
     elif path and path[-1] == chooser_at(path[:-1]):
         path = path[:-1]
-    return (
-        f"scene.{written}: {_reason(error, path, parts)}"
-        if written
-        else f"scene: {_reason(error, path, parts)}"
-    )
+    return f"scene.{written}".rstrip(".") + f": {_reason(error, path, parts)}"
 
 
 def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, Parts]:

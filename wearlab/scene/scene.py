@@ -13,14 +13,11 @@ from typing import Any, cast
 
 from pydantic import PrivateAttr, ValidationError, model_validator
 
-from wearlab import options, slots
+from wearlab import options, plugins, slots, tables
 from wearlab.options import Stored
-from wearlab.plugins import CONSENT, LOADED, Plugin, PluginError, bring
-from wearlab.scene import gears, identity, merge, problems, rules, sections
-from wearlab.scene.face import oblique_layers, told_mesh
+from wearlab.scene import face, gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
-from wearlab.tables import ReadTable, TableError, read_table
 from wearlab.wear.coefficients import (
     UNCALIBRATED,
     CalibratedCoefficient,
@@ -31,39 +28,21 @@ from wearlab.wear.coefficients import (
 
 def one_line(scene: sections.Sections, written: Mapping[str, Any]) -> str:
     """Return the gears with their teeth, torque and speed as written, how they move and whether they wear."""
-    teeth = " × ".join(
-        str(member["teeth"]) for member in _tables(scene.gears.model_dump()) if member.get("teeth")
-    )
+    teeth = " × ".join(str(gear.teeth) for gear in scene.gears.gears().values())
     motion = "quasi-static" if scene.dynamics is None else scene.dynamics.chosen
     wear = "no wear" if scene.wear is None else f"{scene.wear.load.chosen} wear"
-    return ", ".join(part for part in (f"{scene.gears.kind} {teeth}", _driven(written), motion, wear) if part)
+    operation = written.get("operation", {})
+    driven = [str(operation[key]) for key in ("torque", "power", "speed") if key in operation]
+    return ", ".join([f"{scene.gears.kind} {teeth}", *driven, motion, wear])
 
 
 def html(title: str, written: Mapping[str, Any]) -> str:
     """Return everything that a scene's file says, section by section, below the scene in one line."""
     rows = "".join(
-        f"<tr><td>{escape(key)}</td><td>{escape(str(value))}</td></tr>" for key, value in _written(written)
+        f"<tr><td>{escape(key)}</td><td>{escape(str(value))}</td></tr>"
+        for key, value in merge.leaves(written)
     )
     return f"<p><b>{escape(title[1:-1])}</b></p><table>{rows}</table>"
-
-
-def _driven(written: Mapping[str, Any]) -> str:
-    given = written.get("operation", {})
-    return ", ".join(str(given[key]) for key in ("torque", "power", "speed") if key in given)
-
-
-def _tables(gears: dict[str, Any]) -> list[dict[str, Any]]:
-    return [table for table in gears.values() if isinstance(table, dict)]
-
-
-def _written(table: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:
-    return [
-        pair
-        for key, value in table.items()
-        for pair in (
-            _written(value, f"{above}{key}.") if isinstance(value, dict) else [(f"{above}{key}", value)]
-        )
-    ]
 
 
 RESOLVED = ("operation", "lubricant")
@@ -137,15 +116,15 @@ class Scene(sections.Sections):
         return scene
 
     @property
-    def duty_table(self) -> ReadTable | None:
+    def duty_table(self) -> tables.ReadTable | None:
         """The file of the duty as it was understood, None where the conditions stand in the scene."""
         operation = self._mapping.get("operation")
         duty = operation.get("duty") if isinstance(operation, Mapping) else None
         if not isinstance(duty, Mapping):
             return None
         try:
-            return read_table(Path(duty["file"]) if self._base is None else self._base / duty["file"])
-        except TableError:  # moved or changed since
+            return tables.read_table(Path(duty["file"]) if self._base is None else self._base / duty["file"])
+        except tables.TableError:  # moved or changed since
             return None
 
     @classmethod
@@ -228,8 +207,8 @@ class Scene(sections.Sections):
         Of helical teeth that are not solid also that they bend as oblique ones: a run of the time when they
         did not is none of now.
         """
-        thinner = {"oblique": True} if oblique_layers(self) else {}
-        return {**super().identifying(), "mesh": told_mesh(self)} | thinner
+        thinner = {"oblique": True} if face.oblique_layers(self) else {}
+        return {**super().identifying(), "mesh": face.told_mesh(self)} | thinner
 
     @cached_property
     def id(self) -> str:
@@ -254,7 +233,7 @@ class Scene(sections.Sections):
     def __hash__(self) -> int:
         return hash(cast(str, self._canonical))
 
-    def plugins_used(self) -> tuple[Plugin, ...]:
+    def plugins_used(self) -> tuple[plugins.Plugin, ...]:
         """Return the plug-ins whose variants this scene has chosen.
 
         Raises
@@ -265,14 +244,15 @@ class Scene(sections.Sections):
         origins = dict.fromkeys(part.origin for part in parts_within(self) if part.origin is not None)
         for origin in origins:
             if not origin.runs:
-                raise PluginError(f"{origin.file} was not run, only its options are known: add {CONSENT}")
+                known = f"{origin.file} was not run, only its options are known"
+                raise plugins.PluginError(f"{known}: add {plugins.CONSENT}")
         sources = dict.fromkeys([*(origin.sha256 for origin in origins), *self.store.results.values()])
         for name, sha256 in self.store.results.items():
-            if sha256 not in LOADED:
-                raise PluginError(
-                    f"the plug-in of {name!r} was not run, or is another one now: add {CONSENT}"
+            if sha256 not in plugins.LOADED:
+                raise plugins.PluginError(
+                    f"the plug-in of {name!r} was not run, or is another one now: add {plugins.CONSENT}"
                 )
-        return tuple(LOADED[sha256] for sha256 in sources)
+        return tuple(plugins.LOADED[sha256] for sha256 in sources)
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         """Take the sources of plug-ins along to other processes."""
@@ -281,9 +261,9 @@ class Scene(sections.Sections):
         return (_revived, (own, pickle.dumps(plain, protocol))) if own else plain
 
 
-def _revived(plugins: tuple[Plugin, ...], pickled: bytes) -> Scene:
-    for plugin in plugins:
-        bring(plugin)
+def _revived(used: tuple[plugins.Plugin, ...], pickled: bytes) -> Scene:
+    for plugin in used:
+        plugins.bring(plugin)
     make, arguments, state = pickle.loads(pickled)[:3]
     scene: Scene = make(*arguments)
     scene.__setstate__(state)

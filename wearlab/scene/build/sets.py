@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears import external, internal, planetary, train
+from wearlab.gears import external, helix, internal, planetary, train
 from wearlab.gears.gear import Gear, GearPair
-from wearlab.gears.helix import helix, transverse, transverse_basics
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
@@ -33,9 +32,9 @@ def transverse_section(gears: Any) -> tuple[list[GearSpec], Basics]:
     specs = [specification(name, member) for name, member in gears.gears().items()]
     if not gears.helix_angle:
         return specs, basics_of(gears)
-    turned = helix(gears.helix_angle, gears.pressure_angle)
-    basics = transverse_basics(basics_of(gears), gears.helix_angle)
-    return [transverse(spec, turned) for spec in specs], basics
+    turned = helix.helix(gears.helix_angle, gears.pressure_angle)
+    basics = helix.transverse_basics(basics_of(gears), gears.helix_angle)
+    return [helix.transverse(spec, turned) for spec in specs], basics
 
 
 def basics_of(gears: Any) -> Basics:

@@ -1,17 +1,15 @@
 """The gears of a scene on a sheet: a table with the symbols of ISO 21771, and their teeth in mesh."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearlab.gears import drawing, shifts
+from wearlab.gears import drawing, helix, shifts
 from wearlab.gears.gear import Gear, GearPair
-from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene
-from wearlab.scene.build.face import helix_of
-from wearlab.scene.build.sets import GearSet, build_set
+from wearlab.scene.build import face, sets
 from wearlab.shop.materials import KGF_PER_MM2
 
 
@@ -72,7 +70,7 @@ def sheet(scene: Scene) -> Sheet:
     ------
     GearError : there can be no such gears
     """
-    gears = build_set(scene)
+    gears = sets.build_set(scene)
     pairs = [kind.pair for kind in gears.kinds]
     drawn = tuple((" and ".join(gear.name for gear in pair.gears), drawing.drawing(pair)) for pair in pairs)
     return Sheet(tuple(gears.gears), tuple(gear_rows(scene, gears)), drawn)
@@ -85,59 +83,61 @@ def thickness(gear: Gear) -> float:
     return 2.0 * gear.reference_radius * whole
 
 
-def gear_rows(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
+def _row(symbol: str, meaning: str, unit: str, values: Iterable[float | str]) -> GearRow:
+    """Return a row of texts, and of numbers as they are said in a unit."""
+    said = (value if isinstance(value, str) else _said(value, unit) for value in values)
+    return GearRow(symbol, meaning, unit, tuple(said))
+
+
+def gear_rows(scene: Scene, gears: sets.GearSet) -> Iterator[GearRow]:
     """Yield the table of a gear set, what all share first."""
-    shared = [
-        ("m_n", "module", "mm", 1e3 * scene.gears.module),
-        ("α_n", "pressure angle", "°", math.degrees(scene.gears.pressure_angle)),
-    ]
-    turned = helix_of(scene, gears)
+    module, turned = scene.gears.module, face.helix_of(scene, gears)
+    pairs = [(kind.pair, _tail(gears, kind.pair)) for kind in gears.kinds]
+    yield _row("m_n", "module", "mm", [1e3 * module])
+    yield _row("α_n", "pressure angle", "°", [math.degrees(scene.gears.pressure_angle)])
     if turned.angle:
-        overlap = overlap_ratio(gears.kinds[0].pair.face_width, turned.angle, scene.gears.module)
-        shared += [
-            ("β", "helix angle", "°", math.degrees(turned.angle)),
-            ("β_b", "base helix angle", "°", math.degrees(turned.base_angle)),
-            ("ε_β", "overlap ratio", "", overlap),
-        ]
-    for kind in gears.kinds:
-        tail = _tail(gears, kind.pair)
-        shared += [
-            ("a_w", f"working centre distance{tail}", "mm", 1e3 * kind.pair.centre_distance),
-            ("α_wt", f"working pressure angle{tail}", "°", math.degrees(kind.pair.working_pressure_angle)),
-            ("ε_α", f"transverse contact ratio{tail}", "", kind.pair.contact_ratio),
-        ]
-    for symbol, meaning, unit, value in shared:
-        yield GearRow(symbol, meaning, unit, (_said(value, unit),))
-    for kind in gears.kinds:
+        yield _row("β", "helix angle", "°", [math.degrees(turned.angle)])
+        yield _row("β_b", "base helix angle", "°", [math.degrees(turned.base_angle)])
+        yield _row(
+            "ε_β", "overlap ratio", "", [helix.overlap_ratio(pairs[0][0].face_width, turned.angle, module)]
+        )
+    for pair, tail in pairs:
+        yield _row("a_w", f"working centre distance{tail}", "mm", [1e3 * pair.centre_distance])
+        yield _row("α_wt", f"working pressure angle{tail}", "°", [math.degrees(pair.working_pressure_angle)])
+        yield _row("ε_α", f"transverse contact ratio{tail}", "", [pair.contact_ratio])
+    for kind, (pair, tail) in zip(gears.kinds, pairs, strict=True):
         free = scene.mesh.of(kind.section).normal_backlash
-        free = kind.pair.drawn_backlash if free is None else free
-        said = "none given" if free is None else _said(1e3 * turned.cosine * free, "mm")
-        yield GearRow("j_bn", f"normal backlash{_tail(gears, kind.pair)}", "mm" * (free is not None), (said,))
-    for kind in gears.kinds:
-        yield from _sliding(kind.pair)
+        free = pair.drawn_backlash if free is None else free
+        unit, said = ("", "none given") if free is None else ("mm", 1e3 * turned.cosine * free)
+        yield _row("j_bn", f"normal backlash{tail}", unit, [said])
+    for pair, _ in pairs:
+        yield from _sliding(pair)
     for symbol, meaning, unit, of in ROWS:
         factor = math.cos(turned.angle) ** IN_NORMAL_SECTION.get(symbol, 0)
-        each = tuple(_said(factor * of(gear), unit) for gear in gears.gears.values())
-        yield GearRow(symbol, meaning, unit, each)
+        yield _row(symbol, meaning, unit, [factor * of(gear) for gear in gears.gears.values()])
         if symbol == "d_a":
             yield from _tips(scene, gears)
-            for kind in gears.kinds:
-                yield from _rolling(kind.pair, tuple(gears.gears), _tail(gears, kind.pair))
+            for pair, tail in pairs:
+                yield from _rolling(pair, tuple(gears.gears), tail)
     yield from _modifications(scene, gears)
-    given: dict[str, Any] = scene.gears.gears()
-    materials = [given[name].material or scene.gears.material for name in gears.gears]
-    yield GearRow("", "material", "", tuple(material.name or "as given" for material in materials))
-    if any(material.hardness for material in materials):
-        values = (
-            f"{material.hardness / KGF_PER_MM2:.0f}" if material.hardness else "" for material in materials
-        )
-        yield GearRow("HV", "hardness of the flanks", "HV", tuple(values))
-    if any(given[name].roughness_ra for name in gears.gears):
-        values = (f"{1e6 * r:.3g}" if (r := given[name].roughness_ra) else "" for name in gears.gears)
-        yield GearRow("Ra", "roughness of the flanks", "µm", tuple(values))
+    yield from _surfaces(scene)
 
 
-def _tail(gears: GearSet, pair: GearPair) -> str:
+def _surfaces(scene: Scene) -> Iterator[GearRow]:
+    """Yield what the gears are made of, how hard and how rough they are."""
+    given = scene.gears.gears().values()
+    materials = [gear.material or scene.gears.material for gear in given]
+    yield _row("", "material", "", [material.name or "as given" for material in materials])
+    hardness = [material.hardness or 0.0 for material in materials]
+    if any(hardness):
+        vickers = [f"{pressure / KGF_PER_MM2:.0f}" if pressure else "" for pressure in hardness]
+        yield _row("HV", "hardness of the flanks", "HV", vickers)
+    roughness = [1e6 * (gear.roughness_ra or 0.0) for gear in given]
+    if any(roughness):
+        yield _row("Ra", "roughness of the flanks", "µm", [f"{r:.3g}" if r else "" for r in roughness])
+
+
+def _tail(gears: sets.GearSet, pair: GearPair) -> str:
     """Return whose mesh a row is of, where there are several."""
     return "" if len(gears.kinds) == 1 else f", {' and '.join(gear.name for gear in pair.gears)}"
 
@@ -147,29 +147,26 @@ def _sliding(pair: GearPair) -> Iterator[GearRow]:
     for number, (gear, letter) in enumerate(zip(pair.gears, "AE", strict=True)):
         value = float(pair.specific_sliding(np.array([getattr(pair.path, letter)]))[number, 0])
         mate = pair.gears[1 - number].name
-        meaning = f"specific sliding of {gear.name} at {letter}, on {mate}"
-        yield GearRow("ζ", meaning, "", (_said(value, ""),))
+        yield _row("ζ", f"specific sliding of {gear.name} at {letter}, on {mate}", "", [value])
 
 
 def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[GearRow]:
     """Yield the diameters that roll on each other, and what each tip keeps from the mate's root."""
     cosine = math.cos(pair.working_pressure_angle)
-    working, clearance = {}, {}
+    working: dict[str, float | str] = {}
+    clearance: dict[str, float | str] = {}
     for gear, mate in (pair.gears, pair.gears[::-1]):
-        working[gear.name] = _said(2e3 * gear.base_radius / cosine, "mm")
-        inner = -1.0 if pair.internal else 1.0
-        reach = abs(gear.tip_radius + inner * mate.root_radius)
-        clearance[gear.name] = _said(1e3 * abs(pair.centre_distance - reach), "mm")
-    for symbol, meaning, of in (
-        ("d_w", "working pitch diameter", working),
-        ("c", "clearance of the tip from the mate's root", clearance),
-    ):
-        yield GearRow(symbol, f"{meaning}{tail}", "mm", tuple(of.get(name, "") for name in members))
+        working[gear.name] = 2e3 * gear.base_radius / cosine
+        reach = abs(gear.tip_radius + (-1.0 if pair.internal else 1.0) * mate.root_radius)
+        clearance[gear.name] = 1e3 * abs(pair.centre_distance - reach)
+    root = "clearance of the tip from the mate's root"
+    yield _row("d_w", f"working pitch diameter{tail}", "mm", [working.get(name, "") for name in members])
+    yield _row("c", f"{root}{tail}", "mm", [clearance.get(name, "") for name in members])
 
 
-def _tips(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
+def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[GearRow]:
     """Yield tip alteration, over a normal module, and tooth thickness at the tip, in the normal section."""
-    module, beta = scene.gears.module, helix_of(scene, gears).angle
+    module, beta = scene.gears.module, face.helix_of(scene, gears).angle
     given: dict[str, Any] = scene.gears.gears()
     alterations, thicknesses = [], []
     for name, gear in gears.gears.items():
@@ -181,31 +178,25 @@ def _tips(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
         over_rack = round(height - (given[name].addendum_coefficient or 1.0), 4)
         alterations.append(f"{over_rack + 0.0:.4f}")
         at_tip = math.atan(math.tan(beta) * gear.tip_radius / gear.reference_radius)
-        width = 2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip)
-        thicknesses.append(_said(width, "mm"))
-    yield GearRow("k", "tip alteration coefficient", "", tuple(alterations))
-    yield GearRow("s_an", "tooth thickness at the tip", "mm", tuple(thicknesses))
+        thicknesses.append(2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip))
+    yield _row("k", "tip alteration coefficient", "", alterations)
+    yield _row("s_an", "tooth thickness at the tip", "mm", thicknesses)
 
 
-def _modifications(scene: Scene, gears: GearSet) -> Iterator[GearRow]:
+def _modifications(scene: Scene, gears: sets.GearSet) -> Iterator[GearRow]:
     """Yield what is removed from the flanks on purpose, along their normal, and how the axes deviate."""
-    given: list[Any] = [scene.gears.gears()[name] for name in gears.gears]
+    given = scene.gears.gears().values()
     for symbol, meaning, unit, of in MODIFICATIONS:
         values = [of(member) for member in given]
         if any(values):
-            yield GearRow(symbol, meaning, unit, tuple(_said(v, unit) if v else "" for v in values))
+            yield _row(symbol, meaning, unit, [value or "" for value in values])
     if any(starts := [_start(gear) for gear in gears.gears.values()]):
-        yield GearRow("d_Ca", "diameter where the tip relief starts", "mm", tuple(starts))
+        yield _row("d_Ca", "diameter where the tip relief starts", "mm", starts)
     for kind in gears.kinds:
         axes = scene.mesh.of(kind.section).misalignment
         if axes is not None:
             over = axes.over_face(kind.pair.working_pressure_angle, scene.operation.torque)
-            yield GearRow(
-                "F_βy",
-                f"misalignment over the face{_tail(gears, kind.pair)}",
-                "µm",
-                (_said(1e6 * over, "µm"),),
-            )
+            yield _row("F_βy", f"misalignment over the face{_tail(gears, kind.pair)}", "µm", [1e6 * over])
 
 
 def _start(gear: Gear) -> str:

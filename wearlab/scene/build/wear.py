@@ -148,8 +148,7 @@ def build_path(pair: gear_set.PairOfSet, position: arrays.Array, face_load_facto
         passes=pair.passes,
         face_width=pair.pair.face_width / face_load_factor,
         contact_modulus=contact_modulus(
-            [gear.material.youngs_modulus for gear in gears],
-            [gear.material.poisson_ratio for gear in gears],
+            [gear.material.youngs_modulus for gear in gears], [gear.material.poisson_ratio for gear in gears]
         ),
         concave=pair.pair.internal,
     )
