@@ -166,20 +166,18 @@ class Lubricant(options.Part):
         return self
 
     def _words(self) -> oil.Oil | None:
-        try:
-            if self.grade is not None:
-                index = self.viscosity_index or oil.USUAL_INDEX
-                return oil.of_grade(self.grade, index, self.density, self.base)
-            if self.kinematic_viscosity_40 and self.kinematic_viscosity_100:
-                if self.kinematic_viscosity_100 >= self.kinematic_viscosity_40:
-                    raise ValueError("the viscosity at 100 degC must be below that at 40 degC")
-                pair = self.kinematic_viscosity_40, self.kinematic_viscosity_100
-                return oil.of_datasheet(*pair, self.density, self.base)
-        except ValueError as error:
-            raise ValueError(str(error)) from None
-        if self.kinematic_viscosity_40 or self.kinematic_viscosity_100:
+        """Return the oil of a grade or of a datasheet, None where its viscosity is given."""
+        if self.grade is not None:
+            index = self.viscosity_index or oil.USUAL_INDEX
+            return oil.of_grade(self.grade, index, self.density, self.base)
+        at_40, at_100 = self.kinematic_viscosity_40, self.kinematic_viscosity_100
+        if not at_40 and not at_100:
+            return None
+        if not at_40 or not at_100:
             raise ValueError("a datasheet gives both kinematic_viscosity_40 and kinematic_viscosity_100")
-        return None
+        if at_100 >= at_40:
+            raise ValueError("the viscosity at 100 degC must be below that at 40 degC")
+        return oil.of_datasheet(at_40, at_100, self.density, self.base)
 
     @property
     def told(self) -> tuple[str, ...]:

@@ -266,25 +266,22 @@ class Operation(options.Part):
         """Fill in who drives, who is driven and who is at rest."""
         if not isinstance(given, dict):
             return given
-        known = set_in(info.context)
-        filled = dict(given)
-        taken = [filled[key] for key in ("input", "output", "fixed") if filled.get(key) is not None]
-        keys = ("input", "output", "fixed")[: len(known.central)]
-        for key, default in zip(keys, known.roles, strict=False):
-            if filled.get(key) is None:
-                free = [name for name in (default, *known.central) if name not in taken]
-                if key == "input" and len(free) > 1 and default in taken:
-                    raise PydanticCustomError(
-                        "members", "the {default} drives by default, but is {role}; give input = {free}",
-                        {
-                            "default": default,
-                            "role": next(of for of in keys if filled.get(of) == default),
-                            "free": " or ".join(repr(name) for name in free),
-                        },
-                    )  # fmt: skip
-                if free:
-                    filled[key] = free[0]
-                    taken.append(free[0])
+        known, filled = set_in(info.context), dict(given)
+        keys = ("input", "output", "fixed")
+        taken = [filled[key] for key in keys if filled.get(key) is not None]
+        for key, default in zip(keys[: len(known.central)], known.roles, strict=False):
+            free = [name for name in (default, *known.central) if name not in taken]
+            if filled.get(key) is not None or not free:
+                continue
+            if key == "input" and len(free) > 1 and default in taken:
+                role = next(of for of in keys if filled.get(of) == default)
+                raise PydanticCustomError(
+                    "members",
+                    "the {default} drives by default, but is {role}; give input = {free}",
+                    {"default": default, "role": role, "free": " or ".join(map(repr, free))},
+                )
+            filled[key] = free[0]
+            taken.append(free[0])
         return filled
 
     @field_validator("input", "output", "fixed", mode="before")
@@ -301,11 +298,9 @@ class Operation(options.Part):
     @model_validator(mode="after")
     def _one_role_each(self) -> "Operation":
         roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
-        named = {key: name for key, name in roles.items() if name is not None}
-        if len(set(named.values())) != len(named):
-            raise ValueError(
-                f"one member in two roles: {', '.join(f'{key} {name!r}' for key, name in named.items())}"
-            )
+        named = [f"{key} {name!r}" for key, name in roles.items() if name is not None]
+        if len(set(roles.values()) - {None}) != len(named):
+            raise ValueError(f"one member in two roles: {', '.join(named)}")
         return self
 
     @model_validator(mode="after")

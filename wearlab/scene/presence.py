@@ -23,46 +23,43 @@ ALIKE = 1.3
 
 def _parts(scene: Scene) -> dict[str, str | None]:
     """Return every part by its word; with what is chosen of it, None when it is left out."""
-    wear, dynamics, errors = scene.wear, scene.dynamics, scene.errors
-    meshes = list(scene.meshes.values())
-    gears = list(scene.gears.gears().values())
-    oil = scene.lubricant is not None and all(g.roughness_ra is not None for g in gears)
-    modified = any(getattr(g, key) for g in gears for key in MODIFYING)
-    coefficients = (
-        []
-        if wear is None or wear.coefficient is None
-        else [wear.coefficient_of(m) for m in scene.gears.toothed]
-    )
+    wear, dynamics, operation = scene.wear, scene.dynamics, scene.operation
+    meshes, gears = scene.meshes.values(), scene.gears.gears().values()
+    worn = wear is not None and wear.coefficient is not None
+    coefficients = [wear.coefficient_of(member) for member in scene.gears.toothed if wear and worn]
     models = sorted({coefficient.chosen for coefficient in coefficients})
+    first = next(iter(meshes)).excitation.chosen
+    response = dynamics and dynamics.response
     return {
         "gears": scene.gears.kind,
-        "flank modifications": "" if modified else None,
+        "flank modifications": _there(any(getattr(g, key) for g in gears for key in MODIFYING)),
         "face": _face(scene),
-        "rating": None if scene.rating is None else "ISO 6336-1",
+        "rating": "ISO 6336-1" if scene.rating else None,
         "mesh stiffness": _chosen(mesh.stiffness.chosen for mesh in meshes),
         "contact": _chosen(mesh.contact.chosen for mesh in meshes),
-        "contact beyond A and E": "" if any(mesh.extended_contact for mesh in meshes) else None,
-        "errors": None if errors is None else errors.slow.chosen,
-        "dynamics": None if dynamics is None else f"{dynamics.chosen}, {dynamics.method}",
-        "excitation": None if dynamics is None else meshes[0].excitation.chosen,
-        "back flank": None
-        if dynamics is None or all(mesh.normal_backlash is None for mesh in meshes)
-        else "",
-        "friction": None if dynamics is None or dynamics.friction is None else "",
-        "response over speed": None
-        if dynamics is None or dynamics.response is None
-        else dynamics.response.direction,
-        "torque fluctuation": None if dynamics is None or scene.operation.torque_fluctuation is None else "",
-        "duty": f"{len(scene.operation.blocks)} conditions" if scene.operation.duty else None,
-        "stages": f"{len(scene.operation.stages)} in order" if scene.operation.stage else None,
-        "film": "" if oil else None,
-        "film in the coefficient": "" if any(coefficient.film for coefficient in coefficients) else None,
-        "initial wear": None if wear is None or wear.initial is None else "",
-        "start from another run": None if scene.start is None else str(scene.start.run)[:10],
+        "contact beyond A and E": _there(any(mesh.extended_contact for mesh in meshes)),
+        "errors": scene.errors.slow.chosen if scene.errors else None,
+        "dynamics": f"{dynamics.chosen}, {dynamics.method}" if dynamics else None,
+        "excitation": first if dynamics else None,
+        "back flank": _there(dynamics and any(mesh.normal_backlash is not None for mesh in meshes)),
+        "friction": _there(dynamics and dynamics.friction),
+        "response over speed": response.direction if response else None,
+        "torque fluctuation": _there(dynamics and operation.torque_fluctuation is not None),
+        "duty": f"{len(operation.blocks)} conditions" if operation.duty else None,
+        "stages": f"{len(operation.stages)} in order" if operation.stage else None,
+        "film": _there(scene.lubricant and all(g.roughness_ra is not None for g in gears)),
+        "film in the coefficient": _there(any(coefficient.film for coefficient in coefficients)),
+        "initial wear": _there(wear and wear.initial),
+        "start from another run": str(scene.start.run)[:10] if scene.start else None,
         "wear": f"{' and '.join(models)} coefficient, {wear.load.chosen} load" if wear and models else None,
         **({"one wear state": f"no cycles pass; {REMEDY}"} if is_one_state(scene) else {}),
-        "life": None if is_one_state(scene) or wear is None else wear.step.chosen,
+        "life": wear.step.chosen if wear and not is_one_state(scene) else None,
     }
+
+
+def _there(part: object) -> str | None:
+    """Return that a part of which nothing is chosen is there, None where it is left out."""
+    return "" if part else None
 
 
 def is_one_state(scene: Scene) -> bool:
