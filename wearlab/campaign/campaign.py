@@ -1,6 +1,6 @@
 """A campaign: cases and axes, figures and report; as a table for notebooks and as plain data."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -14,8 +14,6 @@ from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
 from wearlab.options import ClosedTable, Number, option
 from wearlab.plugins import Plugin
-from wearlab.query.keys import flat
-from wearlab.units import is_quantity
 
 MOST_CASES = 30
 
@@ -190,26 +188,6 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
         "axes": [_axis(axis) for axis in campaign.axes],
         "cases": [[case.id, case.label, [case.position.get(n) for n in names]] for case in campaign.cases],
     }
-
-
-MOST_WRITTEN = 100  # quantities of a key
-
-
-def written_quantities(tables: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
-    """Return quantities as tables of scenes write them, by dotted key; entries of a list share its key.
-
-    Examples
-    --------
-    >>> written_quantities([{"operation": {"torque": "0.34 kN*m"}}, {"operation.torque": ["340 Nm"]}])
-    {'operation.torque': ('0.34 kN*m', '340 Nm')}
-    """
-    found: dict[str, dict[str, None]] = {}
-    for table in tables:
-        for path, value in flat(dict(table)):
-            key = ".".join(word for word in path.split(".") if not word.isdigit())
-            if is_quantity(value) and len(known := found.setdefault(key, {})) < MOST_WRITTEN:
-                known[value] = None
-    return {key: tuple(texts) for key, texts in found.items()}
 
 
 MOST_RECORDED = 5_000  # cases

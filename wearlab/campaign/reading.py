@@ -1,6 +1,6 @@
 """Whatever describes runs becomes a campaign: a file, a table, a scene or a list of scenes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from os import PathLike
@@ -161,8 +161,28 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
         report=report,
         warnings=(*undone(inherited.layers), *unmeant),
         claims=claimed,
-        written=campaign.written_quantities([*tables, *(each.own for each in differences or ())]),
+        written=written_quantities([*tables, *(each.own for each in differences or ())]),
     )
+
+
+MOST_WRITTEN = 100  # quantities of a key
+
+
+def written_quantities(tables: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
+    """Return quantities as tables of scenes write them, by dotted key; entries of a list share its key.
+
+    Examples
+    --------
+    >>> written_quantities([{"operation": {"torque": "0.34 kN*m"}}, {"operation.torque": ["340 Nm"]}])
+    {'operation.torque': ('0.34 kN*m', '340 Nm')}
+    """
+    found: dict[str, dict[str, None]] = {}
+    for table in tables:
+        for path, value in flat(dict(table)):
+            key = ".".join(word for word in path.split(".") if not word.isdigit())
+            if units.is_quantity(value) and len(known := found.setdefault(key, {})) < MOST_WRITTEN:
+                known[value] = None
+    return {key: tuple(texts) for key, texts in found.items()}
 
 
 def _plugins(named: Any) -> tuple[Plugin, ...]:

@@ -131,7 +131,7 @@ def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") ->
 
 def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
     """Return the quantities that a file wrote at a key, or at the one above, in SI and as texts."""
-    from wearlab.campaign.campaign import MOST_WRITTEN
+    from wearlab.campaign.reading import MOST_WRITTEN
 
     found = []
     for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[:MOST_WRITTEN]:

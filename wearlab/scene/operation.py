@@ -1,4 +1,4 @@
-"""``[operation]``: torque and speed, input and output members, duty and stages."""
+"""``[operation]``: torque, speed and roles of members, duty and stages; ``[dynamics]``: which model."""
 
 import math
 from pathlib import Path
@@ -17,6 +17,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from wearlab import options, tables, units
+from wearlab.dynamics.models import DynamicModel
 from wearlab.scene.gears import set_in
 from wearlab.table_options import duty_table, named_file, named_texts
 
@@ -347,3 +348,21 @@ class Operation(options.Part):
                 raise ValueError(f"{key} stands in every {word}: leave operation.{key} out")
         object.__setattr__(self, "torque", first.torque)
         object.__setattr__(self, "speed", first.speed)
+
+
+def _of_the_set(value: Any, info: ValidationInfo) -> Any:
+    """Refuse a model of another kind of gear set before what that model requires is missed."""
+    kind = set_in(info.context).kind
+    model = value.get("model") if isinstance(value, dict) else value
+    variants: dict[str, Any] = {**DynamicModel.slot.variants}
+    chosen = variants.get(model) if isinstance(model, str) else None
+    if chosen is not None and kind and kind not in chosen.kinds:
+        own = [name for name, variant in variants.items() if kind in variant.kinds]
+        raise PydanticCustomError(
+            "not_of_the_set", "{model} does not belong to gears of kind {kind}; give {own}",
+            {"model": repr(model), "kind": repr(kind), "own": " or ".join(map(repr, own))},
+        )  # fmt: skip
+    return value
+
+
+Dynamics = Annotated[DynamicModel, *options.named(), BeforeValidator(_of_the_set)]

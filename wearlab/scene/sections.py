@@ -9,18 +9,16 @@ from functools import cache
 from typing import Annotated, Any, ClassVar, get_args
 
 from annotated_types import Ge, Le, Lt, MinLen
-from pydantic import AfterValidator, BeforeValidator, ValidationInfo
+from pydantic import AfterValidator
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
-from wearlab import nearest, options, slots
-from wearlab.dynamics.models import DynamicModel
-from wearlab.scene.gears import ALL_TOOTHED, Gears, set_in
+from wearlab import nearest, options, schema, slots
+from wearlab.scene.gears import ALL_TOOTHED, Gears
 from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
-from wearlab.scene.operation import Operation
+from wearlab.scene.operation import Dynamics, Operation
 from wearlab.scene.wear import Start, WearSection
-from wearlab.schema import ON_REQUEST, VARIABLES
 
 STIFFNESS, PITTING = "ISO 6336-1", "ISO 6336-2"
 
@@ -102,11 +100,11 @@ ALL = "all"
 
 def _known(names: tuple[str, ...]) -> tuple[str, ...]:
     for name in names:
-        if name not in VARIABLES and name != ALL:
+        if name not in schema.VARIABLES and name != ALL:
             raise PydanticCustomError(
                 "variable",
                 "{name} is no variable of a dataset{near}",
-                {"name": repr(name), "near": nearest.meant(name, (*VARIABLES, ALL))},
+                {"name": repr(name), "near": nearest.meant(name, (*schema.VARIABLES, ALL))},
             )
     return tuple(sorted(set(names)))
 
@@ -136,30 +134,7 @@ class StoreSection(options.Part):
     @property
     def requested(self) -> tuple[str, ...]:
         """The variables that are made because they are named here."""
-        return tuple(name for name in self.variables or () if name in ON_REQUEST)
-
-
-def _of_the_set(value: Any, info: ValidationInfo) -> Any:
-    """Refuse a model of another kind of gear set before what that model requires is missed."""
-    kind = set_in(info.context).kind
-    model = value.get("model") if isinstance(value, dict) else value
-    variants = DynamicModel.slot.variants
-    chosen = variants.get(model) if isinstance(model, str) else None
-    if chosen is not None and kind and kind not in _kinds(chosen):
-        own = [name for name, variant in variants.items() if kind in _kinds(variant)]
-        raise PydanticCustomError(
-            "not_of_the_set", "{model} does not belong to gears of kind {kind}; give {own}",
-            {"model": repr(model), "kind": repr(kind), "own": " or ".join(map(repr, own))},
-        )  # fmt: skip
-    return value
-
-
-def _kinds(model: Any) -> tuple[str, ...]:
-    kinds: tuple[str, ...] = model.kinds
-    return kinds
-
-
-Dynamics = Annotated[DynamicModel, *options.named(), BeforeValidator(_of_the_set)]
+        return tuple(name for name in self.variables or () if name in schema.ON_REQUEST)
 
 
 class Sections(options.Part):
