@@ -324,7 +324,10 @@ def source_text(path: Path | None) -> str:
     if path is None or not path.is_file():
         return ""
     files = dict.fromkeys(layer.file for layer in reversed(inherit(path.resolve()).layers))
-    return "\n".join(f"# ---- {_name(file, path.resolve().parent)}\n{_text_of(file)}" for file in files)
+    return "\n".join(
+        f"# ---- {_name(file, path.resolve().parent)}\n{file.read_text(encoding='utf-8-sig')}"
+        for file in files
+    )
 
 
 def fingerprint(text: str) -> str:
@@ -337,7 +340,3 @@ def _name(file: Path, folder: Path) -> str:
         return Path(os.path.relpath(file, folder)).as_posix()
     except ValueError:  # another drive
         return file.name
-
-
-def _text_of(file: Path) -> str:
-    return file.read_text(encoding="utf-8-sig")

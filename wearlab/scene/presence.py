@@ -1,13 +1,13 @@
 """Which parts a scene has, and which it leaves out: not computed, compiled or stored; and its oversights."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 from wearlab.scene.face import face_coupling, face_keys
 from wearlab.scene.gears import LEAD_KEYS
 from wearlab.scene.scene import Scene
-from wearlab.slots import Variant
-from wearlab.wear.coefficients import CoefficientModel, HardnessCoefficient
+from wearlab.wear.coefficients import HardnessCoefficient
 
 OF_OIL = {"lubricant", "lambda_ratio", "temperature"}
 """What a wear law may need that the oil says."""
@@ -25,8 +25,7 @@ def _parts(scene: Scene) -> dict[str, str | None]:
     """Return every part by its word; with what is chosen of it, None when it is left out."""
     wear, dynamics, operation = scene.wear, scene.dynamics, scene.operation
     meshes, gears = scene.meshes.values(), scene.gears.gears().values()
-    worn = wear is not None and wear.coefficient is not None
-    coefficients = [wear.coefficient_of(member) for member in scene.gears.toothed if wear and worn]
+    coefficients = scene.coefficients.values()
     models = sorted({coefficient.chosen for coefficient in coefficients})
     first = next(iter(meshes)).excitation.chosen
     response = dynamics and dynamics.response
@@ -101,59 +100,54 @@ def oversights(scene: Scene) -> list[str]:
     Numbers of a load spectrum that may be a thousand times as large, a limit as deep as a tooth is thick, an
     oil that changes no life, one wear coefficient for gears of different materials.
     """
-    wear, duty = scene.wear, scene.duty_table
+    duty = scene.duty_table
     doubts = [*([] if duty is None else duty.doubts), *_deep_limit(scene)]
-    if wear is None or wear.coefficient is None:
-        return doubts
-    each = [wear.coefficient_of(member) for member in scene.gears.toothed]
-    return [*doubts, *(line for line in (_idle_oil(scene, each), _shared_coefficient(scene, each)) if line)]
+    if scene.coefficients:
+        doubts += [*_idle_oil(scene), *_shared_coefficient(scene)]
+    return doubts
 
 
-def _deep_limit(scene: Scene) -> list[str]:
-    """Return that a life is to end where little is left of the teeth."""
-    until = None if scene.wear is None else scene.wear.until
-    if until is None or until.depth is None or until.depth <= (deep := DEEP * scene.gears.module):
-        return []
-    return [
-        f"wear.until.depth = {1e3 * until.depth:.4g} mm is {until.depth / scene.gears.module:.2g} modules of "
-        f"teeth that are some {math.pi / 2:.2g} thick: look at its unit; above {1e3 * deep:.3g} mm, {DEEP:g} "
-        "modules, depths and lives are those of teeth that would long have been changed"
-    ]
+def _deep_limit(scene: Scene) -> Iterator[str]:
+    """Yield that a life is to end where little is left of the teeth."""
+    until, module = scene.wear and scene.wear.until, scene.gears.module
+    if until and until.depth and until.depth > DEEP * module:
+        yield (
+            f"wear.until.depth = {1e3 * until.depth:.4g} mm is {until.depth / module:.2g} modules of teeth "
+            f"that are some {math.pi / 2:.2g} thick: look at its unit; above {1e3 * DEEP * module:.3g} mm, "
+            f"{DEEP:g} modules, depths and lives are those of teeth that would long have been changed"
+        )
 
 
-def _idle_oil(scene: Scene, each: list[CoefficientModel]) -> str:
-    """Return that the oil does not change the life; nothing where it does, or where a plug-in may ask it."""
-    assert scene.wear is not None
-    asking: list[Variant] = [*each, scene.wear.law]
+def _idle_oil(scene: Scene) -> Iterator[str]:
+    """Yield that the oil does not change the life; nothing where it does, or where a plug-in may ask it."""
+    each, law = list(scene.coefficients.values()), scene.wear and scene.wear.law
+    asking: list[Any] = [*each, law]
     known = all(variant.origin is None for variant in asking)
     asked = any(OF_OIL.intersection(getattr(variant, "needs", ())) for variant in asking)
-    asked = asked or scene.mesh.damping_law.needs_oil
-    if scene.lubricant is None or not known or asked or any(coefficient.film for coefficient in each):
-        return ""
-    rough = [name for name, gear in scene.gears.gears().items() if gear.roughness_ra is None]
-    further = f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})" if rough else ""
-    return (
-        f"the oil does not change this life: wear.coefficient = {each[0].chosen!r} takes no notice of "
-        f"[lubricant]; let its film count with film = true in [wear.coefficient]{further}, or leave it out"
-    )
+    asked = asked or scene.mesh.damping_law.needs_oil or any(coefficient.film for coefficient in each)
+    if scene.lubricant is not None and known and not asked:
+        rough = [name for name, gear in scene.gears.gears().items() if gear.roughness_ra is None]
+        further = f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})" if rough else ""
+        yield (
+            f"the oil does not change this life: wear.coefficient = {each[0].chosen!r} takes no notice of "
+            f"[lubricant]; let its film count with film = true in [wear.coefficient]{further}, or leave it "
+            "out"
+        )
 
 
-def _shared_coefficient(scene: Scene, each: list[CoefficientModel]) -> str:
-    """Return that gears of different materials have one coefficient."""
-    assert scene.wear is not None
+def _shared_coefficient(scene: Scene) -> Iterator[str]:
+    """Yield that gears of different materials have one coefficient."""
+    each, gears = list(scene.coefficients.values()), scene.gears.gears()
     of_each = all(isinstance(own, HardnessCoefficient) and own.hardness is None for own in each)
-    if isinstance(scene.wear.coefficient, dict) or of_each:
-        return ""
-    gears = scene.gears.gears()
+    shared = all(own is each[0] for own in each)
     material = {name: gear.material or scene.gears.material for name, gear in gears.items()}
-    modulus = {name: own.youngs_modulus for name, own in material.items()}
-    if max(modulus.values()) <= ALIKE * min(modulus.values()):
-        return ""
-    made_of = ", ".join(
-        f"{name} {own.name or f'E = {own.youngs_modulus:.3g} Pa'}" for name, own in material.items()
-    )
-    tables = ", ".join(f"{name} = {{…}}" for name in gears)
-    return (
-        f"one wear coefficient for two materials ({made_of}): the harder flank wears as the softer one does; "
-        f"give each its own, [wear.coefficient] {tables} (values: docs/shop_words.md)"
-    )
+    moduli = [own.youngs_modulus for own in material.values()]
+    if shared and not of_each and max(moduli) > ALIKE * min(moduli):
+        made_of = ", ".join(
+            f"{name} {own.name or f'E = {own.youngs_modulus:.3g} Pa'}" for name, own in material.items()
+        )
+        tables = ", ".join(f"{name} = {{…}}" for name in gears)
+        yield (
+            f"one wear coefficient for two materials ({made_of}): the harder flank wears as the softer one "
+            f"does; give each its own, [wear.coefficient] {tables} (values: docs/shop_words.md)"
+        )

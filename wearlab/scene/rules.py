@@ -211,14 +211,10 @@ def _initial(scene: sections.Sections, initial: Any) -> Problems:
 
 def _needs(scene: sections.Sections, wear: Any) -> Problems:
     """What law, coefficients and films must know of oil and flanks stands in the scene."""
-    if wear.coefficient is None:
-        return
-    each = [wear.coefficient_of(member) for member in scene.gears.toothed]
-    asking = dict.fromkeys(
-        [("film = true", section.film_model.needs) for section in each if section.film_model is not None]
-        + [(repr(section.chosen), section.needs) for section in each]
-        + [(repr(wear.law.chosen), wear.law.needs)]
-    )
+    each = scene.coefficients.values()
+    films = [coefficient.film_model for coefficient in each if coefficient.film_model is not None]
+    named = [("film = true", film) for film in films] + [(repr(own.chosen), own) for own in (*each, wear.law)]
+    asking = dict.fromkeys((name, variant.needs) for name, variant in named if each)
     for needed, check in NEEDED.items():
         who = " and ".join(name for name, needs in asking if needed in needs)
         if who:

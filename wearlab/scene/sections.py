@@ -162,6 +162,13 @@ class Sections(options.Part):
         tables = self.gears.descriptor.sections
         return {f"mesh.{table}".rstrip("."): self.mesh.of(table) for table in tables}
 
+    @property
+    def coefficients(self) -> dict[str, Any]:
+        """The wear coefficient of every member with teeth, none where nothing wears."""
+        if self.wear is None or self.wear.coefficient is None:
+            return {}
+        return {member: self.wear.coefficient_of(member) for member in self.gears.toothed}
+
     def initial_of(self, flank: str) -> Any:
         """Return the wear that a flank starts with, None of a new one."""
         return None if self.wear is None else self.wear.initial_of(flank)

@@ -153,9 +153,7 @@ Step = Annotated[steps.StepMethod, *options.named("adaptive", "method")]
 
 
 def _no_table(value: Any) -> Any:
-    if isinstance(value, dict) and not value:
-        return None
-    return value
+    return None if value == {} else value
 
 
 class WearSection(options.Part):
