@@ -89,6 +89,10 @@ class OnClock(NamedTuple):
         grids = [analysis.grid for analysis in self.analyses]
         return sampling(grids, self.meshes, self.edges, grid, build_friction(scene, gears))
 
+    def missed(self, grid: stages.StageGrid) -> float:
+        """Return the largest share of a mesh's stiffness or error that the stages of a grid miss [1]."""
+        return max((unresolved(self.analyses[mesh.kind], mesh, grid) for mesh in self.meshes), default=0.0)
+
 
 class StiffnessOfMeshes(NamedTuple):
     """Mean and largest stiffness of every mesh, (n_mesh,) each [N/m]."""
@@ -120,6 +124,7 @@ def build_vibration(
     by_pairs = clock if stiffness is None else clock._replace(meshes=())
     grid = steps_grid(scene, by_pairs, system, stiffest, gears.period)
     hunting = hunting_period(scene, gears, clock.meshes)
+    turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
     return Vibration(
         system=system,
         method=patient(METHODS[scene.dynamics.method](scene), system, len(grid.width)),
@@ -130,7 +135,7 @@ def build_vibration(
         hunting=hunting,
         revolving=scene.errors is not None and scene.errors.slow.turns,
         slow=slow_errors(scene, gears, clock.meshes, system),
-        nominal=nominal_motion(gears, system),
+        nominal=np.array(turning) if system.turns.any() else None,
     )
 
 
@@ -154,15 +159,16 @@ def steps_grid(
     scene: Scene, clock: OnClock, system: system.System, stiffness: Array, period: float
 ) -> stages.StageGrid:
     """Return the steps: as many as asked for, or as system and meshes need at the scene's tolerance."""
+    dynamics: Any = scene.dynamics
     breaks, tolerance, given = clock.edges[:-1], scene.numerics.tolerance, scene.numerics.steps_per_period
     turned = count.fastest_rate(system, stiffness) * period
-    exact = scene.dynamics is not None and scene.dynamics.follows_orbits and not kernel.is_small(system)
+    exact = dynamics.follows_orbits and not kernel.is_small(system)
     slow = count.graded_steps(system, stiffness, period, tolerance, breaks, given) if exact else None
     if slow is not None:
         return slow
     if given is not None:
-        if not exact:
-            _check_stable(scene, turned)
+        if dynamics.steps_by_runge_kutta and not exact:
+            _check_stable(given, turned)
         return stages.stage_grid(breaks, given)
     if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
         raise specification.GearError(
@@ -173,7 +179,7 @@ def steps_grid(
     rule = count.exact_steps_per_period if exact else count.steps_per_period
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
     grid = stages.stage_grid(breaks, steps)
-    while len(grid.width) < MOST_FOR_MESH and _missing(clock, grid) > RESOLVED * tolerance:
+    while len(grid.width) < MOST_FOR_MESH and clock.missed(grid) > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
         grid = stages.stage_grid(breaks, steps)
     return grid
@@ -189,26 +195,14 @@ def _check_definite(system: system.System, stiffness: Array) -> None:
         raise specification.GearError(str(error)) from error
 
 
-def nominal_motion(gears: gear_set.GearSet, system: system.System) -> Array | None:
-    """Return speeds (n,) of the nominal rotation, which no mesh resists; None where x alone moves [m/s]."""
-    if not system.turns.any():
-        return None
-    return np.array([gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates])
-
-
 def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
     """Return the friction of the flanks, None without; a mirrored set counts path positions backwards."""
-    given = scene.dynamics.friction if scene.dynamics is not None else None
-    if given is None:
-        return None
-    return Friction(given.coefficient, (gears.sense,) * len(gears.kinds))
+    given = scene.dynamics and scene.dynamics.friction
+    return Friction(given.coefficient, (gears.sense,) * len(gears.kinds)) if given else None
 
 
-def _check_stable(scene: Scene, turned: float) -> None:
-    """Refuse steps beyond the stability of the method asked for; ``turned``: by the fastest mode [rad]."""
-    steps = scene.numerics.steps_per_period
-    if steps is None or scene.dynamics is None or not scene.dynamics.steps_by_runge_kutta:
-        return
+def _check_stable(steps: int, turned: float) -> None:
+    """Refuse steps beyond the stability of Runge-Kutta 4; ``turned``: by the fastest mode [rad]."""
     if turned > STABILITY_OF_RK4 * steps:
         raise specification.GearError(
             f"numerics.steps_per_period = {steps} is beyond the stability of Runge-Kutta 4 by a factor "
@@ -231,10 +225,6 @@ def patient(method: methods.Method, system: system.System, steps: int) -> method
         longest=max(2, int(method.longest * share)),
         averaged=max(8, int(method.averaged * share)),
     )
-
-
-def _missing(clock: OnClock, grid: stages.StageGrid) -> float:
-    return max((unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes), default=0.0)
 
 
 def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid) -> float:
