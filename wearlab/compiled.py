@@ -9,15 +9,17 @@ import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numba
+from numba.extending import overload
 
 from wearlab.files import cache_folder, writable
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_FOLDERS = 6
-__all__ = ["KERNEL", "UNCOUNTED", "jit", "jit_inner"]
+__all__ = ["KERNEL", "UNCOUNTED", "by_type", "jit", "jit_inner"]
 
 
 def _cache_folder() -> Path:
@@ -90,6 +92,23 @@ def jit_inner(
     options = COUNTED if counted else UNCOUNTED
     compiled: Callable[..., Any] = numba.njit(function, forceinline=forceinline, **options)
     return compiled
+
+
+def by_type(choose: Callable[..., Any], *, counted: bool = False) -> Callable[..., Any]:
+    """Return a function that is another for every type of its arguments, as compiled code sees them.
+
+    Parameters
+    ----------
+    choose : returns the function for the types; ``instance_class`` of a named tuple's is its class
+    counted : see `jit`
+    """
+
+    def call(*arguments: Any) -> Any:
+        types = (SimpleNamespace(instance_class=type(argument)) for argument in arguments)
+        return choose(*types)(*arguments)
+
+    overload(call, jit_options=COUNTED if counted else UNCOUNTED, strict=False)(choose)
+    return call
 
 
 class SlowFunction(UserWarning):

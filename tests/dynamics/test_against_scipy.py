@@ -7,8 +7,8 @@ import pytest
 from benchmark_pair import BenchmarkPair, mesh_period
 from scipy.integrate import solve_ivp
 
+from wearlab.dynamics.methods import RungeKutta45
 from wearlab.dynamics.orbits.integrate import OnTables
-from wearlab.dynamics.steps.rk45 import RungeKutta45
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid
 

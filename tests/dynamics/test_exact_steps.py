@@ -30,12 +30,12 @@ from scipy.linalg import expm
 
 from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.forces.extremes import extremes
+from wearlab.dynamics.methods import Newmark
 from wearlab.dynamics.orbits.integrate import OnTables
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response, deflection_at, step_forces
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.steps.count import exact_steps_per_period, graded_steps, steps_per_period
-from wearlab.dynamics.steps.newmark import Newmark
 from wearlab.dynamics.steps.propagator import GRID, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables, stage_grid

@@ -62,8 +62,10 @@ def test_helical_gears_on_axial_bearings_move_along_their_axes() -> None:
 
 def test_damping_ratios() -> None:
     support = GearSupport(radial_stiffness=1e8, tangential_stiffness=4e6, damping_ratio=0.03)
-    assert support.radial_damping_on(2.0) == pytest.approx(2 * 0.03 * np.sqrt(1e8 * 2.0))
-    assert support.torsional_damping_on(1.5) == pytest.approx(2 * 0.03 * np.sqrt(4e6 * 1.5))
+    gears = PairedGear(1.5, 1.0, 2.0, support, "pinion"), PairedGear(1.5, 1.0, 2.0, support, "gear")
+    damping = np.diag(spur_3dof(gears, Meshing(), 0.0).damping)
+    np.testing.assert_allclose(damping[:2], 2 * 0.03 * np.sqrt(1e8 * 2.0))
+    np.testing.assert_allclose(damping[2:], 2 * 0.03 * np.sqrt(4e6 * 1.5))
     assert effective_mass((2.0, 2.0), (1.0, 1.0)) == pytest.approx(1.0)
     assert damping_by_ratio(0.07, 3e8, 0.7) == pytest.approx(2 * 0.07 * np.sqrt(3e8 * 0.7))
 

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.equation import Motion, motion, motion_within
 from wearlab.arrays import Array
-from wearlab.dynamics.balance import balance_of, true_derivative
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.rigid import balance_of, true_derivative
 from wearlab.dynamics.steps import count, kernel
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration

@@ -1,10 +1,262 @@
-"""The ways to find a steady response: one road, ``method.solve(system, tables, period, start)``."""
+"""The ways to find a steady response: one road, ``method.solve(system, tables, period, start)``.
 
-from wearlab.dynamics.orbits.integrate import RungeKutta4
+Beside shooting, and Runge–Kutta steps that locate changes of contact, these are the methods of the papers:
+they integrate the equation of motion itself until steady, and do not follow changes of contact.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wearlab.arrays import Array
+from wearlab.compiled import jit_inner
+from wearlab.dynamics.orbits.integrate import STEPS, OneState, RungeKutta4, UntilSteady
 from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.steps.newmark import Newmark
-from wearlab.dynamics.steps.rk45 import RungeKutta45
-
-Method = Periodic | RungeKutta4 | RungeKutta45 | Newmark
+from wearlab.dynamics.steps import damping_law, mesh_law
+from wearlab.dynamics.steps.kernel import write
+from wearlab.dynamics.system import System
+from wearlab.mesh.stages import StageTables
 
 __all__ = ["Method", "Newmark", "Periodic", "RungeKutta4", "RungeKutta45"]
+MOST_ITERATIONS = 12
+NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
+WEIGHTS = np.array(
+    [
+        [0, 0, 0, 0, 0, 0, 0],
+        [1 / 5, 0, 0, 0, 0, 0, 0],
+        [3 / 40, 9 / 40, 0, 0, 0, 0, 0],
+        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0, 0],
+        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0, 0],
+        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0, 0],
+        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0],
+    ]
+)
+FOURTH = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40])
+LEAST_FRACTION = 1e-9
+
+
+@jit_inner(counted=False)
+def free_acceleration(kernel: Any, state: Any, out: Any) -> None:
+    """Write ``M⁻¹ (F − C q̇ − K q)`` with the loads of unknown size into ``out`` (n,) for ``state`` (2n,)."""
+    n, given, balance = len(out), kernel.series, kernel.balance
+    for row in range(n):
+        out[row] = given.push[row]
+        for col in range(n):
+            out[row] -= given.stiffness[row, col] * state[col] + given.damping[row, col] * state[n + col]
+        for b in range(len(balance.held)):
+            out[row] += balance.size[b] * balance.push[b, row]
+
+
+@jit_inner(counted=False)
+def see_within(kernel: Any, step: int, x: float, state: Any) -> None:
+    """Set what touches and pushes at fraction ``x`` of a step, and the law of the channels there."""
+    for m in range(len(kernel.meshes.damping)):
+        place, speed = mesh_law.motion_of(kernel.structure, m, np.uint64(1), state, np.uint64(0))
+        damping_law.see_flanks(kernel.meshes.law, kernel, step, x, m, place, speed)
+    mesh_law.channel_law(kernel, mesh_law.THIS, 1)
+
+
+@jit_inner(counted=False)
+def channel_at(kernel: Any, c: int, state: Any) -> tuple[float, float, float]:
+    """Return stiffness, damping and force of a channel whose law `see_within` filled, for ``state`` (2n,)."""
+    s, channels = kernel.scratch, len(kernel.meshes.channels)
+    k, b = s.mesh[0, c], s.mesh[0, 3 * channels + c]
+    place, speed = mesh_law.motion_of(
+        kernel.structure, c % len(kernel.meshes.damping), np.uint64(1), state, np.uint64(0)
+    )
+    return k, b, k * place + b * speed - s.force[c]
+
+
+@jit_inner(counted=False)
+def acceleration(kernel: Any, step: int, x: float, state: Any, out: Any) -> None:
+    """Write q̈ (n,) at fraction ``x`` of ``step`` for ``state`` (2n,)."""
+    n, given = len(out), kernel.series
+    free_acceleration(kernel, state, out)
+    if kernel.fluctuates:
+        factor = mesh_law.within(kernel.tables.fluctuation[step], x)
+        for row in range(n):
+            out[row] += factor * given.fluctuation[row]
+    see_within(kernel, step, x, state)
+    for c in range(len(kernel.meshes.channels)):
+        _, _, force = channel_at(kernel, c, state)
+        for row in range(n):
+            out[row] -= given.per_force[c, row] * force
+
+
+@dataclass(frozen=True)
+class RungeKutta45(UntilSteady):
+    """Adaptive steps of order five with an embedded fourth order (Dormand & Prince 1980).
+
+    The tables are interpolated within their steps and integration stops at every end of them, so no step
+    straddles a jump. Contact changes are left to the error control, as in the papers.
+
+    Parameters
+    ----------
+    relative, absolute : error allowed per step: relative, and of positions [m]
+    tolerance, most, longest, averaged : see `wearlab.dynamics.orbits.integrate.UntilSteady`
+    """
+
+    relative: float = 1e-7
+    absolute: float = 1e-14
+
+    def integrator(self, system: System, tables: StageTables, period: float) -> OneState:
+        """Return what integrates a system over mesh periods."""
+        rows = np.empty((8, 2 * len(system.load)))
+        return OneState(
+            system, tables, period, AdaptiveMemory(rows, np.ones(1), self.relative, self.absolute)
+        )
+
+
+class AdaptiveMemory(NamedTuple):
+    """Memory of a step.
+
+    Parameters
+    ----------
+    rows : (8, 2n) slopes of the stages, and the state tried
+    fraction : (1,) of a step of the tables that is tried next
+    relative, absolute : tolerances
+    """
+
+    rows: Array
+    fraction: Array
+    relative: float
+    absolute: float
+
+
+def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
+    """Integrate over one step of the tables, in as many parts as tolerances ask for; count the evaluations.
+
+    References
+    ----------
+    Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19–26.
+    """
+    slopes, trial, relative, absolute = memory.rows[:7], memory.rows[7], memory.relative, memory.absolute
+    n = len(state) // 2
+    width = kernel.tables.width[step] * kernel.period
+    x, evaluations, size = 0.0, 0, memory.fraction[0]
+    while x < 1.0:
+        size = max(LEAST_FRACTION, size)
+        part = 1.0 - x if x + size > 1.0 - 1e-12 else size
+        h = part * width
+        for stage in range(7):
+            for row in range(2 * n):
+                trial[row] = state[row]
+                for before in range(stage):
+                    trial[row] += h * WEIGHTS[stage, before] * slopes[before, row]
+            write(trial[n:], slopes[stage])
+            acceleration(kernel, step, x + NODES[stage] * part, trial, slopes[stage, n:])
+        evaluations += 7
+        error = 0.0
+        for row in range(2 * n):
+            change = 0.0
+            for stage in range(7):
+                weight = WEIGHTS[6, stage] - FOURTH[stage]
+                change += h * weight * slopes[stage, row]
+            allowed = absolute * (1.0 if row < n else 1.0 / width)
+            allowed += relative * max(abs(state[row]), abs(trial[row]))
+            error = max(error, abs(change) / allowed)
+        factor = 5.0 if error == 0.0 else min(5.0, max(0.2, 0.9 * error**-0.2))
+        if error <= 1.0 or part <= LEAST_FRACTION:
+            x = 1.0 if part == 1.0 - x else x + part
+            write(trial, state)
+            size = max(size, part * factor) if x == 1.0 else part * factor
+        else:
+            size = part * factor
+    memory.fraction[0] = min(size, 1.0)
+    return evaluations
+
+
+@dataclass(frozen=True)
+class Newmark(UntilSteady):
+    """Newmark-β with β = 1/4, γ = 1/2, Newton on the contact inside each step (Newmark 1959).
+
+    Second order; implicit and unconditionally stable for constant contact. Parameters: see `UntilSteady`.
+    """
+
+    def integrator(self, system: System, tables: StageTables, period: float) -> OneState:
+        """Return what integrates a system over mesh periods."""
+        n, flags = len(system.load), np.prod(tables.stiffness.shape[2:]) + len(system.direction)
+        ends = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
+        memory = NewmarkMemory(*ends, np.zeros(2 * flags, np.bool_))
+        return OneState(system, tables, period, memory)
+
+
+class NewmarkMemory(NamedTuple):
+    """Memory of a step.
+
+    Parameters
+    ----------
+    before, after : (n,) accelerations
+    trial : (2n,) state tried
+    matrix : (n, n) of the equation for the acceleration after
+    seen : which flanks touched and pushed
+    """
+
+    before: Array
+    after: Array
+    trial: Array
+    matrix: Array
+    seen: Array
+
+
+def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
+    """Advance ``state`` over one step of the tables; count the evaluations.
+
+    ``q₁ = q₀ + h v₀ + h²/4 (a₀ + a₁)``, ``v₁ = v₀ + h/2 (a₀ + a₁)``, with a₁ from the equation of motion at
+    the end of the step; the contact there is guessed, solved for and guessed again until it agrees.
+
+    References
+    ----------
+    Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
+    """
+    before, after, trial, matrix, seen = memory
+    touch, pushes = kernel.scratch.touch.ravel(), kernel.scratch.pushes.ravel()
+    n, h = len(before), kernel.tables.width[step] * kernel.period
+    acceleration(kernel, step, 0.0, state, before)
+    write(state, trial)
+    evaluations = 0
+    for iteration in range(MOST_ITERATIONS):
+        see_within(kernel, step, 1.0, trial)
+        agreed = iteration > 0
+        for x in range(len(touch)):
+            agreed = agreed and seen[x] == touch[x] and seen[len(touch) + x] == pushes[x]
+            seen[x], seen[len(touch) + x] = touch[x], pushes[x]
+        if agreed:
+            break
+        evaluations += 1
+        for row in range(n):
+            trial[row] = state[row] + h * state[n + row] + 0.25 * h * h * before[row]
+            trial[n + row] = state[n + row] + 0.5 * h * before[row]
+        _end_equation(kernel, step, trial, after, matrix)
+        write(np.linalg.solve(matrix, after), after)
+        for row in range(n):
+            trial[row] += 0.25 * h * h * after[row]
+            trial[n + row] += 0.5 * h * after[row]
+    write(trial, state)
+    return evaluations + 1
+
+
+@jit_inner
+def _end_equation(kernel: Any, step: int, predicted: Array, right: Array, matrix: Array) -> None:
+    """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
+    n, given, h = len(right), kernel.series, kernel.tables.width[step] * kernel.period
+    count, square, half = len(kernel.meshes.damping), 0.25 * h * h, 0.5 * h
+    free_acceleration(kernel, predicted, right)
+    for row in range(n):
+        if kernel.fluctuates:
+            right[row] += kernel.tables.fluctuation[step, 2] * given.fluctuation[row]
+        for col in range(n):
+            matrix[row, col] = square * given.stiffness[row, col] + half * given.damping[row, col]
+        matrix[row, row] += 1.0
+    for c in range(len(kernel.meshes.channels)):
+        k, b, force = channel_at(kernel, c, predicted)
+        for row in range(n):
+            right[row] -= given.per_force[c, row] * force
+            for col in range(n):
+                felt = given.direction[c % count, col] * (square * k + half * b)
+                matrix[row, col] += given.per_force[c, row] * felt
+
+
+STEPS |= {AdaptiveMemory: adaptive_step, NewmarkMemory: newmark_step}
+Method = Periodic | RungeKutta4 | RungeKutta45 | Newmark

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypedDict
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from wearlab.dynamics.supports import FREE, MemberSupport, Support, damping_of, 
 from wearlab.dynamics.system import System
 
 CENTRAL = ("sun", "ring", "carrier")
-X, Y, U = 0, 1, 2
+U = 2
 MEMBERS = (*CENTRAL, "planet")
 NO_MESHING: Mapping[str, Meshing] = MappingProxyType({})
 NEVER = 1.0
@@ -92,15 +92,15 @@ def assemble(
         _known(given, MEMBERS)
     bodies, angles = rigid.bodies, rigid.angles
     planet, planets, names = bodies["planet"], len(angles), coordinates(len(angles))
-    vectors = mesh_vectors(rigid)
     on_pin = held.get("planet", FREE)
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)]
     inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, carrier_speed)
-    spin, swing = _rotation([bodies[m].mass for m in members], planets * planet.mass * inner)
-    swing += _unbalance(angles, planet.mass, len(names))
+    spin, swing = _rotation([bodies[m].mass for m in members], angles, inner)
     pull = planet.mass * carrier_speed**2 * bodies["carrier"].radius
-    supports = _against_unbalance((*_grounded(names, held), *_on_pins(angles, inner, on_pin, pull)))
+    pins = tuple(_on_pins(angles, inner, on_pin, pull))
+    unbalance = {f"carrier.{axis}": sum(pin.preload for pin in pins if pin.axis == axis) for axis in "xy"}
+    supports = (*_grounded(names, held, unbalance), *pins)
     load = np.zeros(len(names))
     for member, value in torques.given.items():
         load[names.index(f"{member}.u")] += value / bodies[member].radius
@@ -110,15 +110,11 @@ def assemble(
         mass=np.diag(np.array(inertial, float).ravel()),
         damping=damping_of(supports, len(names)),
         stiffness=stiffness_of(supports, len(names)),
-        direction=vectors.direction,
         load=load,
-        **meshes_of(rigid, meshing),
+        **meshes_of(rigid, meshing, friction),
         gyroscopic=spin if turning else None,
         centripetal=swing if turning else None,
         rotation=float(carrier_speed),
-        meshes=vectors.names,
-        friction_constant=vectors.friction_constant if friction else None,
-        friction_slope=vectors.friction_slope if friction else None,
         balance=None if solved is None else np.array([float(name == f"{solved}.u") for name in names]),
         supports=supports,
     )
@@ -126,42 +122,47 @@ def assemble(
     return system
 
 
-class _Meshes(TypedDict):
-    mesh_damping: Array
-    damping_always: bool
-    backlash: Array | None
-
-
-def meshes_of(rigid: RigidSet, meshing: Mapping[str, Meshing]) -> _Meshes:
-    """Return what a system is told of its meshes beside their directions.
+def meshes_of(
+    rigid: RigidSet, meshing: Mapping[str, Meshing], friction: bool, turn: Array | None = None
+) -> dict[str, Any]:
+    """Return what a system is told of its meshes.
 
     Where the meshes of one kind alone have a back flank, the others get one that no motion reaches.
+
+    Parameters
+    ----------
+    rigid, meshing, friction : as in `assemble`
+    turn : (3(N + 3), n) the coordinates of the model with translations by those of the system, None: the same
     """
+    names, *vectors = mesh_vectors(rigid)
+    direction, constant, slope = (each if turn is None else each @ turn for each in vectors)
     backlash = {mesh: meshing_of.backlash for mesh, meshing_of in meshing.items()}
     given = {mesh: NEVER if value is None else value for mesh, value in backlash.items()}
     return {
+        "direction": direction,
         "mesh_damping": rigid.per_mesh({mesh: meshing_of.damping for mesh, meshing_of in meshing.items()}),
         "damping_always": any(meshing_of.damps_always for meshing_of in meshing.values()),
         "backlash": None if set(backlash.values()) <= {None} else rigid.per_mesh(given),
+        "meshes": names,
+        "friction_constant": constant if friction else None,
+        "friction_slope": slope if friction else None,
     }
 
 
-def _grounded(names: Sequence[str], held: Mapping[str, MemberSupport]) -> Iterator[Support]:
+def _grounded(
+    names: Sequence[str], held: Mapping[str, MemberSupport], preload: Mapping[str, float]
+) -> Iterator[Support]:
     """Yield the supports between members and ground; a planet has one of its rotation alone."""
     for at, name in enumerate(names):
-        member, turns = name.rpartition(".")[0], at % 3 == U
-        if at < 3 * len(CENTRAL):
-            own = held.get(member, FREE)
-        elif turns:
-            own = held.get("planet", FREE)
-        else:
+        turns, planet = at % 3 == U, at >= 3 * len(CENTRAL)
+        if planet and not turns:
             continue
-        k, c = (
-            (own.tangential_stiffness, own.tangential_damping)
-            if turns
-            else (own.radial_stiffness, own.radial_damping)
+        own = held.get("planet" if planet else name.rpartition(".")[0], FREE)
+        k = own.tangential_stiffness if turns else own.radial_stiffness
+        c = own.tangential_damping if turns else own.radial_damping
+        yield from (
+            support._replace(preload=preload.get(name, 0.0)) for support in grounded(names, name, k, c)
         )
-        yield from grounded(names, name, k, c)
 
 
 def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -> Iterator[Support]:
@@ -176,31 +177,15 @@ def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -
     bearing : of a planet
     pull : m_p ω_c² r_c [N]
     """
-    k, c = bearing.radial_stiffness, bearing.radial_damping
-    rows = -bearing_vectors(angles)
-    turning = np.where(np.arange(rows.shape[1]) == 3 * CENTRAL.index("carrier") + U, inner, 1.0)
+    k, c, carrier = bearing.radial_stiffness, bearing.radial_damping, 3 * CENTRAL.index("carrier")
     for planet, angle in enumerate(angles):
-        for axis, outwards in (("x", np.cos(angle)), ("y", np.sin(angle))):
-            row = rows[2 * planet + "xy".index(axis)]
-            yield Support(f"planet-{planet + 1}", axis, row * turning, row, k, c, -pull * float(outwards))
-
-
-def _against_unbalance(held: Sequence[Support]) -> tuple[Support, ...]:
-    """Return the supports, those of the carrier preloaded by what its planets' bearings add up to."""
-    pulled = {
-        axis: sum(
-            support.preload
-            for support in held
-            if support.member.startswith("planet") and support.axis == axis
-        )
-        for axis in "xy"
-    }
-    return tuple(
-        support._replace(preload=pulled[support.axis])
-        if support.member == "carrier" and support.axis in pulled
-        else support
-        for support in held
-    )
+        sides = ("x", np.cos(angle), -np.sin(angle)), ("y", np.sin(angle), np.cos(angle))
+        for at, (axis, outwards, ahead) in enumerate(sides):
+            slip = np.zeros(3 * (len(angles) + 3))
+            slip[carrier + at], slip[3 * (planet + 3) + at], slip[carrier + U] = -1.0, 1.0, -ahead
+            give = slip.copy()
+            give[carrier + U] *= inner
+            yield Support(f"planet-{planet + 1}", axis, give, slip, k, c, -pull * float(outwards))
 
 
 def _pull(mass: float, radial_stiffness: float, carrier_speed: float) -> float:
@@ -214,29 +199,22 @@ def _pull(mass: float, radial_stiffness: float, carrier_speed: float) -> float:
     return share
 
 
-def _rotation(mass: Sequence[float], preloaded: float) -> tuple[Array, Array]:
-    """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' pull on u_c."""
-    size = 3 * len(mass)
-    gyroscopic, centripetal = np.zeros((size, size)), np.zeros((size, size))
-    for index, own in enumerate(mass):
-        x, y = 3 * index, 3 * index + 1
-        gyroscopic[x, y], gyroscopic[y, x] = -2.0 * own, 2.0 * own
-        centripetal[x, x] = centripetal[y, y] = own
-    carrier = 3 * CENTRAL.index("carrier") + U
-    centripetal[carrier, carrier] = -preloaded
+def _rotation(mass: Sequence[float], angles: Array, inner: float) -> tuple[Array, Array]:
+    """Return G and K_ω: ``m (ẍ − 2 ω ẏ − ω² x)``, ``m (ÿ + 2 ω ẋ − ω² y)``, and the pins' pull on u_c.
+
+    The pull of unequally spaced planets turns with u_c, too.
+    """
+    gyroscopic, centripetal = np.zeros((2, 3 * len(mass), 3 * len(mass)))
+    for x, own in zip(range(0, 3 * len(mass), 3), mass, strict=True):
+        gyroscopic[x, x + 1], gyroscopic[x + 1, x] = -2.0 * own, 2.0 * own
+        centripetal[x, x] = centripetal[x + 1, x + 1] = own
+    carrier, planet = 3 * CENTRAL.index("carrier"), mass[-1]
+    centripetal[carrier + U, carrier + U] = -len(angles) * planet * inner
+    pull = planet * np.array([np.sin(angles).sum(), -np.cos(angles).sum()])
+    if np.abs(pull).max() > ALIKE * planet:
+        centripetal[carrier : carrier + 2, carrier + U] = pull
+        centripetal[carrier + U, carrier : carrier + 2] = pull
     return gyroscopic, centripetal
-
-
-def _unbalance(angles: Array, mass: float, size: int) -> Array:
-    """Return the part of K_ω by which the pull of unequally spaced planets turns with u_c, (size, size)."""
-    centripetal = np.zeros((size, size))
-    carrier = 3 * CENTRAL.index("carrier")
-    pull = mass * np.array([np.sin(angles).sum(), -np.cos(angles).sum()])
-    if np.abs(pull).max() > ALIKE * mass:
-        centripetal[carrier : carrier + 2, carrier + U] = centripetal[carrier + U, carrier : carrier + 2] = (
-            pull
-        )
-    return centripetal
 
 
 def _known(given: Mapping[str, Any], allowed: Sequence[str]) -> None:
@@ -299,17 +277,3 @@ def mesh_vectors(rigid: RigidSet) -> MeshVectors:
             f1[mesh, own + U], f1[mesh, other + U] = 1.0 / base_radius[member], -1.0 / base_radius["planet"]
     names = [f"{kind}-{n + 1}" for kind in ("sun-planet", "planet-ring") for n in range(planets)]
     return MeshVectors(tuple(names), d, f0, f1)
-
-
-def bearing_vectors(planet_angles: Array) -> Array:
-    """Return the rows of the pin deflections, ``δ_cnx`` and ``δ_cny`` of every planet, (2N, 3(N + 3)).
-
-    ``δ_cnx = x_c − x_n − u_c sin ψ_n``, ``δ_cny = y_c − y_n + u_c cos ψ_n`` (W23 Eqs. 9–10).
-    """
-    planets, carrier = len(planet_angles), 3 * CENTRAL.index("carrier")
-    rows = np.zeros((2 * planets, 3 * (planets + 3)))
-    for planet, angle in enumerate(planet_angles):
-        for axis, share in ((X, -np.sin(angle)), (Y, np.cos(angle))):
-            row = rows[2 * planet + axis]
-            row[carrier + axis], row[3 * (planet + 3) + axis], row[carrier + U] = 1.0, -1.0, share
-    return rows

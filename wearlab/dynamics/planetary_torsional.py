@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.planetary import CENTRAL, MemberTorques, U, mesh_vectors, meshes_of
+from wearlab.dynamics.planetary import CENTRAL, MemberTorques, U, meshes_of
 from wearlab.dynamics.rigid import RigidSet, balanced_torques, effective_masses, require_held
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.supports import (
@@ -59,7 +59,6 @@ def planetary_torsional(
     """
     bodies, angles = rigid.bodies, rigid.angles
     planets = len(angles)
-    vectors, turn = mesh_vectors(rigid), _turning(angles)
     names = ("sun.u", "carrier.u", *(f"planet-{n + 1}.u" for n in range(planets)))
     mass = np.full(planets + 2, bodies["planet"].equivalent)
     mass[0] = bodies["sun"].equivalent
@@ -76,12 +75,8 @@ def planetary_torsional(
         mass=np.diag(mass),
         damping=damping_of(supports, len(names)),
         stiffness=stiffness_of(supports, len(names)),
-        direction=vectors.direction @ turn,
         load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
-        **meshes_of(rigid.ring_at_rest, meshing),
-        meshes=vectors.names,
-        friction_constant=vectors.friction_constant @ turn if friction else None,
-        friction_slope=vectors.friction_slope @ turn if friction else None,
+        **meshes_of(rigid.ring_at_rest, meshing, friction, _turning(angles)),
         balance=np.eye(planets + 2)[1] if free else None,
         supports=supports,
     )
@@ -109,11 +104,6 @@ def train_of(motion: InMotion) -> Train:
     return Train(sun, planet, ring, given.input, given.output, given.fixed)
 
 
-def mirror(motion: InMotion) -> float:
-    """Return −1 for a set whose sun is driven: it is the mirrored set, angles and speeds change sign."""
-    return motion.gears.sense
-
-
 def rigid_set(motion: InMotion) -> RigidSet:
     """Return the members of the set and where they touch."""
     angles = {kind.section: kind.pair.working_pressure_angle for kind in motion.gears.kinds}
@@ -138,27 +128,19 @@ def _support(given: Any, body: Body) -> MemberSupport:
     )
 
 
-def tied_members(held: Mapping[str, MemberSupport]) -> set[str]:
-    """Return the members that a torsional spring ties to ground."""
-    return {name for name, support in held.items() if support.tangential_stiffness > 0.0}
-
-
-def torques(motion: InMotion, tied: set[str]) -> MemberTorques:
+def torques(motion: InMotion, held: Mapping[str, MemberSupport]) -> MemberTorques:
     """Return the torques on the members that are not held, positive where they load drive flanks [N m].
 
-    An output that nothing grounds gets the torque that keeps its speed.
+    Where it is not said, a torque on the output balances the input unless a torsional spring ties it to
+    ground. An output that nothing grounds gets the torque that keeps its speed.
     """
-    output, loaded = motion.operation.output, _output_loaded(motion, tied)
-    idle = {motion.operation.fixed} | (set() if loaded else {output})
+    given = motion.operation
+    tied = held.get(given.output, FREE).tangential_stiffness > 0.0
+    loaded = not tied if given.output_loaded is None else given.output_loaded
+    idle = {given.fixed} if loaded else {given.fixed, given.output}
     every = balanced_torques(rigid_set(motion), motion.gears.torque)
-    given = {member: torque for member, torque in every.items() if member not in idle}
-    return MemberTorques(given, str(output) if loaded and output not in tied else None)
-
-
-def _output_loaded(motion: InMotion, tied: set[str]) -> bool:
-    """Whether a torque on the output balances the input, or its support alone does."""
-    given: bool | None = motion.operation.output_loaded
-    return motion.operation.output not in tied if given is None else given
+    acting = {member: torque for member, torque in every.items() if member not in idle}
+    return MemberTorques(acting, str(given.output) if loaded and not tied else None)
 
 
 def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:

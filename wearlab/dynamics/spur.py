@@ -1,6 +1,7 @@
 """Builders of spur-pair models: plain SI numbers in, a `System` out."""
 
-from typing import Any, NamedTuple, TypedDict
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,18 +35,6 @@ class GearSupport(NamedTuple):
     preload: float = 0.0
     axial_stiffness: float | None = None
     axial_damping: float | None = None
-
-    def radial_damping_on(self, mass: float) -> float:
-        """Return c_y [N s/m] for a gear of ``mass`` [kg]."""
-        return damping_or_ratio(self.damping, self.damping_ratio, self.radial_stiffness, mass)
-
-    def axial_damping_on(self, mass: float) -> float:
-        """Return c_z [N s/m] for a gear of ``mass`` [kg]."""
-        return damping_or_ratio(self.axial_damping, self.damping_ratio, self.axial_stiffness, mass)
-
-    def torsional_damping_on(self, mass: float) -> float:
-        """Return the torsional damping at the base radius [N s/m] for an inertia I/r_b² of ``mass`` [kg]."""
-        return damping_or_ratio(self.torsional_damping, self.damping_ratio, self.tangential_stiffness, mass)
 
 
 NO_SUPPORT = GearSupport()
@@ -148,7 +137,7 @@ def torsional(
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None: none
     friction : lever arms of tooth friction, None: none
     """
-    return _system(gears, [], mesh, (torque, fluctuation), friction)
+    return _system(gears, (), mesh, (torque, fluctuation), friction)
 
 
 def spur_3dof(
@@ -170,28 +159,10 @@ def spur_3dof(
     mesh, torque, fluctuation, friction : as in `torsional`; friction acts through its moment only
     """
     translations = [
-        _Coordinate(
-            f"{gear.name}.y", gear.mass, gear.support.radial_damping_on(gear.mass),
-            gear.support.radial_stiffness or 0.0, sign, -sign * gear.support.preload,
-        )
-        for gear, sign in zip(gears, (1.0, -1.0), strict=True)
-    ]  # fmt: skip
+        _moving(gear, "y", sign, -sign * gear.support.preload)
+        for gear, sign in zip(gears, SENSES, strict=True)
+    ]
     return _system(gears, translations, mesh, (torque, fluctuation), friction)
-
-
-def _rubbing(system: System, friction: PairFriction, gears: tuple[PairedGear, PairedGear]) -> System:
-    """Return the system with friction on its last two coordinates, u1 and u2."""
-    arm = np.tan(friction.pressure_angle)
-    constant, slope = np.zeros_like(system.direction), np.zeros_like(system.direction)
-    constant[0, -2:] = arm, -arm
-    driving, driven = friction.arm_slope
-    slope[0, -2:] = driving / gears[0].base_radius, -driven / gears[1].base_radius
-    free = not system.stiffness[-2:, -2:].any()
-    return system._replace(
-        friction_constant=constant,
-        friction_slope=slope,
-        balance=np.eye(len(system.load))[-1] if free else None,
-    )
 
 
 class _Coordinate(NamedTuple):
@@ -206,15 +177,24 @@ class _Coordinate(NamedTuple):
     fluctuation: float = 0.0
 
 
-def _axial(gears: tuple[PairedGear, PairedGear], slope: float) -> list[_Coordinate]:
-    """Return the translations along their axes of the gears whose bearings give way there."""
-    return [
-        _Coordinate(
-            f"{gear.name}.z", gear.mass, gear.support.axial_damping_on(gear.mass), stiffness, sign * slope
-        )
-        for gear, sign in zip(gears, (1.0, -1.0), strict=True)
-        if (stiffness := gear.support.axial_stiffness) is not None
-    ]
+SENSES = 1.0, -1.0
+"""In which a mesh pushes the driving and the driven gear."""
+HELD_BY = {
+    "y": ("radial_stiffness", "damping"),
+    "z": ("axial_stiffness", "axial_damping"),
+    "u": ("tangential_stiffness", "torsional_damping"),
+}
+"""What of a support acts along the line of action, along the axis and on the rotation."""
+
+
+def _moving(
+    gear: PairedGear, axis: str, direction: float, load: float = 0.0, fluctuation: float = 0.0
+) -> _Coordinate:
+    """Return a coordinate of a gear on its support."""
+    mass = gear.equivalent if axis == "u" else gear.mass
+    stiffness, given = (getattr(gear.support, key) for key in HELD_BY[axis])
+    damping = damping_or_ratio(given, gear.support.damping_ratio, stiffness, mass)
+    return _Coordinate(f"{gear.name}.{axis}", mass, damping, stiffness or 0.0, direction, load, fluctuation)
 
 
 def _rotation(
@@ -229,25 +209,27 @@ def _rotation(
         m_c = 1.0 / (1.0 / m1 + 1.0 / m2)
         return [_Coordinate("mesh.x", m_c, 0.0, 0.0, 1.0, force, variation * m_c / m1)]
     return [
-        _Coordinate(
-            f"{gear.name}.u", mass, gear.support.torsional_damping_on(mass),
-            gear.support.tangential_stiffness or 0.0, sign, sign * force, changes,
-        )
-        for gear, mass, sign, changes in zip(gears, (m1, m2), (1.0, -1.0), (variation, 0.0), strict=True)
-    ]  # fmt: skip
+        _moving(gear, "u", sense, sense * force, changes)
+        for gear, sense, changes in zip(gears, SENSES, (variation, 0.0), strict=True)
+    ]
 
 
 def _system(
     gears: tuple[PairedGear, PairedGear],
-    translations: list[_Coordinate],
+    translations: Sequence[_Coordinate],
     mesh: Meshing,
     torques: tuple[float, float | None],
     friction: PairFriction | None,
 ) -> System:
     torque, fluctuation = torques
     rotations = _rotation(gears, torque, fluctuation or 0.0, friction is not None)
+    axial = [
+        _moving(gear, "z", sense * mesh.slope)
+        for gear, sense in zip(gears, SENSES, strict=True)
+        if gear.support.axial_stiffness is not None
+    ]
     names, mass, damping, stiffness, direction, load, changes = zip(
-        *translations, *_axial(gears, mesh.slope), *rotations, strict=True
+        *translations, *axial, *rotations, strict=True
     )
     each = zip(names, stiffness, damping, strict=True)
     supports = tuple(support for name, k, c in each for support in grounded(names, name, k, c))
@@ -264,60 +246,53 @@ def _system(
         fluctuation_direction=None if fluctuation is None else np.array(changes, float),
         supports=supports,
     )
-    return system if friction is None else _rubbing(system, friction, gears)
+    if friction is None:
+        return system
+    # on the last two coordinates, u1 and u2
+    constant, slope = np.zeros((2, 1, len(names)))
+    constant[0, -2:] = np.tan(friction.pressure_angle) * np.array(SENSES)
+    radii = np.array([gear.base_radius for gear in gears])
+    slope[0, -2:] = np.array(SENSES) * friction.arm_slope / radii
+    balance = None if system.stiffness[-2:, -2:].any() else np.eye(len(names))[-1]
+    return system._replace(friction_constant=constant, friction_slope=slope, balance=balance)
 
 
-class PairArguments(TypedDict):
-    """What a builder of :mod:`wearlab.dynamics.spur` is told."""
-
-    gears: tuple[PairedGear, PairedGear]
-    mesh: Meshing
-    torque: float
-    fluctuation: float | None
-    friction: PairFriction | None
+PairArguments = tuple[tuple[PairedGear, PairedGear], Meshing, float, float | None, PairFriction | None]
+"""What both builders are told."""
 
 
-def common_arguments(model: Any, motion: InMotion) -> PairArguments:
+def arguments_of(model: Any, motion: InMotion) -> PairArguments:
     """Return what both builders of :mod:`wearlab.dynamics.spur` are told."""
     pair, mesh = motion.gears.kinds[0].pair, motion.meshes[0]
-    first, second = (_gear(gear, model.supports.get(gear.name)) for gear in pair.gears)
+    first, second = (
+        PairedGear(gear.inertia, gear.base_radius, gear.mass, _support(model, gear), gear.name)
+        for gear in pair.gears
+    )
     damping = mesh.damping
     if damping is None:
         mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
         damping = damping_by_ratio(mesh.damping_ratio, float(motion.stiffness[0]), mass)
     waves = motion.operation.fluctuation
-    return {
-        "gears": (first, second),
-        "mesh": Meshing(damping, mesh.damps_always, mesh.normal_backlash, motion.slope),
-        "torque": motion.operation.torque,
-        "fluctuation": waves[0].amplitude if waves else None,
-        "friction": None if model.friction is None else _friction(pair),
-    }
-
-
-def _gear(gear: Gear, support: Any) -> PairedGear:
-    return PairedGear(
-        gear.inertia, gear.base_radius, gear.mass, _support(support, gear.base_radius), gear.name
+    return (
+        (first, second),
+        Meshing(damping, mesh.damps_always, mesh.normal_backlash, motion.slope),
+        motion.operation.torque,
+        waves[0].amplitude if waves else None,
+        None if model.friction is None else _friction(pair),
     )
 
 
-def _support(given: Any, base_radius: float) -> GearSupport:
+def _support(model: Any, gear: Gear) -> GearSupport:
+    """Return what holds a gear, torsional springs and dampers as seen at the base radius."""
+    given, square = model.supports.get(gear.name), gear.base_radius**2
     if given is None:
         return NO_SUPPORT
-    tangential = given.tangential_stiffness
+    support = GearSupport(**{key: getattr(given, key) for key in GearSupport._fields})
     if given.torsional_stiffness is not None:
-        tangential = given.torsional_stiffness / base_radius**2
-    torsional_damping = given.torsional_damping
-    return GearSupport(
-        radial_stiffness=given.radial_stiffness,
-        damping=given.damping,
-        tangential_stiffness=tangential,
-        torsional_damping=None if torsional_damping is None else torsional_damping / base_radius**2,
-        damping_ratio=given.damping_ratio,
-        preload=given.preload,
-        axial_stiffness=given.axial_stiffness,
-        axial_damping=given.axial_damping,
-    )
+        support = support._replace(tangential_stiffness=given.torsional_stiffness / square)
+    if given.torsional_damping is not None:
+        support = support._replace(torsional_damping=given.torsional_damping / square)
+    return support
 
 
 def _friction(pair: GearPair) -> PairFriction:

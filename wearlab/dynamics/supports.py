@@ -109,18 +109,14 @@ def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: f
 
 def stiffness_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``K = Σ k d dᵀ`` of supports, (count, count) [N/m]."""
-    stiffness = np.zeros((count, count))
-    for support in supports:
-        stiffness += support.stiffness * np.outer(support.give, support.give)
-    return stiffness
+    each = (support.stiffness * np.outer(support.give, support.give) for support in supports)
+    return sum(each, start=np.zeros((count, count)))
 
 
 def damping_of(supports: Sequence[Support], count: int) -> Array:
     """Return ``C = Σ c r rᵀ`` of supports, (count, count) [N s/m]."""
-    damping = np.zeros((count, count))
-    for support in supports:
-        damping += support.damping * np.outer(support.slip, support.slip)
-    return damping
+    each = (support.damping * np.outer(support.slip, support.slip) for support in supports)
+    return sum(each, start=np.zeros((count, count)))
 
 
 def support_force(support: Support, position: Array, velocity: Array) -> Array:

@@ -8,9 +8,7 @@ derivatives by compression and by rate of approach. ``None`` is the viscous law,
 from collections.abc import Callable
 from typing import Any
 
-from numba.extending import overload
-
-from wearlab.compiled import UNCOUNTED
+from wearlab.compiled import by_type
 
 
 def viscous(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:
@@ -40,21 +38,7 @@ def register(law: type, in_contact: Callable[..., Any], apart: Callable[..., Any
     LAWS[law] = in_contact, apart
 
 
-def contact_force(law: Any, m: Any, force: Any, stiffness: Any, part: Any, rate: Any) -> Any:
-    """Return the normal force of a flank that touches and its derivatives, see `register`."""
-    return LAWS[type(law)][0](law, m, force, stiffness, part, rate)
-
-
-@overload(contact_force, jit_options=UNCOUNTED, strict=False)
-def _choose_contact(law: Any, *rest: Any) -> Any:
-    return LAWS[getattr(law, "instance_class", type(None))][0]
-
-
-def apart_force(law: Any, m: Any, clearance: Any, rate: Any) -> Any:
-    """Return the normal force of flanks that are apart and its derivatives, see `register`."""
-    return LAWS[type(law)][1](law, m, clearance, rate)
-
-
-@overload(apart_force, jit_options=UNCOUNTED, strict=False)
-def _choose_apart(law: Any, *rest: Any) -> Any:
-    return LAWS[getattr(law, "instance_class", type(None))][1]
+contact_force = by_type(lambda law, *rest: LAWS[getattr(law, "instance_class", type(None))][0])
+"""Return the normal force of a flank that touches and its derivatives, see `register`."""
+apart_force = by_type(lambda law, *rest: LAWS[getattr(law, "instance_class", type(None))][1])
+"""Return the normal force of flanks that are apart and its derivatives, see `register`."""

@@ -112,17 +112,17 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     work = np.array([mean(loads[..., row]) for row in range(loads.shape[-1])])
     held = v @ system.damping.T + q @ system.total_stiffness.T
     forces = normal_forces(mesh.springs, Deflections(delta, rate), dashpot_of(system))
-    flanks = _flank_powers(system, mesh, Deflections(delta, rate), forces)
-    rubbed = _friction_power(system, mesh, forces.pair_normal, whole)
+    damped, parametric, moving = _flank_powers(system, mesh, Deflections(delta, rate), forces)
+    rubbed = _friction_power(response, x, forces.pair_normal, whole)
     duration = len(response.state) * period
     return EnergyBalance(
         input=float(work[work > 0.0].sum()),
         output=float(-work[work < 0.0].sum()) + mean(held @ nominal),
         friction=0.0 if rubbed is None else mean(rubbed),
         bearing_damping=mean((v * (v @ system.damping.T)).sum(axis=-1)),
-        mesh_damping=mean(flanks.damped),
-        parametric=-mean(flanks.parametric) - _jumps(response) / duration,
-        moving_gaps=mean(flanks.moving),
+        mesh_damping=mean(damped),
+        parametric=-mean(parametric) - _jumps(response) / duration,
+        moving_gaps=mean(moving),
         stored=_gained(response, nominal) / duration if response.period == 0 else 0.0,
     )
 
@@ -135,16 +135,6 @@ class _Mesh(NamedTuple):
     gap_rate: Array
     error: Array
     error_rate: Array
-    sliding: Array | None
-    moment: Array | None
-
-
-class _Flanks(NamedTuple):
-    """Powers summed over all flanks (…)."""
-
-    damped: Array
-    parametric: Array
-    moving: Array
 
 
 def _mesh_at(response: Response, x: Array) -> _Mesh:
@@ -167,8 +157,6 @@ def _mesh_at(response: Response, x: Array) -> _Mesh:
         rates[1],
         error,
         error_rate / period,
-        None if tables.sliding is None else _parabolas(tables.sliding, x),
-        None if tables.moment is None else _parabolas(tables.moment, x),
     )
 
 
@@ -179,7 +167,10 @@ def _parabolas(table: Array, x: Array) -> Array:
     return values.reshape(len(x), *table.shape[:1], *table.shape[2:])
 
 
-def _flank_powers(system: System, mesh: _Mesh, motion: Deflections, forces: NormalForces) -> _Flanks:
+def _flank_powers(
+    system: System, mesh: _Mesh, motion: Deflections, forces: NormalForces
+) -> tuple[Array, Array, Array]:
+    """Return what damping, changes of stiffness and moving gaps take, summed over all flanks (…) [W]."""
     springs, error_rate = mesh.springs, mesh.error_rate
     approach = np.maximum(motion.deflection[..., None] - springs.gap, 0.0) * (springs.stiffness > 0.0)
     elastic = springs.stiffness * approach
@@ -200,16 +191,17 @@ def _flank_powers(system: System, mesh: _Mesh, motion: Deflections, forces: Norm
         parametric = parametric + (0.5 * mesh.stiffness_rate.sum(axis=-1) * behind**2).sum(axis=-1)
         damped = damped - ((normal - back) * motion.rate).sum(axis=-1)
         moving = moving - (normal * error_rate).sum(axis=-1)
-    return _Flanks(damped, parametric, moving)
+    return damped, parametric, moving
 
 
-def _friction_power(system: System, mesh: _Mesh, pair: Array, whole: Array) -> Array | None:
+def _friction_power(response: Response, x: Array, pair: Array, whole: Array) -> Array | None:
     """Return ``Σ Λμ N (f0 + s f1)·(V + q̇)`` over all pairs, None without friction [W]."""
-    constant, slope = system.friction_constant, system.friction_slope
-    if constant is None or slope is None or mesh.sliding is None or mesh.moment is None:
+    constant, slope = response.system.friction_constant, response.system.friction_slope
+    sliding, moment = response.tables.sliding, response.tables.moment
+    if constant is None or slope is None or sliding is None or moment is None:
         return None
-    power = (mesh.sliding * pair).sum(axis=-1) * (whole @ constant.T)
-    power = power + (mesh.moment * pair).sum(axis=-1) * (whole @ slope.T)
+    power = (_parabolas(sliding, x) * pair).sum(axis=-1) * (whole @ constant.T)
+    power = power + (_parabolas(moment, x) * pair).sum(axis=-1) * (whole @ slope.T)
     return np.asarray(power.sum(axis=-1))
 
 

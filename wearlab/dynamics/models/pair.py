@@ -19,9 +19,9 @@ class TorsionalDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's torsional model."""
-        from wearlab.dynamics.spur import common_arguments, torsional
+        from wearlab.dynamics.spur import arguments_of, torsional
 
-        return torsional(**common_arguments(self, motion))
+        return torsional(*arguments_of(self, motion))
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
@@ -36,9 +36,9 @@ class Spur3dofDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's model with translations."""
-        from wearlab.dynamics.spur import common_arguments, spur_3dof
+        from wearlab.dynamics.spur import arguments_of, spur_3dof
 
-        return spur_3dof(**common_arguments(self, motion))
+        return spur_3dof(*arguments_of(self, motion))
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""

@@ -28,19 +28,19 @@ class PlanetaryDynamics(DynamicModel):
 
         from wearlab.dynamics import planetary
         from wearlab.dynamics import planetary_torsional as of
-        from wearlab.dynamics.balance import balance_of
+        from wearlab.dynamics.rigid import balance_of
         from wearlab.gears.specification import GearError
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
         speeds = of.train_of(motion).speeds(motion.operation.speed)
-        turn = of.mirror(motion) * np.sign(speeds.sun_relative)
+        turn = motion.gears.sense * np.sign(speeds.sun_relative)
         try:
             system = planetary.assemble(
                 rigid,
                 held,
                 of.meshing(motion, rigid),
-                of.torques(motion, of.tied_members(held)),
+                of.torques(motion, held),
                 carrier_speed=float(turn * speeds.carrier) if self.rotation else 0.0,
                 friction=self.friction is not None,
             )
@@ -101,7 +101,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
             raise GearError(f"scene.dynamics.supports: {error}") from error
         if motion.operation.input == "sun" or system.balance is None:
             return system
-        carrier = of.torques(motion, set()).given["carrier"] / rigid.bodies["carrier"].radius
+        carrier = of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius
         names = np.array(system.coordinates)
         return system._replace(
             load=np.where(names == "carrier.u", carrier, 0.0), balance=(names == "sun.u").astype(float)

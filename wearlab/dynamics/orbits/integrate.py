@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numba.extending import overload
 
 from wearlab.arrays import Array
-from wearlab.compiled import COUNTED, jit
-from wearlab.dynamics.balance import rebalance, solved_load
+from wearlab.compiled import by_type, jit
 from wearlab.dynamics.orbits.period_map import LOCATED, over_periods
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
-from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, padded_width, scratch, width_of, write
+from wearlab.dynamics.rigid import rebalance, solved_load
+from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, write
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -53,18 +52,19 @@ class OnTables:
         tangents: bool = False,
         exact: bool = True,
     ) -> None:
-        self.tables, self.period = tables.filled, period
-        n, (meshes, pairs) = len(system.load), self.tables.stiffness.shape[2:]
-        columns = padded_width(n) if tangents or is_small(system) else 1
-        self.width = width_of(system, columns)
-        self.kernel = kernel_of(system, self.tables, period, columns, exact=exact)
-        self.scratch = scratch(n, meshes, len(self.kernel.meshes.channels), pairs, columns)
+        tangents = tangents or is_small(system)
+        self.kernel = kernel_of(system, tables, period, tangents=tangents, exact=exact)
         self.right_hand_sides, self.changes = 0, 0
+
+    @property
+    def steps(self) -> int:
+        """Steps of a mesh period."""
+        return len(self.kernel.tables.width)
 
     def states(self, periods: int) -> Array:
         """Return memory for the states of so many periods, (periods · n_steps + 1, 2n, width)."""
-        steps, rows = len(self.tables.width), 2 * len(self.kernel.series.push)
-        return np.empty((periods * steps + 1, rows, len(self.width)))
+        kernel = self.kernel
+        return np.empty((periods * self.steps + 1, 2 * len(kernel.series.push), len(kernel.width)))
 
     def advance(self, states: Array, start: Array, contact: int = LOCATED, *, tangents: bool = True) -> int:
         """Fill ``states`` from ``start`` (2n,) on, unknown loads in it, and count the changes of contact."""
@@ -76,7 +76,7 @@ class OnTables:
         if tangents:
             states[0, rows, 1 + rows] = 1.0
             states[0, held, 1 + held] = 0.0
-        strobe = np.empty(((len(states) - 1) // len(self.tables.width) + 1, len(start)))
+        strobe = np.empty(((len(states) - 1) // self.steps + 1, len(start)))
         strobe[0] = states[0, :, 0]
         return self._over_periods(states, strobe, tangents, contact, balanced=False)
 
@@ -85,49 +85,37 @@ class OnTables:
         states, strobe = self.states(keep), np.empty((count + 1, len(state)))
         states[0], strobe[0] = 0.0, state
         self.changes += self._over_periods(states, strobe, False, LOCATED, balanced=True)
-        self.right_hand_sides += 4 * len(self.tables.width) * count
+        self.right_hand_sides += 4 * self.steps * count
         state[:] = strobe[-1]
         return strobe, split_periods(states[:, :, 0], keep)
 
     def _over_periods(
         self, states: Array, strobe: Array, tangents: bool, contact: int, *, balanced: bool
     ) -> int:
-        columns = np.uint64(len(self.width) if tangents else 1)
-        return int(
-            over_periods(
-                self.kernel, self.tables, self.period, columns, self.width, states.reshape(-1), strobe,
-                self.scratch, contact, balanced,
-            )
-        )  # fmt: skip
+        columns = np.uint64(states.shape[2] if tangents else 1)
+        return int(over_periods(self.kernel, columns, states.reshape(-1), strobe, contact, balanced))
 
 
 STEPS: dict[type, Callable[..., Any]] = {}
 """The step of every method that moves a single state, by the type of its memory."""
 
 
-def single_step(memory: Any, kernel: Any, tables: Any, step: int, period: float, state: Any, s: Any) -> int:
-    """Advance ``state`` (2n,) over one step of the tables by the method of the memory; count evaluations."""
-    raise NotImplementedError("compiled code only")
-
-
-@overload(single_step, jit_options=COUNTED, strict=False)
-def _choose_step(memory: Any, *rest: Any) -> Any:
-    return STEPS[memory.instance_class]
+single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counted=True)
+"""Advance a state (2n,) over one step of the tables by the method of the memory; count evaluations."""
 
 
 @jit
-def integrate_states(
-    memory: Any, kernel: Any, tables: Any, period: float, keep: int, orbit: Array, strobe: Array, s: Any
-) -> int:
+def integrate_states(memory: Any, kernel: Any, keep: int, orbit: Array, strobe: Array) -> int:
     """Integrate from the first of ``strobe`` (count + 1, 2n) on; fill it and ``orbit``; count evaluations."""
-    steps, count, state, evaluations = len(tables.width), len(strobe) - 1, strobe[0].copy(), 0
+    steps, count, state = len(kernel.tables.width), len(strobe) - 1, strobe[0].copy()
+    evaluations = 0
     for k in range(count):
         slot = k - (count - keep)
         for step in range(steps):
             if slot >= 0:
                 write(state, orbit[slot * steps + step])
-            evaluations += single_step(memory, kernel, tables, step, period, state, s)
-        rebalance(kernel.balance, strobe[k], state, period)
+            evaluations += single_step(memory, kernel, step, state)
+        rebalance(kernel.balance, strobe[k], state, kernel.period)
         write(state, strobe[k + 1])
     write(state, orbit[keep * steps])
     return evaluations
@@ -143,20 +131,15 @@ class OneState:
     """
 
     def __init__(self, system: System, tables: StageTables, period: float, memory: Any) -> None:
-        self.tables, self.period, self.memory = tables.filled, period, memory
-        self.kernel = kernel_of(system, self.tables, period, 1, exact=False)
-        meshes, pairs = self.tables.stiffness.shape[2:]
-        self.scratch = scratch(len(system.load), meshes, len(self.kernel.meshes.channels), pairs, 1)
+        self.memory, self.kernel = memory, kernel_of(system, tables, period, exact=False)
         self.right_hand_sides = 0
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods and move ``state``, as every `Integrator` does."""
-        steps, rows = len(self.tables.width), len(state)
+        steps, rows = len(self.kernel.tables.width), len(state)
         orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
         strobe[0] = state
-        self.right_hand_sides += integrate_states(
-            self.memory, self.kernel, self.tables, self.period, keep, orbit, strobe, self.scratch
-        )
+        self.right_hand_sides += integrate_states(self.memory, self.kernel, keep, orbit, strobe)
         state[:] = strobe[-1]
         return strobe, split_periods(orbit, keep)
 
@@ -185,10 +168,40 @@ class UntilSteady(ABC):
     def solve(
         self, system: System, tables: StageTables, period: float, start: Response | None = None
     ) -> Response:
-        """Return the steady response; parameters as in `wearlab.dynamics.orbits.periodic.Periodic.solve`."""
-        return integrate_until_steady(
-            self, self.integrator(system, tables, period), system, tables, period, start
-        )
+        """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response.
+
+        Parameters as in `wearlab.dynamics.orbits.periodic.Periodic.solve`.
+        """
+        integrator = self.integrator(system, tables, period)
+        state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
+        rate = unit_of_speed(tables, period)
+        maps = 0
+
+        def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
+            counts = Counts(maps, integrator.right_hand_sides, 0)
+            loaded = solved_load(system, integrator.kernel.balance)
+            return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
+
+        while maps < self.most:
+            strobe, _ = integrator.integrate(state, BLOCK, 1)
+            maps += BLOCK
+            if not np.isfinite(state).all():
+                break
+            for m in range(1, self.longest + 1):
+                left = remaining_change(strobe, m, rate)
+                if left <= self.tolerance:
+                    m = _least_period(strobe, m, rate, self.tolerance)
+                    _, kept = integrator.integrate(state, m, m)
+                    maps += m
+                    return response(m, kept, left, Verdict(True, None, True, True))
+        _, kept = integrator.integrate(state, self.averaged, self.averaged)
+        maps += self.averaged
+        if np.isfinite(kept).all():
+            kept = under_one_load(integrator, kept, period)
+        n = len(system.load)
+        strobed = kept[:, 0, :n]
+        spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
+        return response(0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all())))
 
 
 def unit_of_speed(tables: StageTables, period: float) -> float:
@@ -244,46 +257,6 @@ def under_one_load(integrator: Integrator, kept: Array, period: float) -> Array:
     _, motion = integrator.integrate(state, count, count)
     integrator.kernel = kernel
     return motion
-
-
-def integrate_until_steady(
-    method: UntilSteady,
-    integrator: Integrator,
-    system: System,
-    tables: StageTables,
-    period: float,
-    start: Response | None,
-) -> Response:
-    """Integrate in blocks until some period m ≤ ``longest`` has settled, and return the response."""
-    state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
-    rate = unit_of_speed(tables, period)
-    maps = 0
-
-    def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
-        counts = Counts(maps, integrator.right_hand_sides, 0)
-        loaded = solved_load(system, integrator.kernel.balance)
-        return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
-
-    while maps < method.most:
-        strobe, _ = integrator.integrate(state, BLOCK, 1)
-        maps += BLOCK
-        if not np.isfinite(state).all():
-            break
-        for m in range(1, method.longest + 1):
-            left = remaining_change(strobe, m, rate)
-            if left <= method.tolerance:
-                m = _least_period(strobe, m, rate, method.tolerance)
-                _, kept = integrator.integrate(state, m, m)
-                maps += m
-                return response(m, kept, left, Verdict(True, None, True, True))
-    _, kept = integrator.integrate(state, method.averaged, method.averaged)
-    maps += method.averaged
-    if np.isfinite(kept).all():
-        kept = under_one_load(integrator, kept, period)
-    n = len(system.load)
-    strobed = kept[:, 0, :n]
-    spread = float(np.ptp(strobed, axis=0).max() / (np.abs(strobed).max() or 1.0))
-    return response(0, kept, spread, Verdict(False, None, True, bool(np.isfinite(kept).all())))
 
 
 @dataclass(frozen=True)

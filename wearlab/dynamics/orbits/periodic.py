@@ -7,7 +7,7 @@ from itertools import islice
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.period_map import PERMANENT
+from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT
 from wearlab.dynamics.orbits.response import Response, Verdict
 from wearlab.dynamics.orbits.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps.count import slowest_decay
@@ -99,13 +99,8 @@ class Periodic:
         if not permanent and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
             if not shooting.small and (orbit := shooting.chord(start)) is not None:
                 return orbit
-        for contact, most in ((PERMANENT, 1), (None, 8)) if permanent else ((None, 8),):
-            state = start.state[0, 0].copy()
-            orbit = (
-                shooting.shoot(start.period, state, most=most)
-                if contact is None
-                else shooting.shoot(1, state, contact=contact, most=most)
-            )
+        for contact, most in ((PERMANENT, 1), (LOCATED, 8)) if permanent else ((LOCATED, 8),):
+            orbit = shooting.shoot(start.period, start.state[0, 0].copy(), contact=contact, most=most)
             if orbit is not None and orbit.largest <= 1.0 + self.margin:
                 return orbit
         return None

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.balance import Balance, solved_load, true_derivative
 from wearlab.dynamics.orbits.integrate import OnTables, under_one_load, unit_of_speed
 from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
+from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -156,7 +156,7 @@ def shoot(
 
 def follows(plain: OnTables, path: Array, start: Array, scale: Array) -> bool:
     """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""
-    states = plain.states((len(path) - 1) // len(plain.tables.width))
+    states = plain.states((len(path) - 1) // plain.steps)
     if plain.advance(states, start, LOCATED, tangents=False):
         return False
     return weighted_norm(states[:, :, 0] - path, scale) <= SAME_PATH * weighted_norm(path, scale)
@@ -195,7 +195,7 @@ class Shooting:
         self.system, self.tables, self.period, self.closed = system, tables, period, closed
         self.small = is_small(system)
         self.integrator = OnTables(system, tables, period)
-        self.filled, self.balance = self.integrator.tables, self.integrator.kernel.balance
+        self.filled, self.balance = self.integrator.kernel.tables, self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = unit_of_speed(tables, period)
         self.scale = np.repeat([1.0, self.rate], self.rows // 2)

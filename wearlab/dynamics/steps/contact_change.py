@@ -15,23 +15,14 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import jit, jit_inner
+from wearlab.dynamics.steps import mesh_law
 from wearlab.dynamics.steps.kernel import TERMS, copy, multiply
-from wearlab.dynamics.steps.mesh_law import (
-    WITHIN,
-    channel_law,
-    flank_law,
-    flanks_at,
-    in_path,
-    see_push,
-    slope_within,
-    within,
-)
+from wearlab.dynamics.steps.mesh_law import NEXT, THIS, WITHIN
 
 MOST_CHANGES = 16
 NOTHING = -1
 NO_TIME = 1e-12
 """Fraction of a step too short for another change: flanks that part together do so within rounding."""
-GUESSES = 8
 LEFT_OUT = 1e-14
 """Size of the terms left out over that of the motion."""
 LEFT_OUT_OF_TANGENTS = 1e-12
@@ -52,13 +43,13 @@ def parabola(first: float, middle: float, last: float) -> tuple[float, float, fl
 
 
 @jit_inner(counted=False)
-def begin_series(kernel: Any, tables: Any, step: int, a: float, end: float, h: float, state: Any) -> None:
+def begin_series(kernel: Any, step: int, a: float, end: float, h: float, state: Any) -> None:
     """Write the first two terms of the motion over the part a…end, and the factor of the fluctuating load."""
     terms, factor = kernel.series.terms, kernel.series.factor
     n, w = terms.shape[1], terms.shape[2]
     if kernel.fluctuates:
         for stage in range(3):
-            factor[stage] = within(tables.fluctuation[step], a + 0.5 * stage * (end - a))
+            factor[stage] = mesh_law.within(kernel.tables.fluctuation[step], a + 0.5 * stage * (end - a))
     for row in range(n):
         for col in range(np.uint64(0), np.uint64(w)):
             terms[0, row, col] = state[row, col]
@@ -66,16 +57,16 @@ def begin_series(kernel: Any, tables: Any, step: int, a: float, end: float, h: f
 
 
 @jit_inner(counted=False)
-def expand(kernel: Any, mesh: Any, force: Any, h: float) -> int:
+def expand(kernel: Any, h: float) -> int:
     """Fill the series from its first two terms, ``q`` and ``h q̇``; return how many terms there are.
 
     Parameters
     ----------
-    kernel : the system
-    mesh, force : (6, n_channel) and (3, n_channel) flat, the law of the channels
+    kernel : the system, the law of its channels in the scratch
     h : duration [s]
     """
     given, balance, factor = kernel.series, kernel.balance, kernel.series.factor
+    mesh, force = kernel.scratch.mesh[0], kernel.scratch.force
     terms, sensed, product, total = given.terms, given.sensed, given.product, given.force
     n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.per_force)
     square = h * h
@@ -180,56 +171,37 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
 
 
 @jit_inner(counted=False)
-def approach_of(
-    kernel: Any,
-    tables: Any,
-    step: int,
-    m: int,
-    p: int,
-    a: float,
-    end: float,
-    sign: float,
-    terms: int,
-    out: Any,
-) -> None:
-    """Write how far a spring is from changing contact, positive before, over a part of the step.
+def approach_law(kernel: Any, step: int, m: int, p: int, a: float, end: float) -> None:
+    """Write by how much a spring is pressed, ``d·q − w``, into the other half of the scratch, as a force.
 
     Parameters
     ----------
     m, p : mesh and spring, or the back flank, p = n_pairs
     a, end : fractions of the step at which the part begins and ends
-    sign : 1 where it touches, −1 where it does not
     """
-    middle = 0.5 * (a + end)
-    sensed, back = kernel.series.sensed, p == len(kernel.meshes.pairs)
-    turned = -sign if back else sign
-    for j in range(terms):
-        out[j] = turned * sensed[j, m, 0]
-    table = tables.error[step, :, m]
-    e = parabola(within(table, a), within(table, middle), within(table, end))
-    for j in range(3):
-        out[j] -= turned * e[j]
-    if back:
-        out[0] -= sign * kernel.meshes.backlash[m]
-    else:
-        table = tables.gap[step, :, m, p]
-        g = parabola(within(table, a), within(table, middle), within(table, end))
-        for j in range(3):
-            out[j] -= turned * g[j]
+    tables, law = kernel.tables, kernel.scratch.law
+    for stage in range(3):
+        x = a + 0.5 * stage * (end - a)
+        place = mesh_law.within(tables.error[step, :, m], x)
+        if p == len(kernel.meshes.pairs):
+            place -= kernel.meshes.backlash[m]
+        else:
+            place += mesh_law.within(tables.gap[step, :, m, p], x)
+        law[1, stage, m, p, 0], law[1, stage, m, p, 1], law[1, stage, m, p, 2] = 1.0, 0.0, place
 
 
 @jit_inner(counted=False)
-def push_of(sensed: Any, m: int, p: int, law: Any, h: float, sign: float, terms: int, out: Any) -> None:
-    """Write a normal force over a part of the step, as `approach_of` writes an approach.
+def course_of(kernel: Any, half: int, m: int, p: int, h: float, sign: float, terms: int) -> None:
+    """Write ``± (k d·q + b d·q̇ − w)`` over a part of the step, positive before a change, as a polynomial.
 
     Parameters
     ----------
-    sensed : the series of d·q
+    half : of the scratch, which has k, b and w at start, middle and end of the part
     m, p : mesh and pair, or the back flank, p = n_pairs
-    law : (3, n_mesh, n_pairs + 2, 3) of all flanks at start, middle and end of the part
-    h : its duration [s]
-    sign : 1 where it pushes, −1 where it does not
+    h : duration of the part [s]
+    sign : 1 where it is positive until the change, −1 where it is negative
     """
+    sensed, out, law = kernel.series.sensed, kernel.series.polynomial, kernel.scratch.law[half]
     k = parabola(law[0, m, p, 0], law[1, m, p, 0], law[2, m, p, 0])
     b = parabola(law[0, m, p, 1], law[1, m, p, 1], law[2, m, p, 1])
     offset = parabola(law[0, m, p, 2], law[1, m, p, 2], law[2, m, p, 2])
@@ -256,37 +228,10 @@ def horner(p: Any, terms: int, u: float) -> tuple[float, float]:
 
 
 @jit_inner(counted=False)
-def first_guess(start: float, end: float, start_rate: float, end_rate: float, changed: bool) -> float:
-    """Return where in 0…1 the cubic through two values and rates passes zero on its way down.
-
-    Where the flank has just ``changed`` the start is a root, and the next one is meant.
-    """
-    rise = end - start
-    cubic = start_rate + end_rate - 2.0 * rise
-    square = rise - start_rate - cubic
-    low, high, x = 0.0, 1.0, 0.5
-    for _ in range(GUESSES):
-        value = start_rate + x * (square + x * cubic)
-        value = value if changed else start + x * value
-        if value > 0.0:
-            low = x
-        else:
-            high = x
-        slope = square + 2.0 * x * cubic
-        slope = slope if changed else start_rate + x * (2.0 * square + 3.0 * x * cubic)
-        x = x - value / slope if slope != 0.0 else low
-        if not low < x < high:
-            x = 0.5 * (low + high)
-    return x
-
-
-@jit_inner(counted=False)
 def root(p: Any, terms: int, high: float) -> float:
     """Return where a polynomial, positive at 0 and negative at ``high``, passes zero: Newton in a bracket."""
-    low = 0.0
-    start_rate = p[1] * high
-    end, end_rate = horner(p, terms, high)
-    u = high * first_guess(p[0], end, start_rate, end_rate * high, False)
+    low, (end, _) = 0.0, horner(p, terms, high)
+    u = high * p[0] / (p[0] - end)
     for _ in range(MOST_ITERATIONS):
         value, slope = horner(p, terms, u)
         if value > 0.0:
@@ -329,17 +274,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
 
 @jit_inner(counted=False)
 def next_change(
-    kernel: Any,
-    tables: Any,
-    step: int,
-    a: float,
-    end: float,
-    h: float,
-    mesh: int,
-    flank: int,
-    terms: int,
-    s: Any,
-    law: Any,
+    kernel: Any, step: int, a: float, end: float, mesh: int, flank: int, terms: int
 ) -> tuple[float, int, int]:
     """Return at which fraction of a part of a step contact first changes, mesh and flank; 2.0: nowhere.
 
@@ -347,126 +282,101 @@ def next_change(
     ``flank`` are those that changed where the part begins.
     """
     earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
-    polynomial, meshes = kernel.series.polynomial, kernel.meshes
-    pairs = len(meshes.pairs)
+    meshes, s = kernel.meshes, kernel.scratch
+    pairs, h = len(meshes.pairs), (end - a) * kernel.tables.width[step] * kernel.period
     for m in range(len(meshes.damping)):
+        backlash = meshes.backlash[m]
         for f in range(2 * (pairs + 1)):
             p = f % (pairs + 1)
             if f <= pairs:
-                if meshes.backlash[m] == np.inf if p == pairs else not in_path(tables, step, m, p):
+                absent = not mesh_law.in_path(kernel.tables, step, m, p) if p < pairs else backlash == np.inf
+                if absent:
                     continue
-                sign = 1.0 if s.touch[m, p] else -1.0
-                approach_of(kernel, tables, step, m, p, a, end, sign, terms, polynomial)
+                approach_law(kernel, step, m, p, a, end)
+                sign = 1.0 if s.touch[m, p] == (p < pairs) else -1.0
+                course_of(kernel, NEXT, m, p, h, sign, terms)
             else:
-                if not meshes.gated[m] or law[1, m, p, 0] == 0.0:
+                if not meshes.gated[m] or s.law[0, 1, m, p, 0] == 0.0:
                     continue
-                sign = 1.0 if s.pushes[m, p] else -1.0
-                push_of(kernel.series.sensed, m, p, law, h, sign, terms, polynomial)
-            u = first_root(polynomial, terms, m == mesh and f == flank)
+                course_of(kernel, THIS, m, p, h, 1.0 if s.pushes[m, p] else -1.0, terms)
+            u = first_root(kernel.series.polynomial, terms, m == mesh and f == flank)
             if u < earliest:
                 earliest, found_mesh, found_flank = u, m, f
     return earliest, found_mesh, found_flank
 
 
 @jit_inner(counted=False)
-def channel_force(mesh: Any, force: Any, channels: int, c: int, place: float, speed: float) -> float:
-    """Return the force of a channel from its law at the first of three stages."""
-    return mesh[c] * place + mesh[3 * channels + c] * speed - force[c]
-
-
-@jit_inner(counted=False)
-def renew_contact(
-    kernel: Any, tables: Any, step: int, x: float, period: float, m: int, p: int, state: Any, s: Any
-) -> None:
+def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, states: Any, j: Any) -> None:
     """Let a spring of mesh ``m`` begin or cease to touch at fraction ``x``; move the tangents.
 
     Parameters
     ----------
     p : spring, or the back flank, p = n_pairs
-    state : (2n, w)
+    w, states, j : the state (2n, w) then, at ``states[j:]``
 
     References
     ----------
     Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
     """
-    n, w, meshes = state.shape[0] // 2, state.shape[1], kernel.meshes
-    count, channels, jump = len(meshes.damping), len(meshes.channels), kernel.series.jump
-    direction, law, rub = kernel.series.direction[m], s.law[1], s.rub[1]
-    place, speed = 0.0, 0.0
-    for row in range(n):
-        place += direction[row] * state[row, 0]
-        speed += direction[row] * state[n + row, 0]
+    meshes, tables, s, jump = kernel.meshes, kernel.tables, kernel.scratch, kernel.series.jump
+    n, count, channels = len(kernel.structure.push), len(meshes.damping), len(meshes.channels)
+    law, mesh = s.law[1, 0, m], s.mesh[1]
+    place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
     for after in range(2):
         if after == 1:
             s.touch[m, p] = not s.touch[m, p]
-        flanks_at(meshes, tables, step, WITHIN, x, 1.0 / period, m, s, law[0, m], rub[0, m])
+        mesh_law.flanks_at(kernel, step, WITHIN, x, m, law, s.rub[1, 0, m])
         if after == 1:
-            see_push(meshes, m, place, speed, law[0, m], s.pushes)
-        channel_law(meshes, s, law, rub, s.mesh, s.force, 1)
+            mesh_law.see_push(kernel, m, place, speed, law)
+        mesh_law.channel_law(kernel, NEXT, 1)
         for c in range(m, channels, count):
-            force = channel_force(s.mesh, s.force, channels, c, place, speed)
+            force = mesh[c] * place + mesh[3 * channels + c] * speed - s.force[c]
             jump[c] = force - jump[c] if after == 1 else force
-    length = tables.width[step] * period
-    approach = speed - slope_within(tables.error[step, :, m], x) / length
+    length = tables.width[step] * kernel.period
+    approach = speed - mesh_law.slope_within(tables.error[step, :, m], x) / length
     if p < len(meshes.pairs):
-        approach -= slope_within(tables.gap[step, :, m, p], x) / length
+        approach -= mesh_law.slope_within(tables.gap[step, :, m, p], x) / length
     if approach == 0.0:
         return  # a grazing contact has no time of its own
-    for col in range(1, w):
-        moved = 0.0
-        for row in range(n):
-            moved += direction[row] * state[row, col]
+    for col in range(np.uint64(1), w):
+        moved, _ = mesh_law.motion_of(kernel.structure, m, w, states, j + col)
         for c in range(m, channels, count):
             for row in range(n):
-                state[n + row, col] -= kernel.series.per_force[c, row] * jump[c] * moved / approach
+                at = j + np.uint64(n + row) * w + col
+                states[at] -= kernel.series.per_force[c, row] * jump[c] * moved / approach
 
 
 @jit(counted=False)
-def step_with_changes(
-    kernel: Any,
-    tables: Any,
-    step: int,
-    period: float,
-    columns: Any,
-    w: Any,
-    states: Any,
-    i: Any,
-    j: Any,
-    s: Any,
-) -> int:
+def step_with_changes(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut at every change of contact; count them.
 
     Which springs touch and which pairs push at the start is in the scratch.
     """
-    given, meshes, law, rub = kernel.series, kernel.meshes, s.law[0], s.rub[0]
-    n, pairs = given.terms.shape[1], len(meshes.pairs)
-    size = np.uint64(2 * n) * w
-    copy(states, i, states, j, size)
-    state = states[j : j + size].reshape((np.uint64(2 * n), w))
-    if columns < w:
-        state[:, 1:] = 0.0  # no tangents are followed
+    series, pairs, pushes = kernel.series.terms, len(kernel.meshes.pairs), kernel.scratch.pushes
+    rows = np.uint64(2 * series.shape[1])
+    copy(states, i, j, rows * w, columns, w)
+    state = states[j : j + rows * w].reshape((rows, w))
     a, part, m, f, changes = 0.0, 1.0, np.int64(NOTHING), np.int64(NOTHING), 0
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
-        h = (end - a) * tables.width[step] * period
-        flank_law(meshes, tables, step, a, end, period, s, law, rub)
-        channel_law(meshes, s, law, rub, s.mesh, s.force)
-        begin_series(kernel, tables, step, a, end, h, state)
-        terms = expand(kernel, s.mesh, s.force, h)
-        if terms == TERMS and part > SHORTEST and diverges(given.terms):
+        h = (end - a) * kernel.tables.width[step] * kernel.period
+        mesh_law.flank_law(kernel, step, a, end, THIS)
+        mesh_law.channel_law(kernel, THIS)
+        begin_series(kernel, step, a, end, h, state)
+        terms = expand(kernel, h)
+        if terms == TERMS and part > SHORTEST and diverges(series):
             part = 0.5 * min(part, end - a)
             continue
-        u, m, f = next_change(kernel, tables, step, a, end, h, m, f, terms, s, law)
+        u, m, f = next_change(kernel, step, a, end, m, f, terms)
         if u > 1.0 or changes == MOST_CHANGES:
-            look_at(given.terms, terms, 1.0, h, state)
+            look_at(series, terms, 1.0, h, state)
             a = end
             continue
-        look_at(given.terms, terms, u, h, state)
+        look_at(series, terms, u, h, state)
         changes += 1
         a += u * (end - a)
         if f <= pairs:
-            renew_contact(kernel, tables, step, a, period, m, f, state, s)
+            renew_contact(kernel, step, a, m, f, w, states, j)
         else:
-            p = f - pairs - 1
-            s.pushes[m, p] = not s.pushes[m, p]
+            pushes[m, f - pairs - 1] = not pushes[m, f - pairs - 1]
     return changes

@@ -10,22 +10,11 @@ a power series.
 from typing import Any
 
 import numpy as np
-from numba.extending import overload
 
-from wearlab.compiled import UNCOUNTED, jit, jit_inner
-from wearlab.dynamics.steps.contact_change import SHORTEST, begin_series, diverges, expand, look_at
+from wearlab.compiled import jit, jit_inner
+from wearlab.dynamics.steps import contact_change, mesh_law, rk4
 from wearlab.dynamics.steps.kernel import TERMS, copy
-from wearlab.dynamics.steps.mesh_law import (
-    WITHIN,
-    channel_law,
-    flanks_at,
-    of_mesh,
-    of_pair,
-    row_product,
-    see_push,
-    within,
-)
-from wearlab.dynamics.steps.one_step import fill_load, step_of
+from wearlab.dynamics.steps.mesh_law import THIS, WITHIN
 from wearlab.mesh.damping import apart_force, contact_force
 
 ROUNDS = 4
@@ -37,35 +26,34 @@ PARTS = 8
 
 
 @jit_inner(counted=False)
-def tangents_of_flanks(
-    meshes: Any, tables: Any, step: int, stage: int, x: float, frequency: float, m: int, place: float,
-    speed: float, s: Any, law: Any, rub: Any,
-) -> None:  # fmt: skip
-    """Fill ``law`` (n_pairs + 2, 3) of mesh ``m`` with the tangents of its normal forces at a motion.
+def tangents_of_flanks(kernel: Any, step: int, stage: int, x: float, m: int, at: int) -> None:
+    """Fill the law of mesh ``m`` with the tangents of its normal forces at a motion of the scratch.
 
     Parameters
     ----------
-    meshes, tables, step, stage, x, frequency, s, law, rub : as in `wearlab.dynamics.steps.mesh_law.flanks_at`
-    place, speed : d·q and d·q̇ at that instant
+    kernel, step, stage, x : as in `wearlab.dynamics.steps.mesh_law.flanks_at`
+    at : where in the scratch law, friction and motion are
     """
+    meshes, tables, s, frequency = kernel.meshes, kernel.tables, kernel.scratch, 1.0 / kernel.period
     pairs, damping = len(meshes.pairs), meshes.law
-    error = of_mesh(tables.error, step, stage, m, x)
-    rate = speed - of_mesh(tables.error_rate, step, stage, m, x) * frequency
+    law, place, speed = s.law[0, at, m], s.motion[at, m, 0], s.motion[at, m, 1]
+    error = mesh_law.of_mesh(tables.error, step, stage, m, x)
+    rate = speed - mesh_law.of_mesh(tables.error_rate, step, stage, m, x) * frequency
     lead, clearance, touches = -1, np.inf, False
     for p in range(pairs):
-        present = of_pair(tables.stiffness, step, stage, m, p, x) > 0.0
-        apart = of_pair(tables.gap, step, stage, m, p, x) + error - place
+        present = mesh_law.of_pair(tables.stiffness, step, stage, m, p, x) > 0.0
+        apart = mesh_law.of_pair(tables.gap, step, stage, m, p, x) + error - place
         s.touch[m, p] = present and apart < 0.0
         touches = touches or s.touch[m, p]
         if present and apart < clearance:
             lead, clearance = p, apart
     behind = meshes.backlash[m] + place - error
     s.touch[m, pairs] = behind < 0.0
-    flanks_at(meshes, tables, step, stage, x, frequency, m, s, law, rub)
+    mesh_law.flanks_at(kernel, step, stage, x, m, law, s.rub[0, at, m])
     for p in range(pairs):
         if law[p, 0] == 0.0 and (touches or p != lead):
             continue
-        approach = rate - of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
+        approach = rate - mesh_law.of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
         if touches:
             part = law[p, 1]
             force = law[p, 0] * place - law[p, 2] + part * (speed - approach)
@@ -84,173 +72,113 @@ def tangents_of_flanks(
         s.pushes[m, p] = True
 
 
-def see_flanks(
-    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int,
-    place: float, speed: float, s: Any, law: Any, rub: Any,
-) -> None:  # fmt: skip
-    """Set what touches and pushes in mesh ``m`` at fraction ``x`` of a step, and the forces of its flanks."""
-    raise NotImplementedError("compiled code only")
+@jit_inner(counted=False)
+def see_flanks(damping: Any, kernel: Any, step: int, x: float, m: int, place: float, speed: float) -> None:
+    """Set what touches and pushes in mesh ``m`` at fraction ``x`` of a step, and the forces of its flanks.
 
-
-@overload(see_flanks, jit_options=UNCOUNTED, strict=False)
-def _choose_flanks(law_of_damping: Any, *rest: Any) -> Any:
-    return _by_viscous_law if _is_none(law_of_damping) else _by_law
-
-
-def _is_none(type_of_law: Any) -> bool:
-    return not hasattr(type_of_law, "instance_class")
-
-
-def _by_viscous_law(
-    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int,
-    place: float, speed: float, s: Any, law: Any, rub: Any,
-) -> None:  # fmt: skip
-    pairs = len(meshes.pairs)
-    deflection = place - within(tables.error[step, :, m], x)
-    for p in range(pairs):
-        k = within(tables.stiffness[step, :, m, p], x)
-        s.touch[m, p] = k > 0.0 and deflection > within(tables.gap[step, :, m, p], x)
-    s.touch[m, pairs] = -meshes.backlash[m] - deflection > 0.0
-    flanks_at(meshes, tables, step, WITHIN, x, frequency, m, s, law, rub)
-    see_push(meshes, m, place, speed, law, s.pushes)
-
-
-def _by_law(
-    law_of_damping: Any, meshes: Any, tables: Any, step: int, x: float, frequency: float, m: int,
-    place: float, speed: float, s: Any, law: Any, rub: Any,
-) -> None:  # fmt: skip
-    tangents_of_flanks(meshes, tables, step, WITHIN, x, frequency, m, place, speed, s, law, rub)
+    Parameters
+    ----------
+    damping : law of the meshes, None: viscous; an argument of its own, which the compiler tells apart
+    """
+    s = kernel.scratch
+    if damping is None:
+        mesh_law.note_contact(kernel, step, WITHIN, x, m, place)
+        mesh_law.flanks_at(kernel, step, WITHIN, x, m, s.law[0, 0, m], s.rub[0, 0, m])
+        mesh_law.see_push(kernel, m, place, speed, s.law[0, 0, m])
+    else:
+        s.motion[0, m, 0], s.motion[0, m, 1] = place, speed
+        tangents_of_flanks(kernel, step, WITHIN, x, m, 0)
 
 
 @jit_inner(counted=False)
-def tangents_of_step(kernel: Any, tables: Any, step: int, a: float, b: float, period: float, s: Any) -> bool:
+def tangents_of_step(kernel: Any, step: int, a: float, b: float) -> bool:
     """Make the forces linear about the motion of the scratch over the part a…b; whether the same flanks push.
 
     Fills the law of the channels at start, middle and end.
     """
-    meshes, law, rub, same = kernel.meshes, s.law[0], s.rub[0], True
-    whole, pairs = a == 0.0 and b == 1.0, len(kernel.meshes.pairs)
+    law, whole, same = kernel.scratch.law[0], a == 0.0 and b == 1.0, True
     for stage in range(3):
-        for m in range(len(meshes.damping)):
-            tangents_of_flanks(
-                meshes, tables, step, stage if whole else WITHIN, a + 0.5 * stage * (b - a), 1.0 / period, m,
-                s.motion[stage, m, 0], s.motion[stage, m, 1], s, law[stage, m], rub[stage, m],
-            )  # fmt: skip
-            for p in range(pairs + 1):
+        for m in range(len(kernel.meshes.damping)):
+            x = a + 0.5 * stage * (b - a)
+            tangents_of_flanks(kernel, step, stage if whole else WITHIN, x, m, stage)
+            for p in range(len(kernel.meshes.pairs) + 1):
                 pushes = law[stage, m, p, 0] != 0.0 or law[stage, m, p, 1] != 0.0
                 pushed = law[0, m, p, 0] != 0.0 or law[0, m, p, 1] != 0.0
                 same = same and pushes == pushed
-    channel_law(meshes, s, law, rub, s.mesh, s.force)
+    mesh_law.channel_law(kernel, THIS)
     return same
 
 
 @jit_inner(counted=False)
-def predict(kernel: Any, h: float, w: Any, states: Any, i: Any, s: Any) -> None:
+def predict(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
     """Let the meshes move on as they do in state ``i``, over a time ``h``."""
-    n, d = len(kernel.structure.push), kernel.structure.direction
+    motion = kernel.scratch.motion
     for m in range(len(kernel.meshes.damping)):
-        place = row_product(d, m, n, states, i, w)
-        speed = row_product(d, m, n, states, i + np.uint64(n) * w, w)
+        place, speed = mesh_law.motion_of(kernel.structure, m, w, states, i)
         for stage in range(3):
-            s.motion[stage, m, 0], s.motion[stage, m, 1] = place + 0.5 * stage * h * speed, speed
+            motion[stage, m, 0], motion[stage, m, 1] = place + 0.5 * stage * h * speed, speed
 
 
 @jit_inner(counted=False)
-def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any, s: Any) -> float:
+def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
     """Take the end of the motion from state ``j``, its middle from the cubic; return the relative change."""
-    n, d = len(kernel.structure.push), kernel.structure.direction
-    change = 0.0
+    motion, change = kernel.scratch.motion, 0.0
     for m in range(len(kernel.meshes.damping)):
-        first, before = s.motion[0, m, 0], s.motion[0, m, 1]
-        last = row_product(d, m, n, states, j, w)
-        after = row_product(d, m, n, states, j + np.uint64(n) * w, w)
+        first, before = motion[0, m, 0], motion[0, m, 1]
+        last, after = mesh_law.motion_of(kernel.structure, m, w, states, j)
         size = abs(last) + h * abs(after) + 1e-30
-        moved = abs(last - s.motion[2, m, 0]) + h * abs(after - s.motion[2, m, 1])
+        moved = abs(last - motion[2, m, 0]) + h * abs(after - motion[2, m, 1])
         change = max(change, moved / size)
-        s.motion[1, m, 0] = 0.5 * (first + last) + 0.125 * h * (before - after)
-        s.motion[1, m, 1] = 1.5 * (last - first) / h - 0.25 * (before + after)
-        s.motion[2, m, 0], s.motion[2, m, 1] = last, after
+        motion[1, m, 0] = 0.5 * (first + last) + 0.125 * h * (before - after)
+        motion[1, m, 1] = 1.5 * (last - first) / h - 0.25 * (before + after)
+        motion[2, m, 0], motion[2, m, 1] = last, after
     return change
 
 
-@jit_inner(counted=False)
-def motion_of_series(sensed: Any, terms: int, h: float, motion: Any) -> None:
-    """Write d·q and d·q̇ at the middle and the end of a power series into ``motion`` (3, n_mesh, 2)."""
-    for stage in range(1, 3):
-        u = 0.5 * stage
-        for m in range(motion.shape[1]):
-            place, speed = sensed[terms - 1, m, 0], 0.0
-            for j in range(terms - 2, -1, -1):
-                speed = speed * u + place
-                place = place * u + sensed[j, m, 0]
-            motion[stage, m, 0], motion[stage, m, 1] = place, speed / h
-
-
 @jit(counted=False)
-def in_parts(
-    kernel: Any, tables: Any, step: int, period: float, columns: Any, w: Any, states: Any, i: Any, j: Any,
-    s: Any,
-) -> int:  # fmt: skip
+def in_parts(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut into parts; return how many."""
-    given = kernel.series
-    n = given.terms.shape[1]
-    copy(states, i, states, j, np.uint64(2 * n) * w)
-    state = states[j : j + np.uint64(2 * n) * w].reshape((np.uint64(2 * n), w))
-    if columns < w:
-        state[:, 1:] = 0.0  # no tangents are followed
+    series, motion = kernel.series, kernel.scratch.motion
+    rows = np.uint64(2 * series.terms.shape[1])
+    copy(states, i, j, rows * w, columns, w)
+    state = states[j : j + rows * w].reshape((rows, w))
     a, part, count = 0.0, 1.0 / PARTS, 0
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > 1e-9 else 1.0
-        h = (end - a) * tables.width[step] * period
-        predict(kernel, h, w, states, j, s)
+        h = (end - a) * kernel.tables.width[step] * kernel.period
+        predict(kernel, h, w, states, j)
         terms = 0
         for _ in range(ROUNDS):
-            tangents_of_step(kernel, tables, step, a, end, period, s)
-            begin_series(kernel, tables, step, a, end, h, state)
-            terms = expand(kernel, s.mesh, s.force, h)
-            motion_of_series(given.sensed, terms, h, s.motion)
-        if terms == TERMS and part > SHORTEST and diverges(given.terms):
+            tangents_of_step(kernel, step, a, end)
+            contact_change.begin_series(kernel, step, a, end, h, state)
+            terms = contact_change.expand(kernel, h)
+            for stage in range(1, 3):
+                for m in range(motion.shape[1]):
+                    place, rise = contact_change.horner(series.sensed[:, m, 0], terms, 0.5 * stage)
+                    motion[stage, m, 0], motion[stage, m, 1] = place, rise / h
+        if terms == TERMS and part > contact_change.SHORTEST and contact_change.diverges(series.terms):
             part *= 0.5
             continue
-        look_at(given.terms, terms, 1.0, h, state)
+        contact_change.look_at(series.terms, terms, 1.0, h, state)
         a, count = end, count + 1
     return count
 
 
-def step_by_law(
-    law: Any, kernel: Any, tables: Any, step: int, period: float, columns: Any, w: Any, states: Any, i: Any,
-    j: Any, s: Any,
-) -> int:  # fmt: skip
+@jit_inner(counted=False)
+def step_by_law(law: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
     """Advance ``states[i:]`` by one step into ``states[j:]`` under a law that is not viscous.
 
-    Returns −1 for the viscous law, which it leaves to others; else the number of parts beyond the first.
+    Returns −1 for the viscous law, None, which it leaves to others; else how many parts beyond the first.
     """
-    raise NotImplementedError("compiled code only")
-
-
-@overload(step_by_law, jit_options=UNCOUNTED, strict=False)
-def _choose_step(law: Any, *rest: Any) -> Any:
-    return _left_to_others if _is_none(law) else _step_by_law
-
-
-def _left_to_others(
-    law: Any, kernel: Any, tables: Any, step: int, period: float, columns: Any, w: Any, states: Any, i: Any,
-    j: Any, s: Any,
-) -> int:  # fmt: skip
-    return -1
-
-
-def _step_by_law(
-    law: Any, kernel: Any, tables: Any, step: int, period: float, columns: Any, w: Any, states: Any, i: Any,
-    j: Any, s: Any,
-) -> int:  # fmt: skip
-    h = tables.width[step] * period
-    predict(kernel, h, w, states, i, s)
+    if law is None:
+        return -1
+    h = kernel.tables.width[step] * kernel.period
+    predict(kernel, h, w, states, i)
     for _ in range(ROUNDS):
-        if not tangents_of_step(kernel, tables, step, 0.0, 1.0, period, s):
-            return in_parts(kernel, tables, step, period, columns, w, states, i, j, s)
-        fill_load(kernel.structure, kernel, tables, step, w, s.force, s.load)
-        step_of(kernel.structure, columns, w, states, i, j, s.mesh, s.load, h)
-        if correct_motion(kernel, h, w, states, j, s) <= AGREES:
+        if not tangents_of_step(kernel, step, 0.0, 1.0):
+            return in_parts(kernel, step, columns, w, states, i, j)
+        rk4.fill_load(kernel.structure, kernel, step, w, THIS)
+        rk4.step_of(kernel.structure, kernel, step, columns, w, states, i, j)
+        if correct_motion(kernel, h, w, states, j) <= AGREES:
             break
     return 0

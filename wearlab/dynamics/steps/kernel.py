@@ -15,8 +15,7 @@ from numba.cpython.unsafe.tuple import tuple_setitem
 
 from wearlab.arrays import Array, Flags
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.balance import Balance, balance_of, no_balance
-from wearlab.dynamics.rigid import rigid_modes
+from wearlab.dynamics.rigid import Balance, balance_of, no_balance, rigid_modes
 from wearlab.dynamics.steps.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System, once
 from wearlab.mesh.stages import StageTables
@@ -77,7 +76,6 @@ class Propagated(NamedTuple):
     tables : what the exact steps are made of
     paired : (n_steps,) whether a step and the next are equal and smooth across
     sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
-    second_mesh, second_load : law of the channels and inputs in the second of two steps
     """
 
     direction: Array
@@ -89,8 +87,6 @@ class Propagated(NamedTuple):
     feed: Array
     force: Array
     moved: Array
-    second_mesh: Array
-    second_load: Array
 
 
 class Meshes(NamedTuple):
@@ -153,6 +149,9 @@ class Kernel(NamedTuple):
     meshes, series : see there
     fluctuates : whether there is a fluctuating load
     balance : loads of unknown size of a system free to turn
+    tables, period : the meshes at the stages, and the duration of a mesh period [s]
+    scratch : memory of one integration
+    width : as long as a state has columns: a tuple for a small system
     """
 
     structure: Any
@@ -160,16 +159,20 @@ class Kernel(NamedTuple):
     series: PowerSeries
     fluctuates: bool
     balance: Balance
+    tables: StageTables
+    period: float
+    scratch: "Scratch"
+    width: Any
 
 
 class Scratch(NamedTuple):
-    """Memory of one integration.
+    """Memory of one integration, of two steps or of a step and an instant within.
 
     Parameters
     ----------
-    mesh : (6 n_channel,) stiffness of the channels at start, middle and end of a step, then damping
+    mesh : (2, 6 n_channel) stiffness of the channels at start, middle and end of a step, then damping
     force : (3 n_channel,) offsets of the channels' forces, ``Q = k d·q + b d·q̇ − w``
-    load : (3 n width,) accelerations by them and by the loads, of an exact step (3 n_input,) inputs
+    load : (2, 3 n width) accelerations by them and by the loads, of an exact step (3 n_input,) inputs
     touch : (n_mesh, n_pairs + 1) springs that touch, last the back flank
     pushes : (n_mesh, n_pairs + 1) pairs that push, last the back flank
     law : (2, 3, n_mesh, n_pairs + 2, 3) normal forces of the flanks, and a dashpot that always acts
@@ -185,20 +188,6 @@ class Scratch(NamedTuple):
     law: Array
     rub: Array
     motion: Array
-
-
-def scratch(n: int, meshes: int, channels: int, pairs: int, width: int) -> Scratch:
-    """Allocate the memory of one integration."""
-    return Scratch(
-        np.zeros(6 * channels),
-        np.zeros(3 * channels),
-        np.zeros(3 * max(n * width, channels + 2 + n)),
-        np.zeros((meshes, pairs + 1), np.bool_),
-        np.zeros((meshes, pairs + 1), np.bool_),
-        np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
-        np.zeros((2, 3, meshes, pairs, 2)),
-        np.zeros((3, meshes, 2)),
-    )
 
 
 put: Any = tuple_setitem
@@ -233,19 +222,10 @@ def write(given: Any, out: Any) -> None:
 
 
 @jit_inner(counted=False)
-def copy(source: Any, i: Any, target: Any, j: Any, size: Any) -> None:
-    """Copy ``source[i : i + size]`` to ``target[j:]``, as `write` does."""
-    for x in range(np.uint64(0), np.uint64(size)):
-        target[j + x] = source[i + x]
-
-
-@jit_inner
-def times(matrix: Any, x: Any, out: Any) -> None:
-    """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
-    if x.shape[1] == 1:
-        np.dot(matrix, x.reshape(x.shape[0]), out.reshape(out.shape[0]))
-    else:
-        np.dot(matrix, x, out)
+def copy(states: Any, i: Any, j: Any, size: Any, columns: Any, w: Any) -> None:
+    """Copy the state at ``states[i:]`` to ``states[j:]``, 0 beyond the columns that are followed."""
+    for x in range(np.uint64(0), size):
+        states[j + x] = states[i + x] if x % w < columns else 0.0
 
 
 @jit_inner(counted=False)
@@ -277,16 +257,6 @@ def is_small(system: System) -> bool:
     )
 
 
-def width_of(system: System, columns: int) -> Any:
-    """Return what tells the kernels how many columns a state has: a tuple for a small system."""
-    return (0,) * columns if is_small(system) else np.zeros(columns)
-
-
-def padded_width(n: int) -> int:
-    """Return the columns of a state with tangents, 1 + 2n, rounded up to whole vector registers."""
-    return -(-(1 + 2 * n) // 4) * 4
-
-
 def force_vectors(system: System) -> tuple[Array, Array]:
     """Return kinematic direction and force vector of every channel, (n_channel, n) each [1]."""
     if system.friction_constant is None or system.friction_slope is None:
@@ -296,7 +266,7 @@ def force_vectors(system: System) -> tuple[Array, Array]:
 
 
 def kernel_of(
-    system: System, tables: StageTables, period: float, width: int, *, exact: bool = True
+    system: System, tables: StageTables, period: float, *, tangents: bool = False, exact: bool = True
 ) -> Kernel:
     """Return the kernel's view of ``system``.
 
@@ -305,10 +275,11 @@ def kernel_of(
     system : the equation of motion
     tables : the mesh at the stages
     period : duration of a mesh period [s]
-    width : columns of a state
+    tangents : states have columns for their tangents, rounded up to whole vector registers
     exact : a system that is not small is advanced by exact steps for these tables
     """
-    n, (meshes, pairs) = len(system.load), tables.stiffness.shape[2:]
+    tables, n, (meshes, pairs) = tables.filled, len(system.load), tables.stiffness.shape[2:]
+    width = -(-(1 + 2 * n) // 4) * 4 if tangents else 1
     matrices, balance = _matrices(system), balance_of(system, period) or no_balance(n)
     channels = len(matrices.per_force)
     series = matrices._replace(
@@ -329,8 +300,10 @@ def kernel_of(
         np.zeros(channels),
         system.damping_law,
     )
+    columns: Any = np.zeros(width)
     if is_small(system):
         structure: Any = _diagonal(system)
+        columns = (0,) * width
     elif exact:
         structure = _propagated(system, series, direction, balance, tables, period, width)
     else:
@@ -338,7 +311,18 @@ def kernel_of(
             series.stiffness, series.damping, direction, series.per_force.ravel(), series.push,
             np.zeros(VECTORS * n),
         )  # fmt: skip
-    return Kernel(structure, of_meshes, series, system.fluctuation_direction is not None, balance)
+    memory = Scratch(
+        np.zeros((2, 6 * channels)),
+        np.zeros(3 * channels),
+        np.zeros((2, 3 * max(n * width, channels + 2 + n))),
+        np.zeros((meshes, pairs + 1), np.bool_),
+        np.zeros((meshes, pairs + 1), np.bool_),
+        np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
+        np.zeros((2, 3, meshes, pairs, 2)),
+        np.zeros((3, meshes, 2)),
+    )
+    fluctuates = system.fluctuation_direction is not None
+    return Kernel(structure, of_meshes, series, fluctuates, balance, tables, period, memory, columns)
 
 
 @once
@@ -373,7 +357,7 @@ def _propagated(
     system: System, series: PowerSeries, direction: Array, balance: Balance, tables: StageTables,
     period: float, width: int,
 ) -> Propagated:  # fmt: skip
-    n, meshes, channels = len(system.load), len(system.direction), len(series.per_force)
+    n, meshes = len(system.load), len(system.direction)
     propagator = propagator_of(system, balance, tables, period)
     inputs = propagator.single.inputs.shape[2] // 3
     force = np.zeros((5, inputs, width))
@@ -390,8 +374,6 @@ def _propagated(
         np.zeros((8 * meshes, width)),
         force.reshape(5 * inputs, width),
         np.zeros((2 * n, width)),
-        np.zeros(6 * channels),
-        np.zeros(3 * inputs),
     )
 
 

@@ -23,6 +23,8 @@ START, MIDST, END = np.int64(0), np.int64(1), np.int64(2)
 """Stages of a step, of one type: for every literal numba would compile once more."""
 WITHIN = np.int64(-1)
 """Of an instant that is no stage: tables are interpolated quadratically."""
+THIS, NEXT = np.int64(0), np.int64(1)
+"""Halves of the scratch: of a step, and of the one after it or of an instant within."""
 
 
 @jit_inner(counted=False)
@@ -58,23 +60,25 @@ def in_path(tables: Any, step: int, m: int, p: int) -> bool:
 
 
 @jit_inner(counted=False, forceinline=True)
-def row_product(direction: Any, m: int, n: int, state: Any, offset: Any, stride: Any) -> float:
-    """Return ``d_m · q`` of the rows that start at ``state[offset]``."""
-    total = 0.0
+def motion_of(structure: Any, m: int, w: Any, states: Any, i: Any) -> tuple[float, float]:
+    """Return ``d_m·q`` and ``d_m·q̇`` of the state (2n, w) at ``states[i:]``."""
+    n, place, speed = len(structure.push), 0.0, 0.0
     for row in range(n):
-        total += direction[m * n + row] * state[offset + np.uint64(row) * stride]
-    return total
+        at = i + np.uint64(row) * w
+        place += structure.direction[m * n + row] * states[at]
+        speed += structure.direction[m * n + row] * states[at + np.uint64(n) * w]
+    return place, speed
 
 
 @jit_inner(counted=False)
-def note_contact(
-    meshes: Any, tables: Any, step: int, stage: int, m: int, deflection: float, touch: Any
-) -> None:
-    """Set which springs of mesh ``m`` touch, from its ``deflection`` at a stage of the step."""
-    pairs = len(meshes.pairs)
+def note_contact(kernel: Any, step: int, stage: int, x: float, m: int, place: float) -> None:
+    """Set which springs of mesh ``m`` touch, from its ``place`` d·q at an instant of the step."""
+    tables, touch, pairs = kernel.tables, kernel.scratch.touch, len(kernel.meshes.pairs)
+    deflection = place - of_mesh(tables.error, step, stage, m, x)
     for p in range(pairs):
-        touch[m, p] = deflection > tables.gap[step, stage, m, p] and in_path(tables, step, m, p)
-    touch[m, pairs] = -meshes.backlash[m] - deflection > 0.0
+        gap = of_pair(tables.gap, step, stage, m, p, x)
+        touch[m, p] = deflection > gap and in_path(tables, step, m, p)
+    touch[m, pairs] = -kernel.meshes.backlash[m] - deflection > 0.0
 
 
 @jit_inner(counted=False)
@@ -84,18 +88,17 @@ def normal_force(law: Any, place: float, speed: float) -> float:
 
 
 @jit_inner(counted=False)
-def see_push(meshes: Any, m: int, place: float, speed: float, law: Any, pushes: Any) -> None:
+def see_push(kernel: Any, m: int, place: float, speed: float, law: Any) -> None:
     """Set which pairs of mesh ``m`` push; ``law`` (n_pairs + 2, 3) of its flanks then."""
-    for p in range(len(meshes.pairs) + 1):
-        present = law[p, 0] != 0.0
-        pushes[m, p] = present and (not meshes.gated[m] or normal_force(law[p], place, speed) > 0.0)
+    gated, pushes = kernel.meshes.gated[m], kernel.scratch.pushes
+    for p in range(len(kernel.meshes.pairs) + 1):
+        pushes[m, p] = law[p, 0] != 0.0 and (not gated or normal_force(law[p], place, speed) > 0.0)
 
 
 @jit_inner(counted=False)
-def contact_differs(
-    meshes: Any, tables: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any, s: Any
-) -> bool:
+def contact_differs(kernel: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any) -> bool:
     """Whether mesh ``m`` at a stage contradicts which springs touch and which pairs push."""
+    meshes, tables, s = kernel.meshes, kernel.tables, kernel.scratch
     pairs = len(meshes.pairs)
     deflection = place - tables.error[step, stage, m]
     for p in range(pairs):
@@ -115,24 +118,14 @@ def contact_differs(
 
 
 @jit_inner(counted=False)
-def flanks_at(
-    meshes: Any,
-    tables: Any,
-    step: int,
-    stage: int,
-    x: float,
-    frequency: float,
-    m: int,
-    s: Any,
-    law: Any,
-    rub: Any,
-) -> None:
+def flanks_at(kernel: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any) -> None:
     """Fill ``law`` (n_pairs + 2, 3) of all flanks of mesh ``m`` at one instant, from which springs touch.
 
     References
     ----------
     L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
     """
+    meshes, tables, touch, frequency = kernel.meshes, kernel.tables, kernel.scratch.touch, 1.0 / kernel.period
     pairs, shares = len(meshes.pairs), tables.part
     error = of_mesh(tables.error, step, stage, m, x)
     rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
@@ -143,7 +136,7 @@ def flanks_at(
     for j in range(pairs):
         k = of_pair(tables.stiffness, step, stage, m, j, x)
         every += k
-        if s.touch[m, j]:
+        if touch[m, j]:
             total += k
             reach = k * (of_pair(tables.gap, step, stage, m, j, x) + error)
             if len(shares) == 0:
@@ -155,7 +148,7 @@ def flanks_at(
                     )
                     law[p, 0] += share * k
                     law[p, 2] += share * reach
-    if s.touch[m, pairs]:
+    if touch[m, pairs]:
         law[pairs, 0], law[pairs, 2] = -every, -every * (error - meshes.backlash[m])
     if meshes.gated[m]:
         if total > 0.0:
@@ -165,7 +158,7 @@ def flanks_at(
                     gap_rate = of_pair(tables.pair_rate, step, stage, m, p, x) * frequency
                     law[p, 1] = part
                     law[p, 2] += part * (rate + gap_rate)
-        if s.touch[m, pairs]:
+        if touch[m, pairs]:
             law[pairs, 1] = -c
             law[pairs, 2] -= c * rate
     else:
@@ -178,22 +171,19 @@ def flanks_at(
 
 
 @jit_inner(counted=False)
-def flank_law(
-    meshes: Any, tables: Any, step: int, a: float, b: float, period: float, s: Any, law: Any, rub: Any
-) -> None:
-    """Fill ``law`` (3, n_mesh, n_pairs + 2, 3) and ``rub`` at start, middle and end of the part a…b."""
-    whole, frequency = a == 0.0 and b == 1.0, 1.0 / period
+def flank_law(kernel: Any, step: int, a: float, b: float, half: int) -> None:
+    """Fill law and friction of all flanks in a half of the scratch, at three instants of a part a…b."""
+    law, rub = kernel.scratch.law[half], kernel.scratch.rub[half]
+    whole = a == 0.0 and b == 1.0
     for stage in range(3):
-        for m in range(len(meshes.damping)):
-            flanks_at(
-                meshes, tables, step, stage if whole else WITHIN, a + 0.5 * stage * (b - a), frequency, m, s,
-                law[stage, m], rub[stage, m],
-            )  # fmt: skip
+        at, x = stage if whole else WITHIN, a + 0.5 * stage * (b - a)
+        for m in range(len(kernel.meshes.damping)):
+            flanks_at(kernel, step, at, x, m, law[stage, m], rub[stage, m])
 
 
 @jit_inner(counted=False)
-def channel_law(meshes: Any, s: Any, law: Any, rub: Any, mesh: Any, force: Any, stages: int = 3) -> None:
-    """Fill ``mesh`` (6, n_channel) and ``force`` (3, n_channel), both flat, from which pairs push.
+def channel_law(kernel: Any, half: int, stages: int = 3) -> None:
+    """Fill the law of the channels, ``mesh`` and ``force`` of the scratch, from which pairs push.
 
     Of fewer ``stages`` the first ones.
 
@@ -201,19 +191,21 @@ def channel_law(meshes: Any, s: Any, law: Any, rub: Any, mesh: Any, force: Any, 
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
+    meshes, pushes, force = kernel.meshes, kernel.scratch.pushes, kernel.scratch.force
+    law, rub, mesh = kernel.scratch.law[half], kernel.scratch.rub[half], kernel.scratch.mesh[half]
     count, pairs, channels = len(meshes.damping), len(meshes.pairs), len(meshes.channels)
     for stage in range(stages):
         for c in range(channels):
             m, kind = c % count, c // count
             k, b, w = 0.0, 0.0, 0.0
             for p in range(pairs):
-                if s.pushes[m, p]:
+                if pushes[m, p]:
                     factor = 1.0 if kind == 0 else rub[stage, m, p, kind - 1]
                     k += factor * law[stage, m, p, 0]
                     b += factor * law[stage, m, p, 1]
                     w += factor * law[stage, m, p, 2]
             if kind == 0:
-                if s.pushes[m, pairs]:
+                if pushes[m, pairs]:
                     k -= law[stage, m, pairs, 0]
                     b -= law[stage, m, pairs, 1]
                     w -= law[stage, m, pairs, 2]
@@ -224,61 +216,42 @@ def channel_law(meshes: Any, s: Any, law: Any, rub: Any, mesh: Any, force: Any, 
 
 
 @jit_inner(counted=False, forceinline=True)
-def see_start(
-    kernel: Any,
-    tables: Any,
-    step: int,
-    period: float,
-    w: Any,
-    states: Any,
-    i: Any,
-    s: Any,
-    law: Any,
-    rub: Any,
-) -> None:
+def see_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
     """Set what touches and pushes at the start of a step, and the normal forces over all of it."""
-    n, meshes = len(kernel.structure.push), kernel.meshes
-    d = kernel.structure.direction
-    for m in range(len(meshes.damping)):
-        place = row_product(d, m, n, states, i, w)
-        note_contact(meshes, tables, step, START, m, place - tables.error[step, 0, m], s.touch)
-    flank_law(meshes, tables, step, 0.0, 1.0, period, s, law, rub)
-    for m in range(len(meshes.damping)):
-        place = row_product(d, m, n, states, i, w)
-        speed = row_product(d, m, n, states, i + np.uint64(n) * w, w)
-        see_push(meshes, m, place, speed, law[0, m], s.pushes)
+    for m in range(len(kernel.meshes.damping)):
+        place, _ = motion_of(kernel.structure, m, w, states, i)
+        note_contact(kernel, step, START, 0.0, m, place)
+    flank_law(kernel, step, 0.0, 1.0, THIS)
+    for m in range(len(kernel.meshes.damping)):
+        place, speed = motion_of(kernel.structure, m, w, states, i)
+        see_push(kernel, m, place, speed, kernel.scratch.law[0, 0, m])
 
 
 @jit_inner(counted=False)
-def hold_all(kernel: Any, tables: Any, step: int, s: Any) -> None:
+def hold_all(kernel: Any, step: int) -> None:
     """Let every pair in the path touch and push, and no back flank: the contact of a loaded mesh."""
-    pairs = len(kernel.meshes.pairs)
+    pairs, s = len(kernel.meshes.pairs), kernel.scratch
     for m in range(len(kernel.meshes.damping)):
         for p in range(pairs):
-            s.touch[m, p] = tables.stiffness[step, 1, m, p] > 0.0
+            s.touch[m, p] = kernel.tables.stiffness[step, 1, m, p] > 0.0
             s.pushes[m, p] = True
         s.touch[m, pairs], s.pushes[m, pairs] = False, False
 
 
 @jit_inner(counted=False, forceinline=True)
-def contact_holds(
-    kernel: Any, tables: Any, step: int, period: float, w: Any, states: Any, i: Any, j: Any, s: Any, law: Any
-) -> bool:
+def contact_holds(kernel: Any, step: int, w: Any, states: Any, i: Any, j: Any, half: int) -> bool:
     """Whether contact is right in the middle and at the end of the step from state ``i`` to ``j``.
 
     The middle is that of the cubic Hermite polynomial between both ends.
     """
-    n = len(kernel.structure.push)
-    d, below = kernel.structure.direction, np.uint64(n) * w
-    h = tables.width[step] * period
+    h, law = kernel.tables.width[step] * kernel.period, kernel.scratch.law[half]
     for m in range(len(kernel.meshes.damping)):
-        first, last = row_product(d, m, n, states, i, w), row_product(d, m, n, states, j, w)
-        before = row_product(d, m, n, states, i + below, w)
-        after = row_product(d, m, n, states, j + below, w)
-        if contact_differs(kernel.meshes, tables, step, END, m, last, after, law[2, m], s):
+        first, before = motion_of(kernel.structure, m, w, states, i)
+        last, after = motion_of(kernel.structure, m, w, states, j)
+        if contact_differs(kernel, step, END, m, last, after, law[2, m]):
             return False
         place = 0.5 * (first + last) + 0.125 * h * (before - after)
         speed = 1.5 * (last - first) / h - 0.25 * (before + after)
-        if contact_differs(kernel.meshes, tables, step, MIDST, m, place, speed, law[1, m], s):
+        if contact_differs(kernel, step, MIDST, m, place, speed, law[1, m]):
             return False
     return True

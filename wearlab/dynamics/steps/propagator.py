@@ -13,12 +13,13 @@ stages: everything is tabulated for each of the few lengths of step that a perio
 from collections.abc import Sequence
 from functools import lru_cache
 from math import comb
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.balance import Balance
+from wearlab.compiled import jit_inner
+from wearlab.dynamics.rigid import Balance
 from wearlab.dynamics.system import Frozen, System
 from wearlab.mesh.stages import StageTables
 
@@ -231,3 +232,173 @@ def _until(
         fed_by, moved, share = moved @ fed_by + np.array(later), moved @ moved, 2.0 * share
     entered = np.tensordot(lagrange, fed_by, axes=1)
     return moved, np.moveaxis(entered, 0, 2).reshape(*moved.shape[:2], -1)
+
+
+ROUNDS, ROUNDS_WITH_RATES = 3, 5
+"""Of a step: forces at the later stages depend on the deflections there, which depend on the forces. From a
+guess by the state at the start, every round gains two orders where only stiffnesses differ from their means,
+and one where damping does too."""
+SAME = 1e-9
+"""Difference of a damping from that of the linear part, over it, that is rounding."""
+OF_ONE, OF_TWO = np.int64(2), np.int64(4)
+"""Stages after the first, of one step and of two."""
+
+
+@jit_inner
+def times(matrix: Any, x: Any, out: Any) -> None:
+    """Write ``matrix @ x`` into ``out``, both (rows, columns)."""
+    if x.shape[1] == 1:
+        np.dot(matrix, x.reshape(x.shape[0]), out.reshape(out.shape[0]))
+    else:
+        np.dot(matrix, x, out)
+
+
+@jit_inner
+def slot_of(length: Any, h: float) -> int:
+    """Return which tabulated length a step has, −1: none."""
+    for k in range(len(length)):
+        if length[k] == h:
+            return k
+    return -1
+
+
+def exact_step(
+    structure: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
+) -> None:
+    """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
+
+    Parameters
+    ----------
+    structure : `wearlab.dynamics.steps.kernel.Propagated`
+    kernel, step, w, states, i, j : as in `wearlab.dynamics.steps.rk4.diagonal_step`; the scratch has inputs
+        (3, n_input) at the start, middle and end
+    columns : all
+    """
+    single, rows = structure.tables.single, np.uint64(2 * len(structure.push))
+    slot = slot_of(structure.tables.length, kernel.tables.width[step] * kernel.period)
+    old, new = states[i : i + rows * w].reshape((rows, w)), states[j : j + rows * w].reshape((rows, w))
+    solve_forces(structure, kernel.scratch, single, slot, OF_ONE, old)
+    force = structure.force[: 3 * (len(structure.force) // 5)]
+    advance(single.transition[slot], single.inputs[slot], old, force, structure.moved, new)
+
+
+@jit_inner
+def exact_pair(structure: Any, kernel: Any, step: int, w: Any, states: Any, i: Any) -> bool:
+    """Advance ``states[i:]`` over two equal steps, into the two states after it.
+
+    The scratch has channels and inputs of both. Return whether it was done: not for a length that is not
+    tabulated.
+    """
+    double, rows = structure.tables.double, np.uint64(2 * len(structure.push))
+    slot = slot_of(structure.tables.length, kernel.tables.width[step] * kernel.period)
+    if slot < 0:
+        return False
+    size, force = rows * w, structure.force
+    j, k = i + size, i + size + size
+    old, middle = states[i:j].reshape((rows, w)), states[j:k].reshape((rows, w))
+    solve_forces(structure, kernel.scratch, double, slot, OF_TWO, old)
+    advance(double.between[slot], double.between_inputs[slot], old, force, structure.moved, middle)
+    end = states[k : k + size].reshape((rows, w))
+    advance(double.transition[slot], double.inputs[slot], old, force, structure.moved, end)
+    return True
+
+
+@jit_inner
+def solve_forces(structure: Any, s: Any, steps: Any, slot: int, later: int, old: Any) -> None:
+    """Find the inputs at all stages of a step, or of two; ``later``: stages after the first."""
+    tables, meshes = structure.tables, len(structure.sense) // 8
+    rates = damping_differs(tables, s.mesh[0]) or (later > OF_ONE and damping_differs(tables, s.mesh[1]))
+    sensed = 2 * later * meshes if rates else later * meshes
+    sense, feed = structure.sense[:sensed], structure.feed[:sensed]
+    force = structure.force[: (later + 1) * (len(structure.force) // 5)]
+    times(steps.sense[slot][:sensed], old, sense)
+    sense_start(structure, old, rates)
+    for at in range(later + 1):
+        guess_force(structure, s, at, rates)
+    for _ in range(ROUNDS_WITH_RATES if rates else ROUNDS):
+        times(steps.feed[slot][:sensed], force, feed)
+        for at in range(1, later + 1):
+            correct_force(structure, s, at, later, rates)
+
+
+@jit_inner
+def advance(transition: Any, inputs: Any, old: Any, force: Any, moved: Any, new: Any) -> None:
+    """Write ``transition @ old + inputs @ force`` into ``new``."""
+    times(transition, old, new)
+    times(inputs, force, moved)
+    out, added = new.reshape(new.size), moved.reshape(moved.size)
+    for x in range(np.uint64(0), np.uint64(len(out))):
+        out[x] += added[x]
+
+
+@jit_inner
+def damping_differs(tables: Any, mesh: Any) -> bool:
+    """Whether a mesh is damped otherwise than the linear part has it: a pair does not push, or flanks rub."""
+    channels = len(tables.stiffness)
+    for stage in range(3):
+        for c in range(channels):
+            if abs(mesh[(3 + stage) * channels + c] - tables.damping[c]) > SAME * (1.0 + tables.damping[c]):
+                return True
+    return False
+
+
+@jit_inner
+def sense_start(structure: Any, old: Any, rates: bool) -> None:
+    """Write d·q of all meshes at the start, and d·q̇ where asked for, into the scratch that is free then."""
+    n, meshes = len(structure.push), len(structure.sense) // 8
+    direction = structure.direction[: meshes * n].reshape((meshes, n))
+    times(direction, old[:n], structure.feed[:meshes])
+    if rates:
+        times(direction, old[n:], structure.feed[meshes : 2 * meshes])
+
+
+@jit_inner
+def guess_force(structure: Any, s: Any, at: int, rates: bool) -> None:
+    """Fill the inputs of stage ``at`` from the deflections at the start."""
+    tables, force = structure.tables, structure.force
+    half, stage = (0, at) if at <= OF_ONE else (1, at - OF_ONE)
+    mesh, load = s.mesh[half], s.load[half]
+    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
+    for c in range(channels):
+        row, m = force[at * inputs + c], c % meshes
+        row[:] = 0.0
+        add_scaled(row, tables.stiffness[c] - mesh[stage * channels + c], structure.feed[m])
+        if rates:
+            add_scaled(row, tables.damping[c] - mesh[(3 + stage) * channels + c], structure.feed[meshes + m])
+        row[0] += load[stage * inputs + c]
+    for c in range(channels, inputs):
+        force[at * inputs + c, 0] = load[stage * inputs + c]
+
+
+@jit_inner
+def correct_force(structure: Any, s: Any, at: int, later: int, rates: bool) -> None:
+    """Fill the inputs of stage ``at`` from the deflections there; ``later``: stages after the first."""
+    tables, force = structure.tables, structure.force
+    half, stage = (0, at) if at <= OF_ONE else (1, at - OF_ONE)
+    mesh, load = s.mesh[half], s.load[half]
+    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
+    for c in range(channels):
+        m = (at - 1) * meshes + c % meshes
+        k = mesh[stage * channels + c] - tables.stiffness[c]
+        row = force[at * inputs + c]
+        set_scaled(row, -k, structure.sense[m], structure.feed[m])
+        if rates:
+            damp = mesh[(3 + stage) * channels + c] - tables.damping[c]
+            m += later * meshes
+            add_scaled(row, -damp, structure.sense[m])
+            add_scaled(row, -damp, structure.feed[m])
+        row[0] += load[stage * inputs + c]
+
+
+@jit_inner
+def add_scaled(out: Any, factor: float, x: Any) -> None:
+    """Add ``factor x`` to ``out``."""
+    for col in range(np.uint64(0), np.uint64(len(out))):
+        out[col] += factor * x[col]
+
+
+@jit_inner
+def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
+    """Write ``factor (x + y)`` into ``out``."""
+    for col in range(np.uint64(0), np.uint64(len(out))):
+        out[col] = factor * (x[col] + y[col])

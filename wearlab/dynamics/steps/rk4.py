@@ -13,48 +13,45 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import jit_inner
-from wearlab.dynamics.steps.kernel import VECTORS, add, put, take
+from wearlab.compiled import by_type, jit_inner
+from wearlab.dynamics.steps.kernel import VECTORS, Dense, Diagonal, Propagated, add, put, take
 from wearlab.dynamics.steps.mesh_law import END, MIDST, START
+from wearlab.dynamics.steps.propagator import exact_step
 
 
 def diagonal_step(
-    structure: Any, columns: Any, w: Any, states: Any, i: Any, j: Any, mesh: Any, load: Any, h: Any
+    structure: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
 ) -> None:
-    """Advance the state at ``states[i:]`` by time ``h`` into ``states[j:]``.
+    """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters
     ----------
     structure : `wearlab.dynamics.steps.kernel.Diagonal`
+    kernel : the system; the scratch has stiffness and damping of the channels, and the inhomogeneous
+        acceleration (3, n, width) at the start, middle and end, in column 0 [m/s²]
+    step : of the tables
     columns, w : how many columns to advance, and how many a state has (uint64)
     states, i, j : flat arrays of states and offsets into them (uint64)
-    mesh : (6, n_channel) flat: stiffness at the start, middle and end [N/m], and damping [N s/m]
-    load : (3, n, width) flat: inhomogeneous acceleration at the start, middle and end, in column 0 [m/s²]
-    h : length of the step [s]
 
     References
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    like, k, c = structure.push, structure.stiffness, structure.damping
-    d, p = structure.direction, structure.per_force
-    zero, n = np.uint64(0), len(like)
-    below, meshes = np.uint64(n) * w, len(d) // n
-    half, h6 = 0.5 * h, h / 6.0
+    like, mesh, load = structure.push, kernel.scratch.mesh[0], kernel.scratch.load[0]
+    zero, n, h = np.uint64(0), len(like), kernel.tables.width[step] * kernel.period
+    below, half, h6 = np.uint64(n) * w, 0.5 * h, h / 6.0
     for col in range(zero, columns):
         q = take(like, states, i + col, w)
         v = take(like, states, i + below + col, w)
         b1 = take(like, load, col, w)
         b2 = take(like, load, below + col, w)
         b3 = take(like, load, below + below + col, w)
-        a1 = _acceleration(k, c, d, p, mesh, START, meshes, b1, q, v)
+        a1 = _acceleration(structure, mesh, START, b1, q, v)
         q_half = add(q, half, v)
-        a2 = _acceleration(k, c, d, p, mesh, MIDST, meshes, b2, q_half, add(v, half, a1))
-        a3 = _acceleration(
-            k, c, d, p, mesh, MIDST, meshes, b2, add(q_half, half * half, a1), add(v, half, a2)
-        )
+        a2 = _acceleration(structure, mesh, MIDST, b2, q_half, add(v, half, a1))
+        a3 = _acceleration(structure, mesh, MIDST, b2, add(q_half, half * half, a1), add(v, half, a2))
         q_end = add(q, h, v)
-        a4 = _acceleration(k, c, d, p, mesh, END, meshes, b3, add(q_end, h * half, a2), add(v, h, a3))
+        a4 = _acceleration(structure, mesh, END, b3, add(q_end, h * half, a2), add(v, h, a3))
         for row in range(n):
             middles = a2[row] + a3[row]
             to = j + np.uint64(row) * w + col
@@ -63,12 +60,11 @@ def diagonal_step(
 
 
 @jit_inner(counted=False, forceinline=True)
-def _acceleration(
-    k: Any, c: Any, d: Any, p: Any, mesh: Any, stage: int, meshes: int, load: Any, q: Any, v: Any
-) -> Any:
+def _acceleration(structure: Any, mesh: Any, stage: int, load: Any, q: Any, v: Any) -> Any:
     """Return ``a − K q − C q̇ − Σ_m M⁻¹ d_m (k_m d_m·q + b_m d_m·q̇)`` as a tuple."""
-    n = len(q)
-    out = load
+    n, k, c = len(q), structure.stiffness, structure.damping
+    d, p = structure.direction, structure.per_force
+    out, meshes = load, len(d) // n
     for row in range(n):
         out = put(out, row, load[row] - k[row] * q[row] - c[row] * v[row])
     for m in range(meshes):
@@ -84,9 +80,9 @@ def _acceleration(
 
 
 def dense_step(
-    structure: Any, columns: Any, w: Any, states: Any, i: Any, j: Any, mesh: Any, load: Any, h: Any
+    structure: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
 ) -> None:
-    """Advance a trajectory alone at ``states[i:]`` by time ``h`` into ``states[j:]``.
+    """Advance a trajectory alone at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters are those of `wearlab.dynamics.steps.rk4.diagonal_step`.
 
@@ -94,7 +90,8 @@ def dense_step(
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    n = len(structure.push)
+    mesh, load = kernel.scratch.mesh[0], kernel.scratch.load[0]
+    n, h = len(structure.push), kernel.tables.width[step] * kernel.period
     work = structure.work.reshape((VECTORS, n))
     q0, v0, q, v = work[0], work[1], work[2], work[3]
     first, second, third, fourth = work[4], work[5], work[6], work[7]
@@ -139,3 +136,40 @@ def _dense_acceleration(
         force = mesh[at] * place + mesh[3 * channels + at] * speed
         for row in range(n):
             a[row] -= structure.per_force[c * n + row] * force
+
+
+def _accelerations(structure: Any, kernel: Any, step: Any, w: Any, half: Any) -> None:
+    tables, force, load = kernel.tables, kernel.scratch.force, kernel.scratch.load[half]
+    n, channels, balance = len(structure.push), len(kernel.meshes.channels), kernel.balance
+    for stage in range(3):
+        factor = tables.fluctuation[step, stage] if kernel.fluctuates else 0.0
+        for row in range(n):
+            total = structure.push[row] + factor * kernel.series.fluctuation[row]
+            for c in range(channels):
+                total += structure.per_force[c * n + row] * force[stage * channels + c]
+            for b in range(len(balance.held)):
+                total += balance.size[b] * balance.push[b, row]
+            load[np.uint64(stage * n + row) * w] = total
+
+
+def _inputs(structure: Any, kernel: Any, step: Any, w: Any, half: Any) -> None:
+    tables, force, load = kernel.tables, kernel.scratch.force, kernel.scratch.load[half]
+    channels, inputs, balance = len(kernel.meshes.channels), len(structure.force) // 5, kernel.balance
+    for stage in range(3):
+        at = stage * inputs
+        for c in range(channels):
+            load[at + c] = force[stage * channels + c]
+        load[at + channels] = 1.0
+        if kernel.fluctuates:
+            load[at + channels + 1] = tables.fluctuation[step, stage]
+        for b in range(len(balance.held)):
+            load[at + inputs - len(balance.held) + b] = balance.size[b]
+
+
+STEPS = {Diagonal: diagonal_step, Dense: dense_step, Propagated: exact_step}
+step_of = by_type(lambda structure, *rest: STEPS[structure.instance_class])
+"""Advance by the step of the structure's kind."""
+fill_load = by_type(
+    lambda structure, *rest: _inputs if structure.instance_class is Propagated else _accelerations
+)
+"""Fill a half of the loads with what acts beside springs and dampers: offsets of the channels, and loads."""
