@@ -6,16 +6,7 @@ from typing import NamedTuple
 from wearlab.gears.gear import Gear, GearPair, PathOfContact
 from wearlab.gears.root import RackCut, ToothRoot, root_of
 from wearlab.gears.shifts import operating_position
-from wearlab.gears.specification import (
-    Basics,
-    GearError,
-    GearSpec,
-    Material,
-    check_material,
-    check_reliefs,
-    modification,
-    settled,
-)
+from wearlab.gears.specification import Basics, GearError, GearSpec, check_material, check_reliefs
 
 FEWEST_TEETH = 5
 
@@ -60,13 +51,14 @@ def build_gear(
     r_a = spec.tip_radius(module, profile_shift, k, 1.0)
     generated = profile_shift + spec.thinning(module, pressure_angle)
     r_f = spec.root_radius(module, generated, 1.0)
-    bore, bore_flag = _bore_radius(spec, r_f)
+    bore = 0.5 * (r_f if spec.bore_diameter is None else spec.bore_diameter)
+    flags = ("bore_diameter assumed 0.5 root diameter",) if spec.bore_diameter is None else ()
     _check_circles(spec.name, r_b, r_a, r_f, bore)
     fillet = spec.fillet_radius_coefficient
     cut = RackCut(spec.teeth, module, pressure_angle, generated, r_f, fillet)
     root = root_of(spec.root_profile, spec.name, cut)
     circles = Circles(r_b, r_a, r_f, bore)
-    gear = gear_of(spec, basics, generated, circles, root, (*assumed, *root.assumed, *bore_flag))
+    gear = gear_of(spec, basics, generated, circles, root, (*assumed, *root.assumed, *flags))
     _check_tip(gear)
     return gear
 
@@ -90,7 +82,9 @@ def gear_of(
 ) -> Gear:
     """Return the gear of these circles and this root; what else is absent comes from the set or a solid."""
     r, internal = 0.5 * basics.module * spec.teeth, circles.bore > circles.tip
-    material, width = own_of(spec, basics)
+    material, width = spec.material or basics.material, spec.face_width or basics.face_width
+    check_material(material, spec.name)
+    assert width is not None  # check_specification
     mass, inertia, flags = solid(spec, material.density, width, max(r, circles.bore), min(r, circles.bore))
     return Gear(
         name=spec.name,
@@ -111,22 +105,9 @@ def gear_of(
         mass=mass,
         inertia=inertia,
         assumed=(*assumed, *flags),
-        modification=modification(
-            settled(spec.tip_relief, circles.base, circles.tip, spec.name, internal=internal),
-            spec.root_relief,
-            spec.profile_crowning,
-            spec.profile_slope,
-        ),
+        modification=spec.modification(circles.base, circles.tip, internal=internal),
         internal=internal,
     )
-
-
-def own_of(spec: GearSpec, basics: Basics) -> tuple[Material, float]:
-    """Return a gear's material and face width [m], its own or the set's."""
-    material, width = spec.material or basics.material, spec.face_width or basics.face_width
-    check_material(material, spec.name)
-    assert width is not None  # check_specification
-    return material, width
 
 
 def check_specification(spec: GearSpec, face_width: float | None) -> None:
@@ -170,12 +151,6 @@ def _check_external(spec: GearSpec) -> None:
         )
     if spec.root_profile == "fillet":
         raise GearError(f'{spec.name}: root_profile "fillet" belongs to a ring; give "trochoid" or "radial"')
-
-
-def _bore_radius(spec: GearSpec, root_radius: float) -> tuple[float, tuple[str, ...]]:
-    if spec.bore_diameter is not None:
-        return 0.5 * spec.bore_diameter, ()
-    return 0.5 * root_radius, ("bore_diameter assumed 0.5 root diameter",)
 
 
 def _check_circles(name: str, r_b: float, r_a: float, r_f: float, bore: float) -> None:

@@ -17,20 +17,7 @@ import math
 from dataclasses import replace
 from typing import Literal
 
-from wearlab.gears.external import (
-    CONTACT_TOLERANCE,
-    Circles,
-    build_gear,
-    check_backlash,
-    check_basics,
-    check_clearance,
-    check_specification,
-    check_start,
-    gear_of,
-    paired,
-    refuse_pointed,
-    tip_curvature,
-)
+from wearlab.gears import external
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.root import ToothRoot, form_radius
 from wearlab.gears.shifts import internal_position, involute
@@ -87,14 +74,14 @@ def build_ring(
     fillet, fillet_flag = _fitting_fillet(spec.name, wanted, (r_b, r_a, r_f), space, module)
     profile: RootProfile = "fillet" if fillet > 0.0 else "radial"
     root = ToothRoot(profile, _form_radius(r_b, r_f, fillet), fillet, fillet_flag)
-    circles = Circles(r_b, r_a, r_f, rim)
-    ring = gear_of(spec, basics, generated, circles, root, (*assumed, *root.assumed))
+    circles = external.Circles(r_b, r_a, r_f, rim)
+    ring = external.gear_of(spec, basics, generated, circles, root, (*assumed, *root.assumed))
     _check_tooth(ring)
     return ring
 
 
 def _check_ring_specification(spec: GearSpec, face_width: float | None) -> None:
-    check_specification(spec, face_width)
+    external.check_specification(spec, face_width)
     if spec.rim_diameter is None or not spec.rim_diameter > 0.0:
         raise GearError(
             f"{spec.name}: rim_diameter is missing: a ring needs the outside diameter of its rim, above its "
@@ -181,7 +168,7 @@ def _check_tooth(ring: Gear) -> None:
             f"{ring.name}: no involute is left between the tip diameter {2e3 * ring.tip_radius:.5g} mm and "
             f"the form diameter {2e3 * ring.form_radius:.5g} mm; reduce fillet_radius_coefficient"
         )
-    refuse_pointed(ring)
+    external.refuse_pointed(ring)
 
 
 LEAST_ROUNDING = 0.95
@@ -271,7 +258,7 @@ def internal_pair(
     ----------
     ISO 21771:2007, clauses 4 and 5; a positive shift of a ring enlarges its tooth spaces here.
     """
-    check_basics(pinion, ring, basics)
+    external.check_basics(pinion, ring, basics)
     if not ring.teeth > pinion.teeth:
         raise GearError(
             f"{ring.name}: {ring.teeth} teeth cannot surround a {pinion.name} of {pinion.teeth}: give the "
@@ -284,7 +271,7 @@ def internal_pair(
         pressure_angle=basics.pressure_angle,
         centre_distance=centre_distance,
     )
-    inner = build_gear(
+    inner = external.build_gear(
         pinion,
         basics,
         profile_shift=operating.shifts[0],
@@ -320,11 +307,11 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
     """
     alpha_w = math.acos((ring.base_radius - pinion.base_radius) / centre_distance)
     _check_interference(pinion, ring, centre_distance, alpha_w)
-    pinion_end = tip_curvature(pinion) - pinion.base_radius * math.tan(alpha_w)
-    ring_end = ring.base_radius * math.tan(alpha_w) - tip_curvature(ring)
+    pinion_end = external.tip_curvature(pinion) - pinion.base_radius * math.tan(alpha_w)
+    ring_end = ring.base_radius * math.tan(alpha_w) - external.tip_curvature(ring)
     s_A, s_E = (-pinion_end, ring_end) if ring_drives else (-ring_end, pinion_end)
     driving, driven = (ring, pinion) if ring_drives else (pinion, ring)
-    pair = paired(driving, driven, centre_distance, alpha_w, (s_A, s_E))
+    pair = external.paired(driving, driven, centre_distance, alpha_w, (s_A, s_E))
     if not pair.contact_ratio >= 1.0:
         raise GearError(
             f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
@@ -334,16 +321,16 @@ def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_
     for gear in (pinion, ring):
         if gear.modification is not None:
             check_reliefs(gear.modification, s_E - s_A, gear.name)
-    check_backlash(pair)
+    external.check_backlash(pair)
     return pair
 
 
 def _check_interference(pinion: Gear, ring: Gear, a: float, alpha_w: float) -> None:
     """Refuse contact off either involute, tips in roots, and tips that meet outside the path."""
     lead = (ring.base_radius - pinion.base_radius) * math.tan(alpha_w)
-    check_start(pinion, ring, tip_curvature(ring) - lead)
-    end = math.hypot(ring.base_radius, tip_curvature(pinion) + lead)
-    if end > ring.form_radius * (1.0 + CONTACT_TOLERANCE):
+    external.check_start(pinion, ring, external.tip_curvature(ring) - lead)
+    end = math.hypot(ring.base_radius, external.tip_curvature(pinion) + lead)
+    if end > ring.form_radius * (1.0 + external.CONTACT_TOLERANCE):
         raise GearError(
             f"fillet interference: {pinion.name} would touch {ring.name} at diameter {2e3 * end:.5g} mm, "
             f"above its form diameter {2e3 * ring.form_radius:.5g} mm; shorten the tip of {pinion.name}, "
@@ -353,7 +340,7 @@ def _check_interference(pinion: Gear, ring: Gear, a: float, alpha_w: float) -> N
         (pinion, ring, ring.root_radius - a - pinion.tip_radius),
         (ring, pinion, ring.tip_radius - a - pinion.root_radius),
     ):
-        check_clearance(gear, mate, clearance)
+        external.check_clearance(gear, mate, clearance)
     clearance = tip_clearance(pinion, ring, a)
     if clearance < 0.0:
         raise GearError(

@@ -140,20 +140,6 @@ class ReliefFrom:
         return Relief(self.amount, abs(tip - start), self.shape)
 
 
-def settled(
-    relief: Relief | ReliefFrom | None,
-    base_radius: float,
-    tip_radius: float,
-    name: str,
-    *,
-    internal: bool = False,
-) -> Relief | None:
-    """Return a relief by its length, whichever way it was given."""
-    if isinstance(relief, ReliefFrom):
-        return relief.of(base_radius, tip_radius, name, internal=internal)
-    return relief
-
-
 @dataclass(frozen=True)
 class Modification:
     """All profile modifications of one flank.
@@ -193,18 +179,6 @@ class Modification:
         if self.root_relief is not None:
             removed = removed + self.root_relief.removed(x)
         return removed
-
-
-def modification(
-    tip_relief: Relief | None,
-    root_relief: Relief | None,
-    profile_crowning: float | None,
-    profile_slope: float | None,
-) -> Modification | None:
-    """Return the modification made of the parts that are given, or None without any."""
-    if tip_relief is None and root_relief is None and not profile_crowning and not profile_slope:
-        return None
-    return Modification(tip_relief, root_relief, profile_crowning or 0.0, profile_slope or 0.0)
 
 
 def check_reliefs(item: Modification, active_length: float, name: str) -> None:
@@ -307,6 +281,21 @@ class GearSpec:
             and self.tip_alteration is None
             and self.tip_alteration_coefficient is None
         )
+
+    def modification(self, base_radius: float, tip_radius: float, *, internal: bool) -> Modification | None:
+        """Return what is removed from the involute on purpose, None where nothing is.
+
+        Parameters
+        ----------
+        base_radius, tip_radius : of the gear [m]
+        internal : whether it is a ring
+        """
+        tip = self.tip_relief
+        if isinstance(tip, ReliefFrom):
+            tip = tip.of(base_radius, tip_radius, self.name, internal=internal)
+        if tip is None and self.root_relief is None and not self.profile_crowning and not self.profile_slope:
+            return None
+        return Modification(tip, self.root_relief, self.profile_crowning or 0.0, self.profile_slope or 0.0)
 
     def thinning(self, module: float, pressure_angle: float) -> float:
         """Return by how much the cutter is fed deeper into an external gear, ``E_sn / (2 m tan α)`` [1].
