@@ -8,14 +8,16 @@ from scipy.optimize import brentq
 
 from wearlab.mesh.body import body_coupling
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
-from wearlab.mesh.hertz import ConstantContact, WeberContact, yang_sun
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stiffness import (
+    ConstantContact,
     GivenStiffness,
     PiecewiseCurve,
     PotentialEnergy,
     SectionVanished,
+    WeberContact,
     constant,
+    yang_sun,
 )
 from wearlab.mesh.tooth import tooth_flexibility
 

@@ -16,7 +16,7 @@ from wearlab.mesh.finite_element.compliance import FiniteElement, gear_complianc
 from wearlab.mesh.finite_element.compliance import pair_compliance as compliance
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
-from wearlab.mesh.hertz import ConstantContact, WeberContact
+from wearlab.mesh.stiffness import ConstantContact, WeberContact
 
 QUICK = Options(refinement=2, samples=11)
 HEIGHTS = np.linspace(1.1, 1.9, 9)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from wearlab.gears.specification import STEEL, Material
-from wearlab.mesh.hertz import WeberContact, yang_sun
+from wearlab.mesh.stiffness import WeberContact, yang_sun
 
 E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 WEBER = WeberContact(6e-3, np.array([2.4e-3, 2.2e-3]), (STEEL, STEEL), 0.02)

@@ -22,7 +22,7 @@ from wearlab.mesh.body import (
     mode_compliance,
     sainsot_coefficients,
 )
-from wearlab.mesh.hertz import WeberContact, yang_sun
+from wearlab.mesh.stiffness import WeberContact, yang_sun
 from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
 
 

@@ -12,7 +12,7 @@ from wearlab.gears.external import external_pair
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import foundation_compliance
-from wearlab.mesh.hertz import yang_sun
+from wearlab.mesh.stiffness import yang_sun
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance, tooth_flexibility
 
 RADIAL = {"root_diameter": 0.140, "bore_diameter": 0.040}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gear_unit import GEAR_UNIT
 
-from wearlab.mesh.face.curves import LEVELS, FaceFlanks, curves
+from wearlab.mesh.face.contact import LEVELS, FaceFlanks, curves
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
 from wearlab.simulation import simulate

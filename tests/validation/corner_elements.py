@@ -25,7 +25,7 @@ from wearlab.gears.outline import contact_depth
 from wearlab.mesh.finite_element.compliance import wheel_compliance
 from wearlab.mesh.finite_element.elements import Options, flank_loads, half_plane_compliance, sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
-from wearlab.mesh.hertz import WeberContact
+from wearlab.mesh.stiffness import WeberContact
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,7 @@ from wearlab.dynamics.orbits.response import Response
 from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
 from wearlab.life.limits import StopWear
 from wearlab.life.vibration import Responses, Vibration
-from wearlab.mesh.face.contact import FaceContact, LineLoads
-from wearlab.mesh.face.curves import FaceFlanks, curves
+from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, curves
 from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate

@@ -1,6 +1,6 @@
 """Worn flanks in quasi-static contact: compliance and gap at every node, then the sharing at every phase."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.mesh.exact.gaps import Gaps
-from wearlab.mesh.profile import Lookup, ProfileGrid, interpolate, lookup
+from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes, interpolate
 from wearlab.mesh.sharing import share
 from wearlab.mesh.stiffness import PairStiffness
 
@@ -78,20 +78,17 @@ class ContactAnalysis:
     load: float
     engagement_gap: float = np.inf
     gaps: Gaps | None = None
-    _at_nodes: Lookup = field(init=False, repr=False)
-    _in_contact: tuple[Flags, Index] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        phases, _ = self.grid.phase_nodes
-        segment = np.repeat(np.arange(len(self.grid.intervals)), self.grid.intervals + 1)
-        object.__setattr__(self, "_at_nodes", lookup(self.grid, phases, segment))
-        pairs = self.grid.pairs_at_phase_nodes
-        object.__setattr__(self, "_in_contact", (pairs >= 0, pairs[pairs >= 0]))
-
-    @property
+    @cached_property
     def at_nodes(self) -> Lookup:
         """The look-up of the phase nodes themselves."""
-        return self._at_nodes
+        return at_phase_nodes(self.grid)
+
+    @cached_property
+    def _in_contact(self) -> tuple[Flags, Index]:
+        """Whether there is a pair at each phase node and slot, and the touching nodes of these."""
+        pairs = self.grid.pairs_at_phase_nodes
+        return pairs >= 0, pairs[pairs >= 0]
 
     @cached_property
     def unworn(self) -> tuple[Nodes, Quasistatic]:
@@ -128,7 +125,7 @@ class ContactAnalysis:
             contact = self.stiffness.contact(np.maximum(force, least))
             straight = softening * (force > least)
             nodes = Nodes(body + contact - straight, gap + straight * force, cross)
-            updated = self._force_in_contact(self.quasistatic(nodes, self._at_nodes).force)
+            updated = self._force_in_contact(self.quasistatic(nodes, self.at_nodes).force)
             settled = np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load
             force = updated
             if settled:

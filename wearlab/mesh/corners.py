@@ -83,20 +83,20 @@ class Corner(NamedTuple):
     gear : whose tip it is, 0 driving, 1 driven
     own : (m,) nodes near the tip, the tip itself first
     separation : (n, m) gap of these points of the unworn flank from the mate, along the line of action [m]
-    mate : (n, m) path position of the mate's point each would meet [m]
-    position : (n_nodes,) path positions of the nodes [m]
+    low, share : (n, m) the mate's point each would meet: the node before it, and how far on to the next [1]
     """
 
     gear: int
     own: Index
     separation: Array
-    mate: Array
-    position: Array
+    low: Index
+    share: Array
 
     def gap(self, removed: Array) -> Array:
-        """Return the smallest gap for material removed from the flanks (2, n_nodes), (n,) [m]."""
-        theirs = np.interp(self.mate, self.position, removed[1 - self.gear])
-        return np.asarray((self.separation + theirs + removed[self.gear, self.own]).min(axis=1))
+        """Return the smallest gap for material removed from the flanks (2, …, n_nodes), (…, n) [m]."""
+        own, mate = removed[self.gear][..., None, self.own], removed[1 - self.gear]
+        theirs = mate[..., self.low] * (1.0 - self.share) + mate[..., self.low + 1] * self.share
+        return np.asarray((self.separation + theirs + own).min(axis=-1))
 
 
 def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
@@ -117,7 +117,10 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
     own = np.flatnonzero(np.abs(position - tip) <= NEAR_TIP * pair.base_pitch)
     own = own if gear == DRIVEN else own[::-1]
     separation, mate = separations(pair, gear, np.asarray(x, float)[:, None], position[own])
-    return Corner(gear, own, separation, mate, position)
+    low = np.clip(np.searchsorted(position, mate, side="right") - 1, 0, len(position) - 2)
+    length = position[low + 1] - position[low]
+    reached = np.divide(mate - position[low], length, out=np.zeros_like(mate), where=length > 0.0)
+    return Corner(gear, own, separation, low, np.clip(reached, 0.0, 1.0))
 
 
 def unworn_extension(pair: GearPair, deflection: float) -> Extension:

@@ -13,12 +13,9 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit
+from wearlab.mesh import excitation, profile, stages, tabulation
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.damping import apart_force, contact_force
-from wearlab.mesh.excitation import MeshFlanks
-from wearlab.mesh.profile import Lookup
-from wearlab.mesh.stages import Springs
-from wearlab.mesh.tabulation import pair_springs
 
 AT_ONCE = 100_000
 """Pair forces that are found at once: what they take has to fit the memory."""
@@ -65,7 +62,7 @@ class NormalForces(NamedTuple):
     reserve: Array
 
 
-def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> NormalForces:
+def normal_forces(springs: stages.Springs, motion: Deflections, dashpot: Dashpot) -> NormalForces:
     """Return the forces of meshes (…), rates of gaps by time.
 
     References
@@ -85,7 +82,7 @@ def normal_forces(springs: Springs, motion: Deflections, dashpot: Dashpot) -> No
     moved = [np.array(np.broadcast_to(each, shape), float, order="C").reshape(-1, count) for each in motion]
     values, each_pair = np.empty((3, len(moved[0]), count)), np.empty((2, len(moved[0]), count, pairs))
     stiffness, gap, pair_rate = (flat(each, pairs) for each in springs[:3])
-    own = Springs(stiffness, gap, pair_rate, flat(springs.lead_rate), part)
+    own = stages.Springs(stiffness, gap, pair_rate, flat(springs.lead_rate), part)
     always, meshes = dashpot.always and dashpot.law is None, at[-1] if np.ndim(dashpot.damping) else 1
     beside = Dashpot(flat(dashpot.damping), always, flat(dashpot.backlash), dashpot.law)
     _fill(own, Deflections(*moved), beside, meshes, values, each_pair)
@@ -154,7 +151,7 @@ def _fill(springs: Any, motion: Any, dashpot: Any, meshes: int, values: Any, eac
 
 
 def flank_forces(
-    flanks: MeshFlanks, where: Lookup, motion: Deflections, dashpot: Dashpot, period: float
+    flanks: excitation.MeshFlanks, where: profile.Lookup, motion: Deflections, dashpot: Dashpot, period: float
 ) -> NormalForces:
     """Return the forces of a mesh at phases for motions (…, n); a series' by the pairs' static share.
 
@@ -166,7 +163,7 @@ def flank_forces(
     dashpot : of the mesh
     period : duration of a mesh period [s]
     """
-    springs = pair_springs(flanks, where).per(period)
+    springs = tabulation.pair_springs(flanks, where).per(period)
     if motion.deflection.ndim == 1:
         forces = normal_forces(springs, motion, dashpot)
     else:

@@ -283,6 +283,33 @@ def cubic_weights(t: Array) -> Array:
     )
 
 
+BY_CUBIC = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, -3.0, 6.0, -1.0]]) / 6.0
+BY_QUARTIC = np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0]]) / 12.0
+"""Weights of nodes at 0, 1, 2 … for the slope at 0 and at 1, by the polynomial through them."""
+
+
+def slopes(values: Array, at_end: Array) -> Array:
+    """Return the slopes at equally spaced nodes (n, …), per spacing.
+
+    Central differences of fourth order, at the ends those of a polynomial: slopes that are interpolated
+    between the nodes do not jump at them.
+
+    Parameters
+    ----------
+    values : at the nodes of a smooth segment, five or more
+    at_end : `BY_CUBIC` or `BY_QUARTIC`
+
+    References
+    ----------
+    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.2.
+    """
+    slope, last = np.empty_like(values), at_end.shape[1]
+    slope[2:-2] = (values[:-4] - 8.0 * values[1:-3] + 8.0 * values[3:-1] - values[4:]) / 12.0
+    slope[:2] = np.tensordot(at_end, values[:last], axes=1)
+    slope[:-3:-1] = -np.tensordot(at_end, values[: -last - 1 : -1], axes=1)
+    return slope
+
+
 def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Lookup:
     """Prepare the interpolation of node values to phases (one-sided within each segment).
 
@@ -303,6 +330,12 @@ def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Loo
     t = x - offset
     weight = cubic_weights(t)
     return Lookup(phase, segment, offset, weight)
+
+
+def at_phase_nodes(grid: ProfileGrid) -> Lookup:
+    """Return the look-up of the phase nodes themselves, each in its own segment."""
+    phases, _ = grid.phase_nodes
+    return lookup(grid, phases, np.repeat(np.arange(len(grid.intervals)), grid.intervals + 1))
 
 
 @jit

@@ -9,13 +9,10 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.mesh.body import body_compliance, body_coupling, foundation_compliance
-from wearlab.mesh.finite_element.compliance import FiniteElement, pair_compliance
-from wearlab.mesh.finite_element.elements import Options, Plane
-from wearlab.mesh.hertz import ConstantContact, HertzContact, WeberContact, yang_sun
+from wearlab.mesh import body, tooth
+from wearlab.mesh.finite_element import compliance, elements
 from wearlab.mesh.profile import ProfileGrid
-from wearlab.mesh.stiffness import PotentialEnergy
-from wearlab.mesh.tooth import tooth_flexibility
+from wearlab.mesh.stiffness import ConstantContact, HertzContact, PotentialEnergy, WeberContact, yang_sun
 
 REFINEMENT = 2
 """Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
@@ -23,25 +20,25 @@ NARROW = 3.0
 """Face width in modules below which a pair is computed in plane stress: two modules are (solid elements)."""
 
 
-def plane_of(asked: str, pair: GearPair) -> Plane:
+def plane_of(asked: str, pair: GearPair) -> elements.Plane:
     """Return the plane state in which a pair is computed."""
-    by_width: Plane = "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
-    planes: dict[str, Plane] = {"by-width": by_width, "strain": "strain", "stress": "stress"}
+    by_width: elements.Plane = "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
+    planes: dict[str, elements.Plane] = {"by-width": by_width, "strain": "strain", "stress": "stress"}
     return planes[asked]
 
 
-def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteElement:
+def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> compliance.FiniteElement:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
     plane = plane_of(asked.plane, pair)
     recess = float(grid.contact_position[-1] - grid.position[-1])
-    own, shared = pair_compliance(
-        pair, grid.position, grid.n_pairs, Options(plane=plane, refinement=REFINEMENT), recess=recess
+    own, shared = compliance.pair_compliance(
+        pair, grid.position, grid.n_pairs, elements.Options(plane=plane, refinement=REFINEMENT), recess=recess
     )
     first, second = (
-        tooth_flexibility(in_plane(gear, plane), pair.radius(i, grid.loaded))
+        tooth.tooth_flexibility(in_plane(gear, plane), pair.radius(i, grid.loaded))
         for i, gear in enumerate(pair.gears)
     )
-    return FiniteElement(
+    return compliance.FiniteElement(
         grid.beyond(own),
         grid.beyond(shared),
         (first, second),
@@ -50,7 +47,7 @@ def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteEleme
     )
 
 
-def in_plane(gear: Gear, plane: Plane) -> Gear:
+def in_plane(gear: Gear, plane: elements.Plane) -> Gear:
     """Return a gear of the material that in plane stress is what its own is in a plane state."""
     return replace(gear, material=gear.material.in_plane(plane))
 
@@ -64,8 +61,11 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
     """
     gears = [in_plane(gear, given.plane) for gear in pair.gears]
     teeth = [
-        tooth_flexibility(
-            gear, pair.radius(i, grid.loaded), shear_factor=given.shear_factor, body=BODIES[given.foundation]
+        tooth.tooth_flexibility(
+            gear,
+            pair.radius(i, grid.loaded),
+            shear_factor=given.shear_factor,
+            body=BODIES[given.foundation],
         )
         for i, gear in enumerate(gears)
     ]
@@ -96,7 +96,7 @@ def _load_dependent(pair: GearPair, grid: ProfileGrid) -> HertzContact:
 
 
 CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
-BODIES = {"sainsot": foundation_compliance, "annulus": body_compliance, "none": foundation_compliance}
+BODIES = dict.fromkeys(("sainsot", "none"), body.foundation_compliance) | {"annulus": body.body_compliance}
 
 
 def _coupling(given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid) -> tuple[Array, Index]:
@@ -115,7 +115,7 @@ def _coupling(given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGr
         have = partner >= 0
         for i, gear in enumerate(gears):
             radius = pair.radius(i, grid.loaded)
-            ratio[i, have] = body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
+            ratio[i, have] = body.body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
         ratios.append(ratio)
         partners.append(partner)
     return np.stack(ratios), np.stack(partners)

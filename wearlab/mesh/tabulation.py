@@ -2,17 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit, jit_inner
+from wearlab.mesh import profile, sharing
 from wearlab.mesh.clock import Mesh, Sampling, look_within, of_kind
 from wearlab.mesh.excitation import MeshFlanks
-from wearlab.mesh.face.curves import FaceFlanks
-from wearlab.mesh.profile import Lookup
-from wearlab.mesh.sharing import equivalent_springs
+from wearlab.mesh.face.contact import FaceFlanks
 from wearlab.mesh.stages import Springs, StageTables
 
 Flanks = MeshFlanks | FaceFlanks
@@ -53,7 +50,7 @@ def errors_of(kinds: Sequence[Flanks], meshes: Sequence[Mesh], phase: Array) -> 
 def of_meshes(
     kinds: Sequence[Flanks],
     meshes: Sequence[Mesh],
-    where: Sequence[Lookup],
+    where: Sequence[profile.Lookup],
     shape: tuple[int, ...],
 ) -> Springs:
     """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
@@ -91,55 +88,20 @@ def of_meshes(
     return table
 
 
-@jit_inner
-def slope_at_node(values: Any, first: int, count: int, n: int) -> float:
-    """Return the slope at node ``n`` of a segment of ``count`` intervals from node ``first``, per interval.
-
-    Central differences of fourth order, at the ends those of the cubic through four nodes: slopes that are
-    interpolated between the nodes do not jump at them.
-
-    References
-    ----------
-    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.2.
-    """
-    at = first + n
-    if 2 <= n <= count - 2:
-        return (values[at - 2] - 8.0 * values[at - 1] + 8.0 * values[at + 1] - values[at + 2]) / 12.0
-    if n > 1:  # from the other end, backwards
-        return -slope_from_end(values, first + count, -1, count - n)
-    return slope_from_end(values, first, 1, n)
-
-
-@jit_inner
-def slope_from_end(values: Any, end: int, sense: int, n: int) -> float:
-    """Return the slope at node 0 or 1 counted from the end of a segment, by the cubic through four nodes."""
-    a, b, c, d = values[end], values[end + sense], values[end + 2 * sense], values[end + 3 * sense]
-    if n == 0:
-        return (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / 6.0
-    return (-2.0 * a - 3.0 * b + 6.0 * c - d) / 6.0
-
-
-@jit
-def gap_rates_at(first: Any, where: Any, intervals: Any, width: Any, gap: Any, out: Any) -> None:
-    """Fill the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
-    for i in range(out.shape[0]):
-        segment = where.segment[i]
-        per_node = intervals[segment] / width[segment]
-        for p in range(out.shape[1]):
-            node, total = first[segment, p], 0.0
-            if node >= 0:
-                for q in range(4):
-                    at = where.offset[i] + q
-                    total += where.weight[i, q] * per_node * slope_at_node(gap, node, intervals[segment], at)
-            out[i, p] = total if np.isfinite(total) else 0.0
-
-
-def gap_rates(flanks: MeshFlanks, where: Lookup) -> Array:
+def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
     """Return the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
     grid = flanks.analysis.grid
-    rates = np.empty((len(where.phase), grid.n_pairs))
-    gap_rates_at(grid.first, where, grid.intervals, np.diff(grid.breaks), flanks.nodes.gap, rates)
-    return rates
+    pairs, count = grid.pairs_at_phase_nodes, grid.intervals + 1
+    begin = np.cumsum(count) - count
+    gap = np.where(pairs >= 0, flanks.nodes.gap[pairs], 0.0)
+    first = begin[where.segment] + where.offset
+    with np.errstate(invalid="ignore"):  # of flanks that never meet
+        segments = [
+            profile.slopes(gap[low : low + n], profile.BY_CUBIC) for low, n in zip(begin, count, strict=True)
+        ]
+        rate = np.concatenate(segments) * np.repeat(grid.intervals / np.diff(grid.breaks), count)[:, None]
+        total = sum(where.weight[:, q, None] * rate[first + q] for q in range(4))
+    return np.where(np.isfinite(total), total, 0.0)
 
 
 def share_a_body(flanks: Flanks) -> bool:
@@ -147,7 +109,7 @@ def share_a_body(flanks: Flanks) -> bool:
     return not isinstance(flanks, FaceFlanks) and len(flanks.nodes.cross) > 0
 
 
-def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
+def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Springs:
     """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force.
 
     ``stages`` phases one after another have one order of engagement, see `equivalent_springs`.
@@ -161,7 +123,7 @@ def pair_springs(flanks: Flanks, where: Lookup, stages: int = 1) -> Springs:
     compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
     stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
     part = np.empty((*compliance.shape, compliance.shape[1])) if cross.shape[2] else None
-    equivalent_springs(compliance, gap, cross, stages, stiffness, gaps, part)
+    sharing.equivalent_springs(compliance, gap, cross, stages, stiffness, gaps, part)
     if part is not None:
         full = stiffness[:, :, None]
         part = np.divide(part, full, out=np.zeros_like(part), where=full > 0.0)

@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit, jit_inner
+from wearlab.compiled import jit
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.shifts import involute
-from wearlab.mesh.profile import ProfileGrid
+from wearlab.mesh.profile import BY_QUARTIC, ProfileGrid, slopes
 
 BELOW_ACTIVE = 0.1
 """Base pitches below its active part that a flank is described."""
@@ -139,71 +139,30 @@ def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: P
     OverhangingFlank
         Where the flank overhangs, or wear reaches the base circle.
     """
-    signed = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
+    shift = np.asarray(-depth if gear == DRIVING else depth, dtype=float)
     low, high = healthy_reach(pair, gear)
-    return _flank(_form(pair, gear), low, high, np.asarray(position, float), signed, runs)
+    parts = [
+        (position[run], shift[run], slopes(shift[run], BY_QUARTIC) / (position[run][1] - position[run][0]))
+        for run in (slice(first, last + 1) for first, last in zip(runs.first, runs.last, strict=True))
+    ]
+    if low < position[0]:
+        parts.insert(0, (np.array([low, position[0]]), np.full(2, shift[0]), np.zeros(2)))
+    if high > position[-1]:
+        parts.append((np.array([position[-1], high]), np.full(2, shift[-1]), np.zeros(2)))
+    s, ends, slope = (
+        np.concatenate([np.stack([each[:-1], each[1:]], axis=1) for each in every])
+        for every in zip(*parts, strict=True)
+    )
+    piece = np.cumsum([0, *(len(nodes) - 1 for nodes, _, _ in parts)])
+    start, width = np.ascontiguousarray(s[:, 0]), s[:, 1] - s[:, 0]
+    flank = Flank(*_form(pair, gear), start, width, ends, slope, s + ends, piece)
+    _check(flank)
+    return flank
 
 
 def _form(pair: GearPair, gear: int) -> tuple[float, float, float]:
     base_radius = pair.gears[gear].base_radius
     return base_radius, base_radius * math.tan(pair.working_pressure_angle), side_of(pair, gear)
-
-
-def _flank(
-    form: tuple[float, float, float], low: float, high: float, position: Array, shift: Array, runs: Pieces
-) -> Flank:
-    n = int((runs.last - runs.first).sum()) + (low < position[0]) + (high > position[-1])
-    start, width = np.empty(n), np.empty(n)
-    ends, slope = np.empty((n, 2)), np.empty((n, 2))
-    piece = np.empty(len(runs.first) + (low < position[0]) + (high > position[-1]) + 1, dtype=np.int64)
-    _fill(position, shift, runs, low, high, start, width, ends, slope, piece)
-    reached = np.stack([start + ends[:, 0], start + width + ends[:, 1]], axis=1)
-    flank = Flank(*form, start, width, ends, slope, reached, piece)
-    _check(flank)
-    return flank
-
-
-@jit
-def _fill(position, shift, runs, low, high, start, width, ends, slope, piece):  # type: ignore[no-untyped-def]
-    k, p, n = 0, 0, len(position)
-    if low < position[0]:
-        piece[p] = k
-        start[k], width[k] = low, position[0] - low
-        ends[k, :] = shift[0]
-        slope[k, :] = 0.0
-        k, p = k + 1, p + 1
-    for r in range(len(runs.first)):
-        first, last = runs.first[r], runs.last[r]
-        piece[p] = k
-        p += 1
-        step = (position[last] - position[first]) / (last - first)
-        for i in range(first, last):
-            start[k], width[k] = position[i], position[i + 1] - position[i]
-            ends[k, 0], ends[k, 1] = shift[i], shift[i + 1]
-            slope[k, 0] = _slope(shift, i, first, last) / step
-            slope[k, 1] = _slope(shift, i + 1, first, last) / step
-            k += 1
-    if high > position[n - 1]:
-        piece[p] = k
-        start[k], width[k] = position[n - 1], high - position[n - 1]
-        ends[k, :] = shift[n - 1]
-        slope[k, :] = 0.0
-        k, p = k + 1, p + 1
-    piece[p] = k
-
-
-@jit_inner
-def _slope(y, i, first, last):  # type: ignore[no-untyped-def]
-    """Return the slope per node spacing from five neighbours of the same run, exact for quartics."""
-    if i == first:
-        return (-25 * y[i] + 48 * y[i + 1] - 36 * y[i + 2] + 16 * y[i + 3] - 3 * y[i + 4]) / 12.0
-    if i == first + 1:
-        return (-3 * y[i - 1] - 10 * y[i] + 18 * y[i + 1] - 6 * y[i + 2] + y[i + 3]) / 12.0
-    if i == last:
-        return (25 * y[i] - 48 * y[i - 1] + 36 * y[i - 2] - 16 * y[i - 3] + 3 * y[i - 4]) / 12.0
-    if i == last - 1:
-        return (3 * y[i + 1] + 10 * y[i] - 18 * y[i - 1] + 6 * y[i - 2] - y[i - 3]) / 12.0
-    return (y[i - 2] - 8 * y[i - 1] + 8 * y[i + 1] - y[i + 2]) / 12.0
 
 
 def _check(flank: Flank) -> None:
@@ -219,20 +178,14 @@ def _check(flank: Flank) -> None:
         raise OverhangingFlank(f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle")
 
 
-@jit
 def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
     """Return the smallest dw/ds over all intervals [1]."""
-    least = np.inf
-    for k in range(len(width)):
-        d0, d1 = slope[k, 0], slope[k, 1]
-        secant = (shift[k, 1] - shift[k, 0]) / width[k]
-        least = min(least, d0, d1)
-        bend = 3.0 * (d0 + d1 - 2.0 * secant)
-        if bend != 0.0:
-            t = -(3.0 * secant - 2.0 * d0 - d1) / bend
-            if 0.0 < t < 1.0:
-                least = min(least, d0 + t * (2.0 * (3.0 * secant - 2.0 * d0 - d1) + bend * t))
-    return least
+    d0, d1 = slope.T
+    secant = np.diff(shift, axis=1)[:, 0] / width
+    rise, bend = 3.0 * secant - 2.0 * d0 - d1, 3.0 * (d0 + d1 - 2.0 * secant)
+    t = np.divide(-rise, bend, out=np.zeros_like(bend), where=bend != 0.0)
+    within = np.where((t > 0.0) & (t < 1.0), d0 + t * (2.0 * rise + bend * t), np.inf)
+    return float(min(slope.min(), within.min()))
 
 
 @jit

@@ -9,20 +9,9 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
+from wearlab.mesh import profile, stiffness
 from wearlab.mesh.corners import Corner, corner
-from wearlab.mesh.exact.flank import (
-    Flank,
-    OverhangingFlank,
-    Pieces,
-    local_points,
-    pieces,
-    position_of,
-    worn_flank,
-)
-from wearlab.mesh.exact.kinematics import FlankContact
-from wearlab.mesh.exact.minimum_gap import minimum_gap
-from wearlab.mesh.profile import ProfileGrid
-from wearlab.mesh.stiffness import SectionVanished
+from wearlab.mesh.exact import flank, kinematics, minimum_gap
 
 PUBLISHED_POINTS = 1849
 CENTRE_TOLERANCE = 1e-5
@@ -31,11 +20,11 @@ BLOCK = 64
 
 def algorithm_1(
     pair: GearPair,
-    driving: Flank,
-    driven: Flank,
+    driving: flank.Flank,
+    driven: flank.Flank,
     points: int = PUBLISHED_POINTS,
     tolerance: float = CENTRE_TOLERANCE,
-) -> FlankContact:
+) -> kinematics.FlankContact:
     """Return the mesh relationship by Y23's search over NUM × NUM points.
 
     For each point of the driving flank the point of the driven one is taken for which the centre distance
@@ -58,10 +47,10 @@ def algorithm_1(
     Y23, Algorithm 1.
     """
     s = np.linspace(pair.path.A, pair.path.E, points)
-    gamma1, R1, lam1 = local_points(pair, 0, driving, s)
-    gamma2, R2, lam2 = local_points(pair, 1, driven, s)
+    gamma1, R1, lam1 = flank.local_points(pair, 0, driving, s)
+    gamma2, R2, lam2 = flank.local_points(pair, 1, driven, s)
     side = driving.side * driven.side
-    contact = FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
+    contact = kinematics.FlankContact(s.copy(), *(np.full(points, np.nan) for _ in range(3)))
     for begin in range(0, points, BLOCK):
         rows = np.arange(begin, min(begin + BLOCK, points))
         turned = gamma2 + lam2 - lam1[rows, None]
@@ -75,8 +64,8 @@ def algorithm_1(
         phi1 = -np.arctan2(driven.side * u[at], driven.side * n[at])
         phi2 = phi1 + lam2[at[1]] - lam1[rows]
         contact.driven[rows] = s[at[1]]
-        contact.x_driving[rows] = position_of(pair, 0, driving.side * phi1)
-        contact.x_driven[rows] = position_of(pair, 1, driven.side * phi2)
+        contact.x_driving[rows] = flank.position_of(pair, 0, driving.side * phi1)
+        contact.x_driven[rows] = flank.position_of(pair, 1, driven.side * phi2)
     return contact
 
 
@@ -92,13 +81,13 @@ class WornFlanks:
     """
 
     pair: GearPair
-    grid: ProfileGrid
+    grid: profile.ProfileGrid
     modification: Array
 
     @cached_property
-    def runs(self) -> Pieces:
+    def runs(self) -> flank.Pieces:
         """Smooth runs of nodes."""
-        return pieces(self.grid)
+        return flank.pieces(self.grid)
 
     @cached_property
     def thickness(self) -> Array:
@@ -107,7 +96,7 @@ class WornFlanks:
         radius = [self.pair.radius(i, s) for i in (0, 1)]
         return np.stack([2.0 * contact_depth(gear, radius[i]) for i, gear in enumerate(self.pair.gears)])
 
-    def worn(self, wear: Array) -> tuple[Flank, Flank]:
+    def worn(self, wear: Array) -> tuple[flank.Flank, flank.Flank]:
         """Return both flanks with wear (2, n) (driving, driven) [m].
 
         Raises
@@ -118,9 +107,9 @@ class WornFlanks:
         self.check_thickness(wear)
         depth, s = wear + self.modification, self.grid.position
         try:
-            first, second = (worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
-        except OverhangingFlank as error:
-            raise SectionVanished(str(error)) from error
+            first, second = (flank.worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
+        except flank.OverhangingFlank as error:
+            raise stiffness.SectionVanished(str(error)) from error
         return first, second
 
     def check_thickness(self, wear: Array) -> None:
@@ -133,7 +122,7 @@ class WornFlanks:
         """
         if np.any(wear >= self.thickness):
             gear, node = np.argwhere(wear >= self.thickness)[0]
-            raise SectionVanished(
+            raise stiffness.SectionVanished(
                 f"{self.pair.gears[gear].name}: wear of {1e3 * wear[gear, node]:.4g} mm is deeper than the "
                 f"tooth, {1e3 * self.thickness[gear, node]:.4g} mm thick there along its normal"
             )
@@ -169,7 +158,7 @@ class MeetingGaps(Gaps):
         return self
 
     @abstractmethod
-    def contact(self, wear: Array, x: Array) -> FlankContact:
+    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
         """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
 
     def at(self, wear: Array) -> Array:
@@ -180,9 +169,9 @@ class MeetingGaps(Gaps):
 class ExactGaps(MeetingGaps):
     """Gaps by the smallest rotation gap of the worn flanks, beyond A and E against the tip corners."""
 
-    def contact(self, wear: Array, x: Array) -> FlankContact:
+    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
         """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
-        return minimum_gap(*self.flanks.worn(wear), x)
+        return minimum_gap.minimum_gap(*self.flanks.worn(wear), x)
 
 
 class DisplacementBeyond(Gaps):
@@ -233,7 +222,7 @@ class AlgorithmOneGaps(MeetingGaps):
 
     points: int
 
-    def contact(self, wear: Array, x: Array) -> FlankContact:
+    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
         """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m].
 
         Between the points found it is interpolated; beyond the last of them their points and gap are kept.
@@ -245,4 +234,4 @@ class AlgorithmOneGaps(MeetingGaps):
         first, second, gap = (
             np.interp(x, at, values[order]) for values in (contact.driving, contact.driven, contact.gap)
         )
-        return FlankContact(first, second, x, x - gap)
+        return kinematics.FlankContact(first, second, x, x - gap)

@@ -6,10 +6,9 @@ import numpy as np
 
 from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.gear import GearPair
+from wearlab.mesh.exact import kinematics, minimum_gap
 from wearlab.mesh.exact.flank import Flank, contact_angle, rotation_angle
 from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks
-from wearlab.mesh.exact.kinematics import tangency
-from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.stiffness import SectionVanished
 
 SHARE_PHASES = 400
@@ -124,14 +123,14 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
     """
     pair, worn = flanks.pair, flanks.worn(wear)
     position = np.linspace(pair.path.A, pair.path.E, LONE_POINTS)
-    have = np.flatnonzero(np.isfinite(tangency(*worn, position).gap))
+    have = np.flatnonzero(np.isfinite(kinematics.tangency(*worn, position).gap))
     if not len(have):
         return np.full((2, 2), np.nan), np.full((2, 2), np.nan)
     ends = [
         _where_partners_end(worn, position[inside], position[min(max(outside, 0), LONE_POINTS - 1)])
         for inside, outside in ((have[0], have[0] - 1), (have[-1], have[-1] + 1))
     ]
-    contact = tangency(*worn, np.array(ends))
+    contact = kinematics.tangency(*worn, np.array(ends))
     touched = [contact_angle(pair, i, s) for i, s in enumerate((contact.driving, contact.driven))]
     turned = [rotation_angle(pair, i, x) for i, x in enumerate((contact.x_driving, contact.x_driven))]
     return np.stack(touched), np.stack(turned)
@@ -141,7 +140,7 @@ def _where_partners_end(worn: tuple[Flank, Flank], inside: float, outside: float
     """Return the last point of the driving flank with a partner, from one that has it to one that has not."""
     while abs(outside - inside) > END_RESOLUTION:
         scan = np.linspace(inside, outside, END_SCAN)
-        lost = np.flatnonzero(np.isnan(tangency(*worn, scan).gap))
+        lost = np.flatnonzero(np.isnan(kinematics.tangency(*worn, scan).gap))
         if not len(lost):
             return float(scan[-1])
         inside, outside = scan[lost[0] - 1], scan[lost[0]]
@@ -165,7 +164,7 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     Y23, the multi-tooth mesh rule of 3.2.1.
     """
     pair, worn = flanks.pair, flanks.worn(wear)
-    contact = tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
+    contact = kinematics.tangency(*worn, np.linspace(pair.path.A, pair.path.E, LONE_POINTS))
     alone = contact.x_driving[np.isfinite(contact.gap)]
     if not len(alone):
         return float("nan")
@@ -174,7 +173,7 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     x = pair.path.A + (phase + numbers[:, None]) * pair.base_pitch
     near = (x >= alone.min()) & (x <= alone.max())
     gap = np.full(x.shape, np.inf)
-    gap[near] = minimum_gap(*worn, x[near]).gap
+    gap[near] = minimum_gap.minimum_gap(*worn, x[near]).gap
     engaged = gap - gap.min(axis=0) < threshold * pair.driven.base_radius
     return float(np.mean(engaged.sum(axis=0) == 1))
 
@@ -230,7 +229,7 @@ def errors_in_both_forms(flanks: WornFlanks, wear: Array) -> Errors:
     """
     grid = flanks.grid
     displacement = grid.beyond((wear + flanks.modification).sum(axis=0))
-    exact = minimum_gap(*flanks.worn(wear), grid.contact_position).gap
+    exact = minimum_gap.minimum_gap(*flanks.worn(wear), grid.contact_position).gap
     pairs = grid.pairs_at_phase_nodes
     return Errors(*(np.where(pairs >= 0, gap[pairs], np.inf).min(axis=1) for gap in (displacement, exact)))
 

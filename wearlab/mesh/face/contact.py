@@ -5,19 +5,21 @@ with wear - compliances, who meets whom - is laid out once a gear set.
 """
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array
 from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solid import SolidLines
 from wearlab.mesh.face.solve import solve_phases
+from wearlab.mesh.stages import Springs
 
 LIGHT = 1.0
 """Force under which a mesh without a load is as stiff as it is told to be [N]."""
@@ -119,10 +121,6 @@ class FaceContact:
     pitch: float
     helix: Helix = SPUR
     solid: SolidLines | None = None
-    _tips: tuple["_Tip", ...] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "_tips", tuple(_tips(self.analysis)))
 
     @cached_property
     def unworn(self) -> LineLoads:
@@ -153,8 +151,9 @@ class FaceContact:
         if gaps is None:
             total = total + self.analysis.modification
         carried = self.analysis.grid.beyond(total)
-        for tip in self._tips:
-            carried[:, tip.part] += tip.beyond(removed)
+        for part, tip in gaps.corners if isinstance(gaps, DisplacementBeyond) else ():
+            least = tip.gap(removed)
+            carried[:, part] += least[:, :-1] - least[:, -1:]
         return np.asarray(carried + self.opening[:, None])
 
     def solve(
@@ -221,43 +220,81 @@ class FaceContact:
         return np.asarray((loads.load * part * grid.width).sum(axis=(1, 2)) / force - 1.0)
 
 
-class _Tip(NamedTuple):
-    """The tip corner beyond one end of the path, for all slices at once.
+LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
+"""Forces over the static one at which springs and contact agree."""
 
-    ``part``: the nodes beyond; ``gear``: whose tip; ``own``, ``low``, ``share``: its nodes, and where between
-    nodes the mate's points lie; ``separation``: of the unworn flanks [m].
+
+class Curves(NamedTuple):
+    """The force of a mesh over its deflection at every phase: what dynamics ask of flanks with a width.
+
+    ``W'(δ, φ)`` is the force under which the contact over the face is deflected by δ: convex, since ever more
+    of the face touches. It is given as the sum of one-sided springs that meets it at some multiples of the
+    static force, so that the equations of motion see a mesh as they see pairs. Its damping acts on what
+    deforms,
+
+        ``N = max(0, W' + c (δ̇ − Σ k_j ġ_j/Σ k_j))``
+
+    over the points that touch under the static load: all springs belong to one force, with one rate.
+
+    Parameters
+    ----------
+    force : (n_levels,) [N]
+    deflection : (n_levels + 1, n_phases) under no force, and under these [m]
+    rate : (n_phases,) mean rate of the gaps that touch, by phase [m]
     """
 
-    part: slice
-    gear: int
-    own: Index
-    low: Index
-    share: Array
-    separation: Array
-
-    def beyond(self, removed: Array) -> Array:
-        """Return what the gap grows by beyond the end, (n_face, n_beyond) [m], as of `DisplacementBeyond`."""
-        mate = removed[1 - self.gear]
-        theirs = mate[:, self.low] * (1.0 - self.share) + mate[:, self.low + 1] * self.share
-        own = removed[self.gear][:, self.own]
-        least = (self.separation + theirs + own[:, None, :]).min(axis=2)
-        return np.asarray(least[:, :-1] - least[:, -1:])
+    force: Array
+    deflection: Array
+    rate: Array
 
 
-def _tips(analysis: ContactAnalysis) -> list[_Tip]:
-    """Return the tip corners of a contact that reaches beyond A and E."""
-    if not isinstance(analysis.gaps, DisplacementBeyond):
-        return []
-    tips = []
-    for part, corner in analysis.gaps.corners:
-        if len(corner.mate) < 2:
-            continue
-        position = corner.position
-        low = np.clip(np.searchsorted(position, corner.mate, side="right") - 1, 0, len(position) - 2)
-        length = position[low + 1] - position[low]
-        reached = np.divide(
-            corner.mate - position[low], length, out=np.zeros_like(corner.mate), where=length > 0.0
-        )
-        share = np.clip(reached, 0.0, 1.0)
-        tips.append(_Tip(part, corner.gear, corner.own, low, share, corner.separation))
-    return tips
+class FaceFlanks(NamedTuple):
+    """The flanks of one kind of mesh in one wear state, as dynamics see them.
+
+    Parameters
+    ----------
+    analysis : contact of the section
+    contact : over the face
+    curves : its force over deflection
+    """
+
+    analysis: ContactAnalysis
+    contact: FaceContact
+    curves: Curves
+    series: None = None
+
+    def springs(self, phase: Array) -> Springs:
+        """Return the springs at phases (n,), (n, n_levels), all of one force; rates by phase."""
+        grid, curves = self.contact.grid, self.curves
+        own = phase % 1.0
+        place = np.stack([grid.at_phases(row, own) for row in curves.deflection], axis=1)
+        slope = np.diff(curves.force, prepend=0.0) / np.maximum(np.diff(place, axis=1), SHORTEST)
+        stiffness = np.maximum(np.diff(slope, axis=1, prepend=0.0), 0.0)
+        rate = grid.at_phases(curves.rate, own)
+        rates = np.repeat(rate[:, None], stiffness.shape[1], axis=1)
+        part = np.zeros((*stiffness.shape, stiffness.shape[1]))
+        part[..., 0] = 1.0
+        return Springs(stiffness, place[:, :-1], rates, rate, part)
+
+
+SHORTEST = 1e-12
+"""Least deflection from one level to the next [m]."""
+
+
+def curves(contact: FaceContact, wear: Array, static: LineLoads, levels: Sequence[float] = LEVELS) -> Curves:
+    """Return the force over the deflection of flanks worn by (2, n_face, n) [m].
+
+    Parameters
+    ----------
+    contact : over the face
+    wear : as the mesh feels it [m]
+    static : loads under the static force
+    levels : forces over the static one at which springs and contact agree [1]
+    """
+    load, near = contact.analysis.load, static
+    force = load * np.array(levels)
+    rows = [static.unloaded]
+    for level in force:
+        near = static if level == load else contact.solve(wear, near, float(level))
+        rows.append(near.deflection)
+    return Curves(force, np.maximum.accumulate(np.stack(rows)), contact.gap_rate(wear, static))

@@ -15,12 +15,10 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import Helix
 from wearlab.mesh.face.grid import FaceGrid
-from wearlab.mesh.finite_element.compliance import gear_compliance, spline_weights
-from wearlab.mesh.finite_element.elements import Options
+from wearlab.mesh.finite_element import compliance, elements, solid
 from wearlab.mesh.finite_element.outline import LoadedFlank
-from wearlab.mesh.finite_element.solid import indentation, solid_compliance
 
-PLANE = Options(refinement=2)
+PLANE = elements.Options(refinement=2)
 """Plane elements by which compliances are continued to the tip."""
 
 
@@ -53,11 +51,12 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
     even, evenly = np.zeros(len(position)), grid.width / grid.face_width
     for number, gear in enumerate(pair.gears):
         oblique = turned.sense * math.tan(turned.angle) * (-1.0 if number == DRIVING else 1.0)
-        tooth = solid_compliance(gear, edges, oblique)
+        tooth = solid.solid_compliance(gear, edges, oblique)
         q = LoadedFlank(gear).parameter(pair.radius(number, position))
         sampled = np.clip(q, tooth.q[0], tooth.q[-1])
-        at, local = spline_weights(tooth.q, sampled), indentation(gear, sampled) / turned.cosine
-        plane = gear_compliance(gear, PLANE)
+        at = compliance.spline_weights(tooth.q, sampled)
+        local = solid.indentation(gear, sampled) / turned.cosine
+        plane = compliance.gear_compliance(gear, PLANE)
         beyond = np.sqrt(plane.weights(q) @ plane.own / (plane.weights(sampled) @ plane.own))
         pressed = np.einsum("j,ajbk,k->ab", evenly, tooth.table, evenly) * grid.face_width
         even += (np.einsum("na,ab,nb->n", at, pressed, at) - local) * beyond**2

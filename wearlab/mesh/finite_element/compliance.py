@@ -28,13 +28,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, Gear, GearPair
-from wearlab.mesh.finite_element.elements import (
-    Options,
-    Sector,
-    flank_loads,
-    half_plane_compliance,
-    sector,
-)
+from wearlab.mesh.finite_element import elements
+from wearlab.mesh.finite_element.elements import Options, Sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear, chart
 from wearlab.mesh.stiffness import HertzInSeries, SectionVanished, with_backs
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
@@ -225,9 +220,9 @@ def solve_gear(gear: Gear, options: Options, wear: Wear | None = None) -> GearCo
     shape = chart(flank)
     last = float(shape.measured.at(shape.measured.length[-1] - half_width))
     q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
-    cut = sector(shape, gear.material, options.plane, options.refinement)
-    work = wheel_compliance(cut, flank_loads(cut, q, half_width), options.teeth_apart)
-    local = half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q))
+    cut = elements.sector(shape, gear.material, options.plane, options.refinement)
+    work = wheel_compliance(cut, elements.flank_loads(cut, q, half_width), options.teeth_apart)
+    local = elements.half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q))
     return GearCompliance(q, np.diag(work[0]) - local, work[1:])
 
 

@@ -32,17 +32,8 @@ from scipy.sparse.linalg import splu
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import Gear
 from wearlab.gears.specification import Material
-from wearlab.mesh.finite_element.compliance import KEPT_IN_PROCESS, of_unit_size, through_cuts
-from wearlab.mesh.finite_element.elements import (
-    Options,
-    Sector,
-    flank_loads,
-    half_plane_compliance,
-    lame,
-    sector,
-)
-from wearlab.mesh.finite_element.kept import kept_or_made
-from wearlab.mesh.finite_element.outline import LoadedFlank, chart
+from wearlab.mesh.finite_element import compliance, elements, kept, outline
+from wearlab.mesh.finite_element.elements import Options
 
 SOLID = Options(refinement=1, patch=0.2, samples=21)
 """Elements and loads of a solid tooth: twice the patch of a plane one, so that samples overlap."""
@@ -70,7 +61,7 @@ class Extruded(NamedTuple):
         return self.across + s * (self.mixed - self.mixed.T) - s * s * self.along
 
 
-def extruded(flat: Sector, material: Material, oblique: float) -> tuple[Index, Extruded]:
+def extruded(flat: elements.Sector, material: Material, oblique: float) -> tuple[Index, Extruded]:
     """Return the unknowns (3, n_nodes) of a section's nodes and its matrices for an oblique extrusion.
 
     Parameters
@@ -87,7 +78,7 @@ def extruded(flat: Sector, material: Material, oblique: float) -> tuple[Index, E
     across = np.concatenate([slope, -oblique * slope[:, :, 1:]], axis=2)
     along = np.zeros_like(across)
     along[:, :, 2] = value
-    first, shear = lame(material, "strain")
+    first, shear = elements.lame(material, "strain")
     dofs = 3 * (flat.dofs[0] // 2) + np.arange(3)[:, None]
     unknown = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(len(value), -1)
     row, column = np.broadcast_arrays(unknown[:, :, None], unknown[:, None, :])
@@ -106,7 +97,7 @@ def extruded(flat: Sector, material: Material, oblique: float) -> tuple[Index, E
 class _Placed(NamedTuple):
     """A section under loads: ``q``: their places on the flank, (m,); ``loads``: (n_dofs, m)."""
 
-    flat: Sector
+    flat: elements.Sector
     dofs: Index
     matrices: Extruded
     q: Array
@@ -114,12 +105,12 @@ class _Placed(NamedTuple):
 
 
 def _placed(gear: Gear, oblique: float, options: Options) -> _Placed:
-    flank, half_width = LoadedFlank(gear), options.patch * gear.module
-    shape = chart(flank)
+    flank, half_width = outline.LoadedFlank(gear), options.patch * gear.module
+    shape = outline.chart(flank)
     last = float(shape.measured.at(shape.measured.length[-1] - half_width))
     q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
-    flat = sector(shape, gear.material, "strain", options.refinement)
-    plane = flank_loads(flat, q, half_width)
+    flat = elements.sector(shape, gear.material, "strain", options.refinement)
+    plane = elements.flank_loads(flat, q, half_width)
     dofs, matrices = extruded(flat, gear.material, oblique)
     loads = np.zeros((dofs.size, len(q)))
     loads[dofs[:2]] = plane[flat.dofs]
@@ -170,8 +161,8 @@ class SolidCompliance(NamedTuple):
 
 def indentation(gear: Gear, q: Array, options: Options = SOLID) -> Array:
     """Return the local indentation at places (m,) of the flank under a load of unit width, (m,) [1/Pa]."""
-    depth = LoadedFlank(gear).depth(q)
-    return half_plane_compliance(gear.material, "strain", options.patch * gear.module, depth)
+    depth = outline.LoadedFlank(gear).depth(q)
+    return elements.half_plane_compliance(gear.material, "strain", options.patch * gear.module, depth)
 
 
 def tooth_in_sector(gear: Gear, edges: Array, oblique: float, options: Options = SOLID) -> SolidCompliance:
@@ -280,7 +271,7 @@ def wheel_beyond(gear: Gear, waves: Sequence[float], options: Options = SOLID) -
     for k in waves:
         stiffness = across + k * k * along + k * (diags(sign) @ (mixed - mixed.T))
         strip = replace(at.flat, dofs=at.dofs, stiffness=stiffness.tocsr())
-        each.append(through_cuts(strip, at.loads, 0)[1][0])
+        each.append(compliance.through_cuts(strip, at.loads, 0)[1][0])
     return np.stack(each)
 
 
@@ -294,15 +285,15 @@ def solid_compliance(gear: Gear, edges: Array, oblique: float, options: Options 
     oblique : t, sideways for each length along the face [1]
     options : of elements and loads
     """
-    shape, module = of_unit_size(gear), gear.module
+    shape, module = compliance.of_unit_size(gear), gear.module
     scaled = tuple(float(f"{edge / module:.11e}") for edge in edges - edges[0])
     q, table = _remembered(shape, scaled, float(f"{oblique:.11e}"), options)
     return SolidCompliance(q, table / (module * gear.material.youngs_modulus))
 
 
-@lru_cache(KEPT_IN_PROCESS)
+@lru_cache(compliance.KEPT_IN_PROCESS)
 def _remembered(shape: Gear, edges: tuple[float, ...], oblique: float, options: Options) -> SolidCompliance:
-    places, table = kept_or_made(
+    places, table = kept.kept_or_made(
         (shape, edges, oblique, options), partial(_on_its_wheel, shape, np.array(edges), oblique, options)
     )
     table.setflags(write=False)
