@@ -1,5 +1,7 @@
 """How many steps a mesh period takes: a rule, never the user's guess."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wearlab.arrays import Array, Complex
@@ -9,15 +11,8 @@ from wearlab.mesh.stages import StageGrid, graded_grid
 
 RIGID = 1e-5
 """Size of the eigenvalues of a free rotation, over the largest."""
-STABLE = 1.0
-ERROR_CONSTANT = 0.06
-FLOOR = 6.0
-STEPS_PER_SEGMENT = 6
-EXACT_ERROR_CONSTANT = 2.5e-5
-EXACT_ORDER = 6.0
-EXACT_LARGEST = 2.0
-EXACT_FLOOR = 12.0
-EXACT_STEPS_PER_SEGMENT = 4
+STABLE, EXACT_LARGEST = 1.0, 2.0
+"""Largest ω h of Runge–Kutta steps, whose stability asks ω h < 2.78, and of exact steps."""
 GRADED_FROM = 1000
 """Steps of a mesh period below which all are alike."""
 
@@ -55,29 +50,56 @@ def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
     return np.asarray(np.linalg.eigvals(companion(*both)), np.complex128)
 
 
-def exact_steps_per_period(
-    system: System,
-    mesh_stiffness_max: Array | float,
-    period: float,
-    tolerance: float,
-    segments: int = 1,
-) -> int:
-    """Return the exact steps of a mesh period that keep their error near ``tolerance``.
-
-    Exact steps of the linear part know no limit of stability, and free vibration costs no accuracy. What they
-    interpolate, by the five stages of two steps, is the force by which a mesh differs from its mean, ``(k(φ)
-    − k̄) δ``: δ vibrates after every pair that enters. The error is about ``2.5e-5 (ω h)⁶`` (measured, W23
-    and B23 sets), ω the fastest rate with the stiffest mesh. The mesh itself has to be resolved, too: no
-    fewer than ``12 tolerance^(−1/6)`` steps, and four a segment.
+class StepRule(NamedTuple):
+    """How many steps a mesh period takes: their relative error is about ``constant (ω h)^order``.
 
     Parameters
     ----------
-    system, mesh_stiffness_max, period, tolerance, segments : as for `steps_per_period`
+    constant, order : of the error, ω the fastest rate with the stiffest mesh
+    largest : ω h at most
+    floor : a slow system still has to resolve the mesh: no fewer than ``floor tolerance^(−1/order)`` steps
+    per_segment : steps at least in each smooth segment of the mesh period
     """
-    step_angle = min(EXACT_LARGEST, (tolerance / EXACT_ERROR_CONSTANT) ** (1.0 / EXACT_ORDER))
-    wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle
-    floor = EXACT_FLOOR * tolerance ** (-1.0 / EXACT_ORDER)
-    return int(np.ceil(max(wanted, floor, EXACT_STEPS_PER_SEGMENT * segments)))
+
+    constant: float
+    order: float
+    largest: float
+    floor: float
+    per_segment: int
+
+    def steps(
+        self,
+        system: System,
+        mesh_stiffness_max: Array | float,
+        period: float,
+        tolerance: float,
+        segments: int = 1,
+    ) -> int:
+        """Return the steps of a mesh period that keep their error near ``tolerance``.
+
+        Parameters
+        ----------
+        system : the one form
+        mesh_stiffness_max : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
+        period : duration of a mesh period [s]
+        tolerance : relative error wanted in the mesh force [1]
+        segments : smooth segments of the mesh period
+        """
+        step_angle = min(self.largest, (tolerance / self.constant) ** (1.0 / self.order))
+        wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle
+        floor = self.floor * tolerance ** (-1.0 / self.order)
+        return int(np.ceil(max(wanted, floor, self.per_segment * segments)))
+
+
+steps_per_period = StepRule(0.06, 4.0, STABLE, 6.0, 6).steps
+"""Of Runge–Kutta steps, error measured on the benchmark pair; see Hairer & Wanner 1996, §IV.2."""
+exact_steps_per_period = StepRule(2.5e-5, 6.0, EXACT_LARGEST, 12.0, 4).steps
+"""Of exact steps of the linear part, error measured on W23's and B23's sets.
+
+They know no limit of stability, and free vibration costs no accuracy. What they interpolate, by the five
+stages of two steps, is the force by which a mesh differs from its mean, ``(k(φ) − k̄) δ``: δ vibrates after
+every pair that enters.
+"""
 
 
 def graded_steps(
@@ -114,33 +136,3 @@ def graded_steps(
         share = steps / len(grid.width)
         grid = graded_grid(breaks, 1.0 / (share * equal), share * alike)
     return grid
-
-
-def steps_per_period(
-    system: System,
-    mesh_stiffness_max: Array | float,
-    period: float,
-    tolerance: float,
-    segments: int = 1,
-) -> int:
-    """Return the steps of a mesh period that keep RK4 stable and its error near ``tolerance``.
-
-    The relative error of a step h is about ``0.06 (ω h)⁴`` (measured, benchmark pair), ω the fastest rate
-    with the stiffest mesh; stability asks ω h < 2.78 and gets ω h ≤ 1. A slow system still has to resolve the
-    excitation: no fewer than ``6 tolerance^(−1/4)`` steps, and six a segment.
-
-    Parameters
-    ----------
-    system : the one form
-    mesh_stiffness_max : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
-    period : duration of a mesh period [s]
-    tolerance : relative error wanted in the mesh force [1]
-    segments : smooth segments of the mesh period
-
-    References
-    ----------
-    Hairer & Wanner 1996, §IV.2: the interval of stability of Kutta 1901.
-    """
-    step_angle = min(STABLE, (tolerance / ERROR_CONSTANT) ** 0.25)
-    wanted = fastest_rate(system, mesh_stiffness_max) * period / step_angle
-    return int(np.ceil(max(wanted, FLOOR * tolerance**-0.25, STEPS_PER_SEGMENT * segments)))
