@@ -28,38 +28,6 @@ from wearlab.gears.shifts import planetary_position
 from wearlab.gears.specification import Basics, GearError, GearSpec
 
 
-def mesh_phase_offsets(
-    sun_planet: GearPair, planet_ring: GearPair, planet_angles: Sequence[float], *, sun_drives: bool
-) -> Array:
-    """Return the lag of every mesh: the phase of the clock at which a pair of it enters at A.
-
-    ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π = γ_rs + γ_sn``.
-
-    Parameters
-    ----------
-    sun_planet, planet_ring : the two kinds of mesh
-    planet_angles : (N,) ψ, in the sense in which the sun turns relative to the carrier [rad]
-    sun_drives : direction of the power flow
-
-    Returns
-    -------
-    (2N,) sun–planet 1 … N, planet–ring 1 … N, in [0, 1) [1]
-
-    References
-    ----------
-    Parker & Lin, J. Mech. Des. 126 (2004) 365–370: mesh phasing of planetary gears, with γ_rs at the pitch
-    points; here each mesh's own entry A.
-    """
-    sun = sun_planet.driving if sun_drives else sun_planet.driven
-    ring = planet_ring.driven if sun_drives else planet_ring.driving
-    # whole numbers of teeth apart: lags that are equal are the same number
-    total = sun.teeth + ring.teeth
-    apart = np.rint(total * (np.asarray(planet_angles) - planet_angles[0]) / (2.0 * math.pi))
-    around = sun.teeth * apart % total / total
-    between = entry_lag(sun_planet, planet_ring, sun_drives=sun_drives)
-    return np.concatenate([around, fraction(between + around)])
-
-
 def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) -> float:
     """Return γ_rs: by how much a planet's ring mesh enters at A after its sun mesh, in [0, 1) [1].
 
@@ -74,13 +42,10 @@ def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) 
     """
     planet = planet_ring.driving if sun_drives else planet_ring.driven
     travelled = (planet_ring.path.A - sun_planet.path.A) / planet.base_radius
-    halves = sum(planet.half_angle(_pitch_radius(planet, pair)) for pair in (sun_planet, planet_ring))
+    angles = [pair.working_pressure_angle for pair in (sun_planet, planet_ring)]
+    halves = sum(planet.half_angle(planet.base_radius / math.cos(angle)) for angle in angles)
     side = -halves if sun_drives else halves
     return float(fraction(planet.teeth * (math.pi + side + travelled) / (2.0 * math.pi)))
-
-
-def _pitch_radius(planet: Gear, pair: GearPair) -> float:
-    return planet.base_radius / math.cos(pair.working_pressure_angle)
 
 
 def fraction(turns: Array | float) -> Array:
@@ -223,10 +188,22 @@ class PlanetarySet:
 
     @property
     def mesh_phase_offset(self) -> Array:
-        """Lags γ of every mesh on the clock of the first, (2N,) in [0, 1) [1]."""
-        return mesh_phase_offsets(
-            self.sun_planet, self.planet_ring, self.planet_angles, sun_drives=self.sun_drives
-        )
+        """Lags γ of every mesh on the clock of the first, (2N,) in [0, 1) [1].
+
+        The phase at which a pair of it enters at A, sun–planet 1 … N, planet–ring 1 … N:
+        ``γ_sn = z_s (ψ_n − ψ_1) / 2π``, ``γ_rn = γ_rs − z_r (ψ_n − ψ_1) / 2π = γ_rs + γ_sn``.
+
+        References
+        ----------
+        Parker & Lin, J. Mech. Des. 126 (2004) 365–370: mesh phasing of planetary gears, with γ_rs at the
+        pitch points; here each mesh's own entry A.
+        """
+        # whole numbers of teeth apart: lags that are equal are the same number
+        total = self.sun.teeth + self.ring.teeth
+        turned = np.asarray(self.planet_angles) - self.planet_angles[0]
+        around = self.sun.teeth * np.rint(total * turned / (2.0 * math.pi)) % total / total
+        between = entry_lag(self.sun_planet, self.planet_ring, sun_drives=self.sun_drives)
+        return np.concatenate([around, fraction(between + around)])
 
     @property
     def passes(self) -> dict[str, float]:
