@@ -1,7 +1,7 @@
 """Which of some runs lives longest, and why: what its scene has, and how it wears where it is worn out."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -179,21 +179,18 @@ def why(own: WornPlace, other: WornPlace) -> list[str]:
     ratios |= {"their course over the life": rest} if ratios and abs(rest - 1.0) > MUCH else {}
     shares = [f"{words} {_change(part)}" for words, part in ratios.items()]
     slower = f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle than the next"
-    return [
+    told = [
         f"It is worn out on the {own.flank} {_place(own, 'the pitch point')}, "
         f"the next on the {other.flank} {_place(other, 'it')}.",
         f"There it wears {slower}{': ' if shares else ''}{', '.join(shares)}.",
-        *_dynamics(own, other),
     ]
-
-
-def _dynamics(own: WornPlace, other: WornPlace) -> Iterator[str]:
     if own.dynamic and other.dynamic:
         (first, last), (others_first, others_last) = own.dynamic, other.dynamic
-        yield (
+        told.append(
             f"Its dynamic factor goes from {first:.3g} unworn to {last:.3g} worn, "
             f"that of the next from {others_first:.3g} to {others_last:.3g}."
         )
+    return told
 
 
 def _place(place: WornPlace, pitch: str) -> str:

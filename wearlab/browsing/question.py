@@ -78,11 +78,8 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     if len(runs) > MOST_RUNS:
         raise FigureError(f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows")
     given = {name: value for name, value in first(arguments).items() if value}
-    select: dict[str, Any] = {}
-    for pair in arguments.get("select", ()):
-        dim, sign, label = pair.partition("=")
-        if sign and dim:
-            select[dim] = _label(label)
+    chosen = (pair.partition("=") for pair in arguments.get("select", ()))
+    select = {dim: _label(label) for dim, sign, label in chosen if sign and dim}
     select |= AT.get(given.get("state", ""), {})
     options: dict[str, Any] = {name: given[name] for name in ROLES if name in given}
     if given.get("y_as") in ("logarithm", "difference"):

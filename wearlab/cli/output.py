@@ -21,6 +21,7 @@ from wearlab.store import outcome
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
     from wearlab.plugins import Plugin
+    from wearlab.store import Store
 
 
 STANDARD = ("stdin", "stdout", "stderr")
@@ -168,6 +169,19 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
         problems = figure_problems(campaign)
         if problems:
             raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
+
+
+def drawn(
+    campaign: "Campaign", store: "Store", out: Path, ending: str = "png"
+) -> tuple[tuple[Path, ...], Status]:
+    """Draw a campaign's figures; say which cannot be, and return the others and whether that went well."""
+    from wearlab.figures import FigureError, draw
+
+    try:
+        return tuple(draw(campaign, store, out, ending)), Status.WELL
+    except FigureError as error:
+        complain(str(error))
+        return error.drawn, Status.TROUBLE
 
 
 @contextmanager

@@ -39,15 +39,10 @@ def figures(
 
 
 def _draw(file: str, store: Store, out: Path, ending: str, as_json: bool) -> output.Status:
-    from wearlab.figures import FigureError, draw, drawing
+    from wearlab.figures import drawing
 
     drawing.check_format(ending)
-    campaign, status = output.sound_campaign(file), output.Status.WELL
-    try:
-        drawn = tuple(draw(campaign, store, out, ending))
-    except FigureError as error:
-        output.complain(str(error))
-        drawn, status = error.drawn, output.Status.TROUBLE
+    drawn, status = output.drawn(output.sound_campaign(file), store, out, ending)
     paths = [str(path) for path in drawn]
     output.tell(paths, as_json, *paths)
     return status

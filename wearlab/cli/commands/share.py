@@ -60,15 +60,10 @@ def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callabl
     """Write a crate with every figure that can be drawn."""
     from tempfile import TemporaryDirectory
 
-    from wearlab.figures import FigureError, draw
     from wearlab.store import export
 
     with TemporaryDirectory(prefix="wearlab-") as folder:
-        try:
-            drawn = tuple(draw(campaign, store, Path(folder)))
-        except FigureError as error:
-            output.complain(str(error))
-            drawn = error.drawn
+        drawn, _ = output.drawn(campaign, store, Path(folder))
         export.export_crate(campaign, store, out, drawn, tell)
 
 
