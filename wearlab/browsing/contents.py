@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl, urlencode
 
@@ -63,7 +64,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     if told.cases <= MOST_DRAWN and told.counts.get("done"):
         drawn, others = _figures(store, key, place, listing.whole(first.get("figure", "")))
     subject = remarks.subject_of(told.title)
-    quote = next((sign for sign in "\"'" if sign not in told.title), "")
+    mark = next((sign for sign in "\"'" if sign not in told.title), "")
     return {
         "heading": told.title,
         "told": told,
@@ -73,7 +74,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         "sortable": place.live and told.cases <= MOST_DRAWN,
         "number": number,
         "pages": max(1, -(-told.cases // shown)),
-        "where": f"campaign = {quote}{told.title}{quote}" if quote and place.live else "",
+        "where": f"campaign = {mark}{told.title}{mark}" if mark and place.live else "",
         "figures": drawn,
         "others": others,
         "subject": subject,
@@ -206,8 +207,8 @@ def run(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         "has_life": bool(entry.summary.get("life")),
         "prints": prints,
         "figures": drawn,
-        "commands": f"wearlab show {entry.id} --store {_quoted(where)}\n"
-        f"wearlab figures --from FIGURE.png --store {_quoted(where)}   # a figure that was taken along",
+        "commands": f"wearlab show {entry.id} --store {quote(where)}\n"
+        f"wearlab figures --from FIGURE.png --store {quote(where)}   # a figure that was taken along",
         "python": f"import wearlab as wl\nrun = wl.open({where!r}).run({entry.id!r})\n"
         f"wl.figure(run, {next(iter(kinds), 'wear-profile')!r})",
     }
@@ -217,14 +218,6 @@ def _back(first: Mapping[str, str]) -> dict[str, str]:
     """Return condition, columns and order of the table of runs that was left, as far as there was one."""
     known = ("where", "columns", "sort")
     return {name: text for name, text in parse_qsl(first.get("back", "")) if name in known}
-
-
-def _quoted(path: str) -> str:
-    return (
-        path
-        if all(sign.isalnum() or sign in "/._-:" for sign in path)
-        else "'" + path.replace("'", "'\\''") + "'"
-    )
 
 
 def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
@@ -258,7 +251,7 @@ def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
 
 
 def _compare_commands(store: "Store", asked: question.WantedFigure, drawn: question.Question) -> str:
-    where = _quoted(store.address or str(store.path.absolute()))
+    where = quote(store.address or str(store.path.absolute()))
     lines = [f"wearlab figures --from {drawn.name}.png --store {where}   # the PNG that was taken along"]
     if len(asked.runs) == 2:
         lines.append(f"wearlab compare {asked.runs[0]} {asked.runs[1]} --store {where}")
