@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 Role = Literal["wearlab", "as published", "peer"]
+Cost = Literal["seconds", "warm_seconds", "work"]
 
 FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
@@ -46,17 +47,6 @@ class Rung(NamedTuple):
     warm_seconds: float = np.nan
 
 
-def fine_enough(rung: Rung, uncertainty: float) -> bool:
-    """Whether a ladder ends with a rung: the next would take too long, or tell nothing.
-
-    Parameters
-    ----------
-    rung : the finest so far
-    uncertainty : relative uncertainty of the reference [1]
-    """
-    return rung.seconds > ENOUGH or told(rung, uncertainty)
-
-
 def climbed(
     settings: Iterable[float], rung_of: Callable[[Any], Rung | None], uncertainty: float
 ) -> tuple[Rung, ...]:
@@ -74,7 +64,7 @@ def climbed(
         if rung is None:
             break
         rungs.append(rung)
-        if fine_enough(rung, uncertainty):
+        if rung.seconds > ENOUGH or told(rung, uncertainty):  # the next would take too long, or tell nothing
             break
     return tuple(rungs)
 
@@ -132,14 +122,9 @@ class WorkPrecision:
             good.append(rung)
         return min(good, key=lambda rung: rung.seconds, default=None)
 
-    def seconds_to(self, error: float, *, warm: bool = False) -> float:
-        """Return the wall time to a relative error [s]; see `interpolated`."""
-        times = [rung.warm_seconds if warm else rung.seconds for rung in self.rungs]
-        return interpolated([rung.error for rung in self.rungs], times, error)
-
-    def work_to(self, error: float) -> float:
-        """Return the work to a relative error [1]; see `interpolated`."""
-        return interpolated([rung.error for rung in self.rungs], [rung.work for rung in self.rungs], error)
+    def cost_to(self, error: float, cost: Cost = "seconds") -> float:
+        """Return the wall time [s] or the work [1] to a relative error; see `interpolated`."""
+        return interpolated([r.error for r in self.rungs], [getattr(r, cost) for r in self.rungs], error)
 
 
 def interpolated(errors: Sequence[float], costs: Sequence[float], error: float) -> float:

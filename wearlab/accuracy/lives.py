@@ -97,11 +97,6 @@ def _evolved(problem: Wearing, method: Method, tolerance: float) -> record.Life:
     )
 
 
-def tight_life(problem: Wearing) -> TimedLife:
-    """Return the life to about ``TIGHT``, by the default method."""
-    return lived(problem, adaptive.Adaptive(), TIGHT)
-
-
 def second_life(problem: Wearing, end: float) -> TimedLife:
     """Return the life by SciPy's DOP853, which shares no step with ours.
 
@@ -166,7 +161,7 @@ def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...],
     """Return the curves of a scene's life, and how far a second method is from their reference [1]."""
     report("life, reference")
     problem = wearing(scene)
-    answer = tight_life(problem)
+    answer = lived(problem, adaptive.Adaptive(), TIGHT)
     other = second_life(problem, answer.cycle)
     return tuple(life_curves(scene, problem, answer, report)), max(errors(other, answer))
 

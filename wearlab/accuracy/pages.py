@@ -1,6 +1,7 @@
 """What ``wearlab accuracy`` shows: figures and rows of error against run time."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,13 +31,10 @@ WORDS = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor
 
 
 class Stroke(NamedTuple):
-    """One curve of a panel, with the observed order and the place of the default setting."""
+    """One curve of a panel: its name in the legend, and the place of the default setting."""
 
-    x: Array
-    y: Array
     name: str
-    pen: Pen
-    order: float
+    curve: Curve
     ring: tuple[float, float] | None = None
 
 
@@ -52,8 +50,21 @@ class OfAxes(NamedTuple):
 
     title: str
     x_label: str
-    strokes: tuple[Stroke, ...]
+    strokes: Sequence[Stroke]
     unsure: float = float("nan")
+
+    def panel(self, row: int, column: int) -> Panel:
+        """Return the axes with all that is drawn in them."""
+        curves = []
+        for _, curve, ring in self.strokes:
+            curves.append(curve)
+            if ring is not None:
+                curves.append(Curve(np.array(ring[:1]), np.array(ring[1:]), curve.pen, "published"))
+        if np.isfinite(self.unsure):
+            every = np.concatenate([stroke.curve.x for stroke in self.strokes])
+            ends = np.array([every.min(), every.max()])
+            curves.append(Curve(ends, np.full(2, self.unsure), Pen("#7a7a7a", ":"), "reference"))
+        return Panel(row, column, self.title, self.x_label, "relative error", tuple(curves))
 
 
 def pages(made: xr.Dataset) -> dict[str, Plot]:
@@ -65,47 +76,23 @@ def pages(made: xr.Dataset) -> dict[str, Plot]:
 def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
     """Return a figure of panels that share their errors, with the orders beside the curves."""
     columns = 2 if len(sides) == 4 else max(1, min(3, len(sides)))
-    panels = [
-        Panel(i // columns, i % columns, side.title, side.x_label, "relative error", tuple(_curves(side)))
-        for i, side in enumerate(sides)
-    ]
-    pens = {stroke.name: stroke.pen for side in sides for stroke in side.strokes}
+    panels = tuple(side.panel(*divmod(i, columns)) for i, side in enumerate(sides))
+    pens = {stroke.name: stroke.curve.pen for side in sides for stroke in side.strokes}
+    legend = tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items() if name)
     if any(np.isfinite(side.unsure) for side in sides):
         note += " Dotted: the reference and the second method differ by this."
-    return Plot(
-        title,
-        tuple(panels),
-        -(-len(sides) // columns),
-        columns,
-        legend=tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items() if name),
-        notes=(note,),
-        logarithmic=True,
-        logarithmic_across=True,
-    )
-
-
-def _curves(side: OfAxes) -> list[Curve]:
-    curves = []
-    for x, y, _, pen, order, ring in side.strokes:
-        curves.append(Curve(x, y, pen, "line-points", f"{order:.1f}" if np.isfinite(order) else ""))
-        if ring is not None:
-            curves.append(Curve(np.array(ring[:1]), np.array(ring[1:]), pen, "published"))
-    if np.isfinite(side.unsure):
-        every = np.concatenate([stroke.x for stroke in side.strokes])
-        ends = np.array([every.min(), every.max()])
-        curves.append(Curve(ends, np.full(2, side.unsure), Pen("#7a7a7a", ":"), "reference"))
-    return curves
+    rows, both = -(-len(sides) // columns), {"logarithmic": True, "logarithmic_across": True}
+    return Plot(title, panels, rows, columns, legend=legend, notes=(note,), **both)  # type: ignore[arg-type]
 
 
 def _work_precision(made: xr.Dataset) -> Plot:
     ours = (made.role == "wearlab") & (made.name != "periodic")
-    methods = np.flatnonzero((made.quantity == "mesh_force") & ~ours).tolist()
+    methods = _method_pens(made.isel(curve=((made.quantity == "mesh_force") & ~ours).values))
     sides = []
-    for case in range(made.sizes["case"]):
-        strokes = _strokes(_stroke(made, case, i, "run_time", _method_pen(made, i), 1e3) for i in methods)
+    for name, case in _cases(made):
+        strokes = _strokes(_stroke(case, i, "run_time", pen, 1e3) for i, pen in methods)
         if strokes:
-            unsure = _unsure(made, case, "mesh_force", strokes)
-            sides.append(OfAxes(_case(made, case), "wall time in ms", strokes, unsure))
+            sides.append(OfAxes(name, "wall time in ms", strokes, _unsure(case, "mesh_force", strokes)))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: compiled, landing on "
         "every jump of the stiffness, told for free how long to integrate from the static equilibrium."
@@ -115,14 +102,11 @@ def _work_precision(made: xr.Dataset) -> Plot:
 
 def _knobs(made: xr.Dataset) -> Plot:
     limits, sides = [], []
-    for i in range(made.sizes["curve"]):
-        knob, quantity = _text(made.knob[i]), _text(made.quantity[i])
-        if _text(made.role[i]) != "wearlab" or knob == "cycle_tolerance":
+    for curve, knob, quantity, role in _told(made, "curve", "knob", "quantity", "role"):
+        if role != "wearlab" or knob == "cycle_tolerance":
             continue
-        strokes = _strokes(
-            _stroke(made, case, i, "setting", named(case))._replace(name=_case(made, case))
-            for case in range(made.sizes["case"])
-        )
+        cases = enumerate(_cases(made))
+        strokes = _strokes(_stroke(case, curve, "setting", named(i), name=name) for i, (name, case) in cases)
         if strokes:
             sides.append(OfAxes(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes))
             limits.append(LIMITS[knob])
@@ -148,29 +132,28 @@ def _lives_in_time(made: xr.Dataset) -> Plot:
 
 def _life_sides(made: xr.Dataset, x: str, label: str) -> list[OfAxes]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
-    steppers = np.flatnonzero(made.knob.isin(("cycle_tolerance", "threshold"))).tolist()
+    steppers = made.isel(curve=made.knob.isin(("cycle_tolerance", "threshold")).values)
     sides = []
-    for case in range(made.sizes["case"]):
+    for name, case in _cases(made):
         for quantity in ("life", "wear_depth"):
-            mine = (i for i in steppers if _text(made.quantity[i]) == quantity)
-            strokes = _strokes(_of_life(made, case, i, x) for i in mine)
+            mine = _method_pens(steppers.isel(curve=(steppers.quantity == quantity).values))
+            strokes = _strokes(_of_life(case, curve, x, pen) for curve, pen in mine)
             if strokes:
-                title = f"{_case(made, case)}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
-                sides.append(OfAxes(title, label, strokes, _unsure(made, case, quantity, strokes)))
+                title = f"{name}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
+                sides.append(OfAxes(title, label, strokes, _unsure(case, quantity, strokes)))
     return sides
 
 
-def _of_life(made: xr.Dataset, case: int, curve: int, x: str) -> Stroke:
+def _of_life(case: xr.Dataset, curve: str, x: str, pen: Pen) -> Stroke:
     """Return a curve of a life with its slope over the work, and the place of the default tolerance."""
-    stroke = _stroke(made, case, curve, x, _method_pen(made, curve))
-    apart = made.reference_disagreement.isel(case=case).sel(quantity_compared=made.quantity[curve].item())
-    slope = _slope(stroke.x, stroke.y, float(apart)) if x == "work" else float("nan")
+    one, stroke = case.sel(curve=curve), _stroke(case, curve, x, pen)
+    apart = float(case.reference_disagreement.sel(quantity_compared=one.quantity.item()))
+    slope = _slope(stroke.curve.x, stroke.curve.y, apart) if x == "work" else float("nan")
     ring = None
-    if _text(made.knob[curve]) == "cycle_tolerance":
-        at = {"case": case, "curve": curve}
-        rungs = zip(*(made[name].isel(at).values for name in ("setting", x, "error")), strict=True)
+    if one.knob == "cycle_tolerance":
+        rungs = zip(*(one[name].values for name in ("setting", x, "error")), strict=True)
         ring = next(((a, e) for s, a, e in rungs if np.isclose(s, DEFAULT) and e > 0.0), None)
-    return stroke._replace(order=slope, ring=ring)
+    return stroke._replace(curve=replace(stroke.curve, text=_number(slope, "{:.1f}")), ring=ring)
 
 
 def _slope(x: Array, y: Array, unsure: float) -> float:
@@ -181,43 +164,52 @@ def _slope(x: Array, y: Array, unsure: float) -> float:
     return -float(np.polyfit(np.log(x[told]), np.log(y[told]), 1)[0])
 
 
-def _unsure(made: xr.Dataset, case: int, quantity: str, strokes: Sequence[Stroke]) -> float:
+def _unsure(case: xr.Dataset, quantity: str, strokes: Sequence[Stroke]) -> float:
     """Return how far the reference is from the second method, where curves come near; else NaN [1]."""
-    unsure = float(made.reference_disagreement.isel(case=case).sel(quantity_compared=quantity))
-    finest = min(float(stroke.y.min()) for stroke in strokes)
+    unsure = float(case.reference_disagreement.sel(quantity_compared=quantity))
+    finest = min(float(stroke.curve.y.min()) for stroke in strokes)
     return unsure if 0.0 < finest < NEAR * unsure else float("nan")
 
 
 def _strokes(curves: Iterable[Stroke]) -> tuple[Stroke, ...]:
     """Return the curves that have points."""
-    return tuple(stroke for stroke in curves if len(stroke.x))
+    return tuple(stroke for stroke in curves if len(stroke.curve.x))
 
 
-def _stroke(made: xr.Dataset, case: int, curve: int, x: str, pen: Pen, factor: float = 1.0) -> Stroke:
-    at = {"case": case, "curve": curve}
-    across, error = factor * made[x].isel(at).values, made.error.isel(at).values
+def _stroke(
+    case: xr.Dataset, curve: str, x: str, pen: Pen, factor: float = 1.0, name: str | None = None
+) -> Stroke:
+    """Return a curve of a case with its observed order; ``name`` is by default that of the curve."""
+    one = case.sel(curve=curve)
+    across, error = factor * one[x].values, one.error.values
     good = np.isfinite(across) & np.isfinite(error) & (error > 0.0)
-    return Stroke(
-        across[good], error[good], _text(made.name[curve]), pen, float(made.observed_order.isel(at))
-    )
+    order = _number(float(one.observed_order), "{:.1f}")
+    drawn = Curve(across[good], error[good], pen, "line-points", order)
+    return Stroke(str(one["name"].item()) if name is None else name, drawn)
 
 
-def _method_pen(made: xr.Dataset, curve: int) -> Pen:
-    name = _text(made.name[curve])
-    if _text(made.role[curve]) != "peer":
-        return Pen(COLOURS.get(name, NAMES[0]), marker="o")
-    at = [_text(n) for n, r in zip(made.name, made.role, strict=True) if _text(r) == "peer"].index(name)
-    return Pen(PEER_COLOURS[at % len(PEER_COLOURS)], "--", MARKERS[(at + 1) % len(MARKERS)])
+def _method_pens(made: xr.Dataset) -> list[tuple[str, Pen]]:
+    """Return curves with the pens of their methods: peers are grey and dashed."""
+    pens, peers = [], 0
+    for curve, name, role in _told(made, "curve", "name", "role"):
+        pen = Pen(COLOURS.get(name, NAMES[0]), marker="o")
+        if role == "peer":
+            pen = Pen(PEER_COLOURS[peers % len(PEER_COLOURS)], "--", MARKERS[(peers + 1) % len(MARKERS)])
+            peers += 1
+        pens.append((curve, pen))
+    return pens
 
 
-def _case(made: xr.Dataset, case: int) -> str:
-    """Return what a case is called, nothing where it is the base alone."""
-    name = _text(made["case"][case])
-    return "" if (made.sizes["case"], name) == (1, "base") else name
+def _cases(made: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield what each case is called, nothing where it is the base alone, and what was found of it."""
+    names = made["case"].values.tolist()
+    for number, name in enumerate(names):
+        yield "" if names == ["base"] else name, made.isel(case=number)
 
 
-def _text(value: xr.DataArray) -> str:
-    return str(value.item())
+def _told(made: xr.Dataset, *coordinates: str) -> Iterator[tuple[str, ...]]:
+    """Yield the coordinates of every curve."""
+    return zip(*(made[name].values.tolist() for name in coordinates), strict=True)
 
 
 Rows = list[tuple[str, ...]]
@@ -241,9 +233,9 @@ def curve_rows(studies: Sequence[Study]) -> Rows:
             curve.name,
             curve.knob,
             _number(curve.order(study.uncertainty(curve.quantity)), "{:.2f}"),
-            *(_milliseconds(curve.seconds_to(error)) for error in TARGETS),
-            _milliseconds(curve.seconds_to(TARGETS[-1], warm=True)),
-            _number(curve.work_to(TARGETS[0]), "{:.0f}"),
+            *(_milliseconds(curve.cost_to(error)) for error in TARGETS),
+            _milliseconds(curve.cost_to(TARGETS[-1], "warm_seconds")),
+            _number(curve.cost_to(TARGETS[0], "work"), "{:.0f}"),
         )
         for study in studies
         for curve in study.curves
@@ -272,14 +264,14 @@ def life_rows(studies: Sequence[Study]) -> Rows:
             if not {"adaptive", "Euler"} <= set(curves):
                 continue
             ours, euler = curves["adaptive"], curves["Euler"]
-            targets = [(f"{error:.0e}", error, ours.work_to(error)) for error in (1e-2, 1e-3, 1e-4)]
+            targets = [(f"{error:.0e}", error, ours.cost_to(error, "work")) for error in (1e-2, 1e-3, 1e-4)]
             targets += [
                 (f"{r.error:.1e} (cycle_tolerance {r.setting:g})", r.error, r.work)
                 for r in ours.rungs
                 if np.isclose(r.setting, DEFAULT)
             ]
             for text, error, mine in targets:
-                theirs = euler.work_to(error)
+                theirs = euler.cost_to(error, "work")
                 works = _number(mine, "{:.0f}"), _number(theirs, "{:.0f}"), _number(theirs / mine, "{:.1f}×")
                 rows.append((study.label, quantity, text, *works))
     return rows

@@ -68,13 +68,14 @@ class Steady:
         stepped = parts.with_steps(grid, self.vibration.hunting, self.vibration.period)
         return replace(stepped, method=chosen, slow=None)
 
-    def solve(self, vibration: Vibration, start: Response | None = None) -> Response:
-        """Return the response, tables included; slow errors are left out."""
-        return without_slow_errors(vibration).solve(self.kinds, None if start is None else (start,))[0]
+    def solve(self, vibration: Vibration, start: Response | None = None, kinds: Any = None) -> Response:
+        """Return the response, tables included, slow errors left out; ``kinds`` [of the first state]."""
+        free = vibration if vibration.slow is None else replace(vibration, slow=None)
+        return free.solve(kinds or self.kinds, None if start is None else (start,))[0]
 
     def solve_near(self, vibration: Vibration, start: Response | None = None) -> Response:
         """Return the response of the neighbouring wear state."""
-        return without_slow_errors(vibration).solve(self.near, None if start is None else (start,))[0]
+        return self.solve(vibration, start, self.near)
 
     def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
         """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
@@ -107,11 +108,6 @@ class Steady:
         error = np.stack([mesh.error.value(self.phase - mesh.lag) for mesh in meshes], axis=-1)
         deflection, rate = states[..., :n] @ direction.T - error, states[..., n:] @ direction.T
         return self.force(Deflections(np.moveaxis(deflection, 2, 1), np.moveaxis(rate, 2, 1)), self.phase)
-
-
-def without_slow_errors(vibration: Vibration) -> Vibration:
-    """Return the dynamics without slow errors."""
-    return vibration if vibration.slow is None else replace(vibration, slow=None)
 
 
 def steady(scene: Scene) -> Steady:

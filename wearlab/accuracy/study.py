@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.accuracy import lives, steady
-from wearlab.accuracy.ladder import Rung, WorkPrecision
+from wearlab.accuracy.ladder import Cost, Rung, WorkPrecision
 from wearlab.accuracy.steady_curves import missing_peers, peers, steady_study
 from wearlab.scene import Scene
 from wearlab.simulation.label import CONVENTIONS, provenance
@@ -89,11 +89,11 @@ class AgainstPeer(NamedTuple):
 def comparison(studies: Study, error: float) -> AgainstPeer | None:
     """Return ours against the fastest peer at one error; None without peers or out of reach."""
     ours = next((c for c in studies.of("wearlab", "mesh_force") if c.knob == "steps_per_period"), None)
-    times = [(c.seconds_to(error), c.name) for c in studies.of("peer", "mesh_force")]
+    times = [(c.cost_to(error), c.name) for c in studies.of("peer", "mesh_force")]
     reached = [time for time in times if np.isfinite(time[0])]
-    if ours is None or not reached or not np.isfinite(ours.seconds_to(error)):
+    if ours is None or not reached or not np.isfinite(ours.cost_to(error)):
         return None
-    return AgainstPeer(ours.seconds_to(error), *min(reached))
+    return AgainstPeer(ours.cost_to(error), *min(reached))
 
 
 def cheapest_setting(studies: Study, quantity: str, error: float) -> tuple[WorkPrecision, Rung] | None:
@@ -113,12 +113,11 @@ def cheapest_setting(studies: Study, quantity: str, error: float) -> tuple[WorkP
 
 def knob_settings(studies: Study, quantity: str, error: float) -> dict[str, float]:
     """Return for each of our knobs the cheapest setting that keeps a quantity within ``error``."""
-    settings = {}
-    for curve in studies.of("wearlab", quantity):
-        rung = curve.cheapest(error)
-        if rung is not None:
-            settings[curve.knob] = rung.setting
-    return settings
+    return {
+        curve.knob: rung.setting
+        for curve in studies.of("wearlab", quantity)
+        if (rung := curve.cheapest(error)) is not None
+    }
 
 
 SECONDS = {"units": "s", "display_units": "ms"}
@@ -136,8 +135,17 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
     "largest_multiplier": {"long_name": "largest modulus of the Floquet multipliers"},
 }
 """Of a variable without units they are 1."""
-RUNG = ("setting", "error", "run_time", "work", "run_time_warm")
-REACHED = ("time_to_error", "warm_time_to_error", "work_to_error")
+RUNG = {"setting": "setting", "error": "error", "run_time": "seconds", "work": "work"}
+RUNG |= {"run_time_warm": "warm_seconds"}
+REACHED: dict[str, Cost] = {
+    "time_to_error": "seconds",
+    "warm_time_to_error": "warm_seconds",
+    "work_to_error": "work",
+}
+
+
+def _key(curve: WorkPrecision) -> tuple[str, str, str, str]:
+    return curve.name, curve.knob, curve.quantity, curve.role
 
 
 def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
@@ -149,32 +157,32 @@ def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
     studies : the studies
     begun : start of the run, seconds since the epoch [s]
     """
-    keys = list(
-        dict.fromkeys((c.name, c.knob, c.quantity, c.role) for study in studies for c in study.curves)
-    )
-    rungs = max((len(c.rungs) for study in studies for c in study.curves), default=0)
+    keys = list(dict.fromkeys(_key(curve) for study in studies for curve in study.curves))
     quantities = sorted({key[2] for key in keys})
-    shape = len(studies), len(keys)
-    by_rung: dict[str, Any] = {name: np.full((*shape, rungs), np.nan) for name in RUNG}
-    order = np.full(shape, np.nan)
-    reached: dict[str, Any] = {name: np.full((*shape, len(TARGETS)), np.nan) for name in REACHED}
-    apart = np.full((len(studies), len(quantities)), np.nan)
-    for i, study in enumerate(studies):
-        apart[i] = [study.disagreement.get(quantity, np.nan) for quantity in quantities]
-        for curve in study.curves:
-            at = keys.index((curve.name, curve.knob, curve.quantity, curve.role))
-            for name, values in zip(by_rung, zip(*curve.rungs, strict=True), strict=True):
-                by_rung[name][i, at, : len(values)] = values
-            order[i, at] = curve.order(study.uncertainty(curve.quantity))
-            for k, error in enumerate(TARGETS):
-                reached["time_to_error"][i, at, k] = curve.seconds_to(error)
-                reached["warm_time_to_error"][i, at, k] = curve.seconds_to(error, warm=True)
-                reached["work_to_error"][i, at, k] = curve.work_to(error)
+    apart = [[study.disagreement.get(quantity, np.nan) for quantity in quantities] for study in studies]
+    every = [(i, keys.index(_key(curve)), curve) for i, study in enumerate(studies) for curve in study.curves]
+
+    longest = max((len(curve.rungs) for _, _, curve in every), default=0)
+
+    def table(width: int, values_of: Callable[[Study, WorkPrecision], list[float]]) -> Any:
+        whole = np.full((len(studies), len(keys), width), np.nan)
+        for i, at, curve in every:
+            values = values_of(studies[i], curve)
+            whole[i, at, : len(values)] = values
+        return whole
+
+    def costs(cost: Cost) -> Any:
+        return table(len(TARGETS), lambda _, curve: [curve.cost_to(error, cost) for error in TARGETS])
+
+    def of_rungs(name: str) -> Any:
+        return table(longest, lambda _, curve: [getattr(rung, name) for rung in curve.rungs])
+
+    orders = table(1, lambda study, curve: [curve.order(study.uncertainty(curve.quantity))])
     made = xr.Dataset(
         {
-            **{name: (("case", "curve", "rung"), values) for name, values in by_rung.items()},
-            "observed_order": (("case", "curve"), order),
-            **{name: (("case", "curve", "requested_error"), values) for name, values in reached.items()},
+            **{name: (("case", "curve", "rung"), of_rungs(own)) for name, own in RUNG.items()},
+            "observed_order": (("case", "curve"), orders[..., 0]),
+            **{name: (("case", "curve", "requested_error"), costs(own)) for name, own in REACHED.items()},
             "reference_disagreement": (("case", "quantity_compared"), apart),
             "largest_multiplier": (("case",), [study.multiplier for study in studies]),
         },
