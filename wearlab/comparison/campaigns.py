@@ -10,8 +10,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.comparison import quantities
-from wearlab.comparison.quantities import CompareError
-from wearlab.comparison.runs import CYCLE, SIDES, WEAR_DEPTH, compare_runs
+from wearlab.comparison.runs import CYCLE, WEAR_DEPTH, compare_runs
 from wearlab.store import Store
 from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
 from wearlab.store.outcome import place, value_text
@@ -65,12 +64,12 @@ def side(given: Any, store: Store | None, name: str) -> Side:
     if isinstance(given, xr.Dataset):
         return _of_grid(given, name) if "run_id" in given else _of_run(given, name)
     if store is None:
-        raise CompareError(f"{name}: {given!r} is looked up in a store: give store = Store(...)")
+        raise quantities.CompareError(f"{name}: {given!r} is looked up in a store: give store = Store(...)")
     if isinstance(given, str):
         return _of_run(store.run(given), name)
     if hasattr(given, "cases"):
         return _of_campaign(given, store)
-    raise CompareError(f"{name}: {type(given).__name__} is no run, no id and no campaign")
+    raise quantities.CompareError(f"{name}: {type(given).__name__} is no run, no id and no campaign")
 
 
 def _of_run(run: xr.Dataset, name: str) -> Side:
@@ -209,9 +208,9 @@ def compare(
     StoreError : a run is not there
     """
     if on not in (CYCLE, WEAR_DEPTH):
-        raise CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
+        raise quantities.CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
     if not tolerance > 0.0:
-        raise CompareError(f"tolerance = {tolerance!r} is not greater than 0")
+        raise quantities.CompareError(f"tolerance = {tolerance!r} is not greater than 0")
     left, right = side(a, store, "A"), side(b, store, "B")
     if left.single and right.single:
         return compare_runs(left.members[0].read(), right.members[0].read(), on, tolerance)
@@ -221,7 +220,7 @@ def compare(
 def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
     matched, only_a, only_b = pairs(a, b)
     if not matched:
-        raise CompareError(
+        raise quantities.CompareError(
             f"no run of {a.title!r} has a partner in {b.title!r}: "
             f"A has {_some(only_a)}; B has {_some(only_b)}"
         )
@@ -251,18 +250,14 @@ def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     """Return what is kept of one pair, its files closed: memory does not grow with the waves."""
     full = compare_runs(a.read(), b.read(), on, tolerance)
     names = [str(name) for name in full["quantity"].values]
-    largest = [[_largest(full[name].sel(run=run).values) for name in names] for run in SIDES]
+    apart = (abs(full[name].where(np.isfinite(full[name]))) for name in names)
+    largest = np.stack([each.max([dim for dim in each.dims if dim != "run"]).values for each in apart], 1)
     scalars = [n for n in ("life", "service_life") if n in full]
     kept = full[[*PER_PAIR, *scalars]].reset_coords(drop=True)
     return kept.assign(
         largest_value=(("run", "quantity"), largest, LARGEST),
         scene_differences=((), full.attrs["scene_differences"]),
     )
-
-
-def _largest(values: Any) -> float:
-    held = values[np.isfinite(values)]
-    return float(np.abs(held).max()) if held.size else float("nan")
 
 
 def _shared(texts: Sequence[str]) -> str:

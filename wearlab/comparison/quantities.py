@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -40,41 +41,39 @@ def _mean_over_periods(force: xr.DataArray) -> xr.DataArray:
     return force.mean("mesh_period", skipna=True) if "mesh_period" in force.dims else force
 
 
+WAVE = ("mesh_period", "phase")
+
+
 def _range(values: xr.DataArray) -> xr.DataArray:
     """Return the largest minus the smallest value over the phases, all mesh periods together."""
-    dims = [dim for dim in ("mesh_period", "phase") if dim in values.dims]
+    dims = [dim for dim in WAVE if dim in values.dims]
     return values.max(dims) - values.min(dims)
 
 
 def _peak(values: xr.DataArray) -> xr.DataArray:
-    return values.max([dim for dim in ("mesh_period", "phase") if dim in values.dims])
+    return values.max([dim for dim in WAVE if dim in values.dims])
 
 
 def _orders(force: xr.DataArray) -> xr.DataArray:
     """Return the amplitudes at whole multiples of the mesh frequency, 1 to ``ORDERS``."""
-    return _spectrum(force, _whole_orders, {"order": np.arange(1, ORDERS + 1)})
+    return _spectrum(force, _whole_orders, "order").assign_coords(order=np.arange(1, ORDERS + 1))
 
 
 def _between_orders(force: xr.DataArray) -> xr.DataArray:
     """Return the RMS of what lies between those multiples: subharmonics and what is not periodic."""
-    return _spectrum(force, _rest, {})
+    return _spectrum(force, _rest)
 
 
-def _spectrum(
-    force: xr.DataArray, reduced: Callable[[Array, int], Array], coordinates: dict[str, Any]
-) -> xr.DataArray:
+def _spectrum(force: xr.DataArray, reduced: Callable[[Array, int], Array], *along: str) -> xr.DataArray:
     """Reduce the Fourier amplitudes of each response, as many mesh periods long as it is."""
     if "mesh_period" not in force.dims:
-        force = force.expand_dims("mesh_period", axis=-2)
-    outer = [dim for dim in force.dims if dim not in ("mesh_period", "phase")]
-    values = force.transpose(*outer, "mesh_period", "phase").values
-    lines = np.array([_of_one(values[place], reduced) for place in np.ndindex(*values.shape[: len(outer)])])
-    shape = values.shape[: len(outer)] + lines.shape[1:]
-    inside = {name: force[name] for name in outer if name in force.coords}
-    return xr.DataArray(lines.reshape(shape), dims=[*outer, *coordinates], coords={**inside, **coordinates})
+        force = force.expand_dims("mesh_period")
+    dims: dict[str, Any] = {"input_core_dims": [WAVE], "output_core_dims": [along]}
+    made = xr.apply_ufunc(partial(_of_one, reduced), force, vectorize=True, keep_attrs=False, **dims)
+    return cast(xr.DataArray, made)
 
 
-def _of_one(waves: Array, reduced: Callable[[Array, int], Array]) -> Array:
+def _of_one(reduced: Callable[[Array, int], Array], waves: Array) -> Array:
     held = waves[np.isfinite(waves).all(axis=-1)]
     if not len(held):
         return reduced(np.full(ORDERS + 1, np.nan), 1)

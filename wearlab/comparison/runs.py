@@ -243,14 +243,13 @@ def _scalars(a: xr.Dataset, b: xr.Dataset) -> dict[str, xr.DataArray]:
 def _position_coordinates(a: xr.Dataset, b: xr.Dataset, wanted: Array, on: str) -> dict[str, xr.DataArray]:
     """Return what the states are aligned on, and the cycle of each run there."""
     own = declared("cycle" if on == CYCLE else "max_wear_depth")
-    made = {on if on == CYCLE else "aligned_depth": xr.DataArray(wanted, dims="state", attrs=own)}
+    stand = xr.DataArray(wanted, dims="state", attrs=own)
     if on == CYCLE:
-        return made
-    cycles = [
-        at_positions(run["cycle"], *positions(run, on, side), wanted).values
-        for run, side in zip((a, b), SIDES, strict=True)
-    ]
-    return made | {"cycle": xr.DataArray(np.stack(cycles), dims=("run", "state"), attrs=declared("cycle"))}
+        return {on: stand}
+    sides = zip((a, b), SIDES, strict=True)
+    cycles = [at_positions(run["cycle"], *positions(run, on, side), wanted).values for run, side in sides]
+    each = xr.DataArray(np.stack(cycles), dims=("run", "state"), attrs=declared("cycle"))
+    return {"aligned_depth": stand, "cycle": each}
 
 
 RELATIVE = {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"}
@@ -320,13 +319,14 @@ def scene_rows(comparison: xr.Dataset) -> list[Row]:
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     """Return one row a quantity of two runs: both values where they differ most, and where they first do."""
     rows = []
+    aligned = comparison["cycle" if comparison.attrs["aligned_on"] == CYCLE else "aligned_depth"].values
     for index, name in enumerate(comparison["quantity"].values):
         both = comparison[str(name)]
         stored, shown = both.attrs["units"], both.attrs["display_units"]
         state, values = _farthest(both.transpose("run", "state", ...).values)
         a, b = (_number(convert(value, stored, shown)) for value in values)
         share = float(comparison["largest_relative_difference"][index])
-        there = "" if share == 0.0 else _position(comparison, state)
+        there = "" if share == 0.0 else _place(comparison, float(aligned[state]))
         first = _place(comparison, float(comparison["first_difference"][index]))
         rows.append((both.attrs["long_name"], a, b, _unit(shown), _percent(share), there, first))
     return rows + [_scalar_row(comparison, name) for name in ("life", "service_life") if name in comparison]
@@ -367,11 +367,6 @@ def pair_rows(comparison: xr.Dataset) -> list[Row]:
         )
         rows.append((str(pair), *lives, share, names[most], *where))
     return rows
-
-
-def _position(comparison: xr.Dataset, state: int) -> str:
-    aligned = "cycle" if comparison.attrs["aligned_on"] == "cycle" else "aligned_depth"
-    return _place(comparison, float(comparison[aligned].values[state]))
 
 
 def _place(comparison: xr.Dataset, value: float) -> str:

@@ -5,6 +5,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -234,12 +235,10 @@ def _dates(entries: Mapping[str, Entry]) -> str:
 def _parts(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
     """Yield the parts present and left out, of the first case of each label; equal ones together."""
     groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
-    labels: set[str] = set()
-    for case in campaign.cases:
-        if case.label not in labels:
-            labels.add(case.label)
-            parts = tuple(parts_present(case.scene)), tuple(parts_left_out(case.scene))
-            groups.setdefault(parts, []).append(case.label)
+    scenes = {case.label: case.scene for case in reversed(campaign.cases)}
+    for label in dict.fromkeys(case.label for case in campaign.cases):
+        parts = tuple(parts_present(scenes[label])), tuple(parts_left_out(scenes[label]))
+        groups.setdefault(parts, []).append(label)
     for (present, absent), names in groups.items():
         yield ", ".join(names), present, absent
 
@@ -250,16 +249,10 @@ def _gears(campaign: Campaign) -> tuple[dict[str, Any], ...]:
     names: dict[str, list[str]] = {}
     for case in campaign.cases:
         key = case.scene.gears.model_dump_json()
-        if key in sheets:
-            names[key].append(case.label)
-            continue
-        if len(sheets) == MOST_SETS:
-            continue
-        try:
-            sheets[key] = sheet(case.scene)
-        except ValueError:
-            continue
-        names[key] = [case.label]
+        if key not in names and len(sheets) < MOST_SETS:
+            with suppress(ValueError):
+                sheets[key] = sheet(case.scene)
+        names.setdefault(key, []).append(case.label)
     several = len(sheets) > 1
     return tuple(
         {"cases": ", ".join(dict.fromkeys(names[key])) if several else "", "sheet": sheet}

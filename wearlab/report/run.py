@@ -7,12 +7,11 @@ from math import isclose
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from wearlab.sources import is_other_code
+from wearlab import sources, units
 from wearlab.store import outcome
-from wearlab.units import UnitError, convert, quantity, split
 
 if TYPE_CHECKING:
-    from wearlab.query import Key
+    from wearlab.query.keys import Key
     from wearlab.store import Store
     from wearlab.store.catalogue import Entry
 
@@ -55,19 +54,20 @@ def as_shown(value: Any, attributes: Mapping[str, Any]) -> tuple[str, str]:
     unit = str(attributes.get("units", ""))
     shown = str(attributes.get("display_units", unit))
     if isinstance(value, int | float) and shown not in (unit, "", "1"):
-        value = convert(float(value), unit, shown)
+        value = units.convert(float(value), unit, shown)
     return value_text(value), "" if shown == "1" else shown
 
 
 def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
     """Return the names of what is stored along some dimension by their groups, in lines."""
-    from wearlab.schema import VARIABLES, origin_of
+    from wearlab import schema
 
     groups: dict[str, list[str]] = {}
-    order = {name: place for place, name in enumerate(VARIABLES)}
+    order = {name: place for place, name in enumerate(schema.VARIABLES)}
     for name in sorted(stored, key=lambda name: order.get(name, len(order))):
         if stored[name]["dims"] and stored[name]["dims"] != [name]:
-            groups.setdefault(origin_of(name)[0] if name in VARIABLES else "others", []).append(name)
+            group = schema.origin_of(name)[0] if name in schema.VARIABLES else "others"
+            groups.setdefault(group, []).append(name)
     lines = []
     for group, names in groups.items():
         lines += wrap(", ".join(names), WIDEST, initial_indent=f"{group:<20}", subsequent_indent=" " * 20)
@@ -121,10 +121,10 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
 
 def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") -> str:
     """Return a value in the unit of the first text that has one, else in the usual unit."""
-    for unit in (*(split(text)[1] for _, text in texts), key.display_unit):
+    for unit in (*(units.split(text)[1] for _, text in texts), key.display_unit):
         try:
-            return f"{convert(value, key.unit, unit):.{DIGITS}g} {unit}"
-        except UnitError:
+            return f"{units.convert(value, key.unit, unit):.{DIGITS}g} {unit}"
+        except units.UnitError:
             continue  # the unit of a scale of hardness
     return f"{value:.{DIGITS}g} {key.unit}"
 
@@ -136,8 +136,8 @@ def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
     found = []
     for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[:MOST_WRITTEN]:
         try:
-            found.append((quantity(text, kind), text))
-        except UnitError:
+            found.append((units.quantity(text, kind), text))
+        except units.UnitError:
             continue  # what others recorded, or one of another kind
     return found
 
@@ -160,7 +160,6 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
     """Return where a run stands and what made it, by words; what there is nothing of is empty."""
     from wearlab.scene.presence import REMEDY
     from wearlab.store import provenance
-    from wearlab.store.provenance import calibrated_by, children, lineage
 
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}
@@ -174,10 +173,10 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
         "tags": [r.text for r in said if r.what == "tag"],
         "notes": [f"{r.text} ({r.who}, {r.when[:10]})" for r in said if r.what == "note"],
-        "goes on from": [str(step) for step in lineage(store, entry)],
-        "continued by": children(store, entry.id),
+        "goes on from": [str(step) for step in provenance.lineage(store, entry)],
+        "continued by": provenance.children(store, entry.id),
         "calibrated by": entry.calibration or None,
-        "calibrates": calibrated_by(store, entry.id),
+        "calibrates": provenance.calibrated_by(store, entry.id),
         **{key: metadata[key] for key in provenance.WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
         "bytes": entry.size,
@@ -188,7 +187,7 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "wearlab": entry.wearlab_version,
         "model version": entry.summary.get("model_version"),
         "commit": entry.summary.get("commit"),
-        "made by": "other code" if is_other_code(entry.source_hash) else "this code",
+        "made by": "other code" if sources.is_other_code(entry.source_hash) else "this code",
     }
 
 

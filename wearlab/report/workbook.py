@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Iterator, Mapping
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -59,20 +58,19 @@ def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
 def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[list[Any]]:
     """Yield the head and one row for each run, or for each of its wear states."""
     dims = [str(dim) for dim in grid["run_id"].dims]
-    columns = dict(_columns(grid, dims, along))
     axes = {
         _head(str(name), grid[name]): grid[name] for name in grid.coords if set(grid[name].dims) <= set(dims)
     }
-    yield [*axes, *(["wear state"] if along else []), *columns]
-    for place in product(*(range(grid.sizes[dim]) for dim in dims)):
-        at = dict(zip(dims, place, strict=True))
-        where = [_plain(axis.isel(at, missing_dims="ignore").values) for axis in axes.values()]
-        values = [_shown(column.isel(at, missing_dims="ignore")) for column in columns.values()]
-        if not along:
-            yield where + [_plain(value) for value in values]
-            continue
-        for state in range(int(grid["n_updates"].isel(at))):
-            yield [*where, state, *(_plain(value[state]) for value in values)]
+    shown = {head: _shown(column) for head, column in _columns(grid, dims, along)}
+    sizes = {dim: grid.sizes.get(dim, 1) for dim in (*dims, *along)}
+    states = [("wear state", xr.DataArray(np.arange(sizes[dim]), dims=dim)) for dim in along]
+    columns = {**axes, **dict(states), **shown}
+    yield [*columns]
+    table = [column.variable.set_dims(sizes).values.ravel() for column in columns.values()]
+    count = grid["n_updates"].variable.set_dims(sizes).values.ravel() if along else None
+    for place, row in enumerate(zip(*table, strict=True)):
+        if count is None or row[len(axes)] < count[place]:
+            yield [_plain(value) for value in row]
 
 
 def _columns(grid: xr.Dataset, dims: list[str], along: tuple[str, ...]) -> Iterator[tuple[str, xr.DataArray]]:
@@ -98,13 +96,12 @@ def _head(name: str, array: xr.DataArray) -> str:
     return f"{name} [{shown}]" if shown not in ("", "1") else name
 
 
-def _shown(array: xr.DataArray) -> Any:
+def _shown(array: xr.DataArray) -> xr.DataArray:
     """Return values in display units."""
     stored, wanted = (str(array.attrs.get(key) or "") for key in ("units", "display_units"))
-    values = array.values
     if array.dtype.kind not in "fiu" or not wanted or stored in ("", wanted):
-        return values
-    return convert(values.astype(float), stored, wanted)
+        return array
+    return array.copy(data=convert(array.values.astype(float), stored, wanted))
 
 
 def _plain(value: Any) -> Any:
