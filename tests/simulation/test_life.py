@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from wearlab.dynamics.orbits.coexisting import FURTHER, RELEASES
-from wearlab.figures.runs import Run, _with_states
+from wearlab.figures.kind import Run
+from wearlab.figures.runs import _with_states
 from wearlab.simulation import Refused, simulate
 
 

@@ -79,26 +79,18 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     curves: list[Series] = []
     overlaid = banded_any = False
     for group in groups.values():
-        if group[0].look in ("line", "line-points") and all(map(_runs_on, group)):
+        if group[0].look in ("line", "line-points") and all(c.is_rising and len(c.x) > 1 for c in group):
             curves += banded(group, ended, BANDS if kinds <= FEW_HUES else BANDS[:1])
             banded_any = True
         else:
             overlaid = True
             look = "hairline" if group[0].look in ("line", "line-points") else group[0].look
             curves += [replace(curve, look=look) for curve in group]
-    how = f"; {SAID[ended]}" if _ends_differ(groups.values()) else ""
+    ends = ([float(curve.x[-1]) for curve in group if len(curve.x)] for group in groups.values())
+    how = f"; {SAID[ended]}" if any(some and not np.allclose(some, some[0]) for some in ends) else ""
     shares = "5–95 %" if kinds > FEW_HUES else "25–75 % and 5–95 %"
     notes = [f"Median and {shares} of up to {most} runs{how}."] if banded_any else []
     return curves, notes + ([f"All {most} runs laid over each other."] if overlaid else [])
-
-
-def _runs_on(curve: Series) -> bool:
-    return len(curve.x) > 1 and bool(np.all(np.diff(curve.x) >= 0.0))
-
-
-def _ends_differ(groups: Iterable[Sequence[Series]]) -> bool:
-    ends = [[float(curve.x[-1]) for curve in group if len(curve.x)] for group in groups]
-    return any(some and not np.allclose(some, some[0]) for some in ends)
 
 
 def banded(
@@ -193,12 +185,6 @@ def _states_of_runs(series: Sequence[Series], dims: set[str]) -> dict[object, di
     return states
 
 
-def label_text(low: str, high: str) -> str:
-    """Return a range of two labels, the words they share said once."""
-    start, _, words = low.partition(" ")
-    return f"{start} to {high}" if words and high.endswith(words) else f"{low} to {high}"
-
-
 def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Series]:
     """Return series whose wear states can stand side by side for runs that wear at different rates.
 
@@ -217,21 +203,19 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
         return list(series)
     count = Counter(label for states in of_run.values() for label in states)
     common = {label for label, n in count.items() if n >= max(2, SHARE * len(of_run))}
-    place: dict[object, dict[Label, str]] = {}
+    called: dict[tuple[object, Label], str] = {}
     members: dict[str, list[Label]] = {}
     for run, states in of_run.items():
-        ordered = sorted(states)
-        for number, label in enumerate(ordered):
-            last = number == len(ordered) - 1 and len(ordered) > 1
-            name = label.text if label in common else "last state" if last else f"state {number + 1}"
-            place.setdefault(run, {})[label] = name
-            members.setdefault(name, []).append(label)
+        for number, label in enumerate(sorted(states), 1):
+            last = "last state" if number == len(states) > 1 else f"state {number}"
+            called[run, label] = label.text if label in common else last
+            members.setdefault(called[run, label], []).append(label)
     labels = {name: _common_label(name, some) for name, some in members.items()}
 
     def renamed(curve: Series) -> Series:
         if "update" not in curve.key:
             return curve
-        name = place[_run_of(curve, names)][curve.key["update"]]
+        name = called[_run_of(curve, names), curve.key["update"]]
         return replace(curve, key={**curve.key, "update": labels[name]})
 
     return [renamed(curve) for curve in series]
@@ -242,7 +226,9 @@ def _common_label(name: str, some: Sequence[Label]) -> Label:
     middle = float(np.median([float(label.value) for label in some]))
     if low == high:
         return Label(middle, low.text)
-    return Label(middle, f"{name}: {label_text(low.text, high.text)}")
+    start, _, words = low.text.partition(" ")
+    begin = start if words and high.text.endswith(words) else low.text  # words that both share, said once
+    return Label(middle, f"{name}: {begin} to {high.text}")
 
 
 SYMMETRIC = ("mesh", "bearing")  # dimensions along which planets repeat themselves
@@ -339,22 +325,18 @@ def from_first(
     first: dict[tuple[Label | None, ...], Series] = {}
     for curve in series:
         first.setdefault(tuple(curve.key.get(name) for name in panels), curve)
-    if not all(np.all(np.diff(curve.x) >= 0.0) for curve in first.values()):
+    if not all(curve.is_rising for curve in first.values()):
         raise FigureError(f'{ask.name}: y_as = "difference" is for curves over rising x: this one turns back')
-    differences = [_less(curve, first[tuple(curve.key.get(name) for name in panels)]) for curve in series]
-    return differences, (_said(list(first.values()), hue),)
-
-
-def _less(curve: Series, first: Series) -> Series:
-    at = first.y if np.array_equal(curve.x, first.x) else np.interp(curve.x, first.x, first.y)
-    return replace(curve, y=curve.y - at, up=Scale(f"change of {within(curve.up.label)}", curve.up.units))
-
-
-def _said(first: Sequence[Series], hue: str) -> str:
-    low, high = min(np.nanmin(curve.y) for curve in first), max(np.nanmax(curve.y) for curve in first)
-    named = ", ".join(dict.fromkeys(curve.key[hue].text for curve in first))
-    values = f"{low:.4g} to {high:.4g}{joined(first[0].up.units)}"
-    return f"Drawn is the change from {named}, whose values run from {values}."
+    differences = []
+    for curve in series:
+        base = first[tuple(curve.key.get(name) for name in panels)]
+        at = base.y if np.array_equal(curve.x, base.x) else np.interp(curve.x, base.x, base.y)
+        up = Scale(f"change of {within(curve.up.label)}", curve.up.units)
+        differences.append(replace(curve, y=curve.y - at, up=up))
+    values = np.concatenate([curve.y for curve in first.values()])
+    named = ", ".join(dict.fromkeys(curve.key[hue].text for curve in first.values()))
+    reach = f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}{joined(series[0].up.units)}"
+    return differences, (f"Drawn is the change from {named}, whose values run from {reach}.",)
 
 
 def require_positive(series: Sequence[Series], ask: Ask) -> None:

@@ -42,7 +42,7 @@ def read_for(names: Iterable[str]) -> list[str]:
     return [*WITNESSES, *estimates, *(("life", "static_mesh_force") if estimates else ())]
 
 
-def error_of(data: xr.Dataset, name: str) -> xr.DataArray | None:
+def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
     """Return the estimated error of a variable, in its unit and its dimensions; None where there is none.
 
     Parameters
@@ -50,19 +50,17 @@ def error_of(data: xr.Dataset, name: str) -> xr.DataArray | None:
     data : a run
     name : of the variable
     """
-    estimate = ESTIMATES.get(name)
-    if estimate not in data or name not in data:
+    estimate, variables = ESTIMATES.get(name), data.variables
+    if estimate not in variables or name not in variables:
         return None
-    error = data[estimate]
+    error, sizes = variables[estimate], variables[name].sizes
     if name in FACTORS:
-        if "static_mesh_force" not in data:
+        if "static_mesh_force" not in variables:
             return None
-        error = error / data["static_mesh_force"]
+        error = error / variables["static_mesh_force"]
     elif name == "service_life":
-        error = error * data[name] / data["life"]
-    if not set(error.dims) <= set(data[name].dims):
-        return None
-    return error.broadcast_like(data[name]).transpose(*data[name].dims)
+        error = error * variables[name] / variables["life"]
+    return error.set_dims(sizes) if set(error.dims) <= set(sizes) else None
 
 
 def doubts(data: xr.Dataset) -> tuple[str, ...]:

@@ -14,12 +14,12 @@ from pydantic import ValidationError
 from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
-from wearlab.figures.kind import Ask, FigureError, Kind, no_kind, read
+from wearlab.figures.kind import Ask, FigureError, Kind, Run, no_kind, read
 from wearlab.figures.kinds import cycles, update
-from wearlab.figures.plot import BESIDE, Plot, Series, narrow
+from wearlab.figures.plot import BESIDE, Plot, Series, grouped, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
-from wearlab.figures.runs import BASE, Picked, Run, along_axes, axis_named, pick, read_runs, require
+from wearlab.figures.runs import BASE, Picked, along_axes, axis_named, pick, read_runs, require
 from wearlab.nearest import choices
 from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
@@ -246,12 +246,9 @@ def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
 
 def _most_places(series: Sequence[Series], dim: str) -> int:
     """Return how many places along a dimension are drawn of the run with most of them, 0: it is no key."""
-    shown: dict[tuple[object, ...], set[wording.Label]] = {}
-    for curve in series:
-        if dim in curve.key:
-            rest = tuple((name, label) for name, label in curve.key.items() if name != dim)
-            shown.setdefault(rest, set()).add(curve.key[dim])
-    return max((len(some) for some in shown.values()), default=0)
+    along = [curve for curve in series if dim in curve.key]
+    runs = grouped(along, lambda curve: tuple(item for item in curve.key.items() if item[0] != dim))
+    return max((len({curve.key[dim] for curve in group}) for group in runs.values()), default=0)
 
 
 def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:

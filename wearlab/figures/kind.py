@@ -1,7 +1,7 @@
 """What a figure is asked for, and what a kind of figure is: a function from a run to its curves."""
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -11,13 +11,11 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import xarray as xr
 
+from wearlab import nearest, schema
 from wearlab.arrays import Array
-from wearlab.figures.doubt import error_of
-from wearlab.figures.plot import Scale, Series
-from wearlab.figures.wording import Label, converted, place, within
-from wearlab.nearest import choices, meant
+from wearlab.figures import doubt, wording
+from wearlab.figures.plot import Look, Scale, Series
 from wearlab.plugins import CONSENT, UNRUN, Plugin, Sort
-from wearlab.schema import DIMENSIONS, ON_AXES, VARIABLES
 from wearlab.units import UnitError
 
 
@@ -174,8 +172,9 @@ class _Kinds(Sort):
 
     def wrong(self, value: Kind) -> str:
         """Return which variable that a kind needs nobody knows."""
-        unknown = [name for name in value.needs if name not in VARIABLES]
-        return f"needs {unknown[0]!r}, no variable{meant(unknown[0], VARIABLES)}" if unknown else ""
+        unknown = [name for name in value.needs if name not in schema.VARIABLES]
+        meant = "".join(nearest.meant(name, schema.VARIABLES) for name in unknown[:1])
+        return f"needs {unknown[0]!r}, no variable{meant}" if unknown else ""
 
 
 PLUGIN_KINDS = _Kinds("figures", Kind, KINDS)
@@ -193,10 +192,10 @@ def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
     axes = [axis for axis, key in keys.items() if key and name in key.split(".")]
     meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
     word = name.replace("_", " ").lower()
-    told = [one.name for one in DIMENSIONS if word in one.meaning.lower() and one.name in {*known}]
+    told = [one.name for one in schema.DIMENSIONS if word in one.meaning.lower() and one.name in {*known}]
     if told and not axes and len(word) > 3:
         return f"{name} is called {' or '.join(map(repr, told[:2]))}"
-    return f"{meant}{choices(name, sorted(known))}"
+    return f"{meant}{nearest.choices(name, sorted(known))}"
 
 
 def no_kind(name: str) -> str:
@@ -206,7 +205,7 @@ def no_kind(name: str) -> str:
     word = name.replace("-", " ").lower()
     drawn = [one.name for one in KINDS.values() if word and word in f"{one.title} {one.shows}".lower()]
     meant = f"{name} is drawn by {', '.join(drawn)}; " if drawn else ""
-    return f"no such kind; {meant}{choices(name, KINDS)}"
+    return f"no such kind; {meant}{nearest.choices(name, KINDS)}"
 
 
 Curves = Callable[[Any, Ask], Iterable[Series]]
@@ -233,7 +232,7 @@ def kind(
 
     def made(series: Curves) -> Kind:
         said = shows or str(inspect.getdoc(series)).partition("\n")[0].removesuffix(".")
-        return Kind(name, title, within(said), needs, dims, series, **{"roles": EACH, **more})
+        return Kind(name, title, wording.within(said), needs, dims, series, **{"roles": EACH, **more})
 
     return made
 
@@ -256,18 +255,26 @@ class Run:
     """
 
     id: str
-    place: Mapping[str, Label]
+    place: Mapping[str, wording.Label]
     data: xr.Dataset
-    states: tuple[Label, ...] = ()
+    states: tuple[wording.Label, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
-    beside: Mapping[str, Label] = field(default_factory=dict)
+    beside: Mapping[str, wording.Label] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
     own: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
-    def along(self, name: str) -> Label:
+    def along(self, name: str) -> wording.Label:
         """Return the run's place along an axis, or the value of a key that advances with one."""
         return self.place[name] if name in self.place else self.beside[name]
+
+    def is_along(self, name: str | None) -> bool:
+        """Say whether a name is that of an axis, or of a key that advances with one."""
+        return name in self.place or name in self.beside
+
+    def scale(self, name: str) -> Scale:
+        """Return what an axis of the grid shows."""
+        return Scale(self.labels.get(name, name.replace("_", " ")), self.units.get(name, "1"))
 
     def abscissa(self, name: str) -> tuple[float, float | None]:
         """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
@@ -290,23 +297,23 @@ class Slice(NamedTuple):
     error : estimated error of the values, None where there is none
     """
 
-    key: Mapping[str, Label]
+    key: Mapping[str, wording.Label]
     place: Mapping[str, int]
     values: Array
     scale: Scale
     error: Array | None = None
 
+    def over(self, x: Array, across: Scale, look: Look = "line", **more: Any) -> Series:
+        """Return the curve of its values over abscissae [display units]; ``more`` are fields of `Series`."""
+        y = np.atleast_1d(self.values)
+        return Series(self.key, x, y, across, self.scale, look, y_error=self.error, **more)
 
-def units_of(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
+
+def units_of(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
     """Return the stored unit of a variable and the one to show."""
     stored = str(variable.attrs.get("units", "1"))
     shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
     return stored, str(shown)
-
-
-def label_of(variable: xr.DataArray, name: str) -> str:
-    """Return a variable's name for an axis: short words where the long name is long."""
-    return ON_AXES.get(name) or str(variable.attrs.get("long_name") or name.replace("_", " "))
 
 
 def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
@@ -319,7 +326,7 @@ def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale
     return values.reshape(1), scale
 
 
-def shown(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
+def shown(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[Array, Scale]:
     """Return a variable's values in display units, and what an axis says of them.
 
     Raises
@@ -330,49 +337,55 @@ def shown(variable: xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple
         raise FigureError(f"{ask.name}: {name} holds text, not numbers")
     stored, wanted = units_of(variable, name, ask, axis)
     try:
-        values = converted(variable.values.astype(float), stored, wanted)
+        values = wording.converted(variable.values.astype(float), stored, wanted)
     except UnitError as error:
         raise FigureError(f"{ask.name}: units of {name}: {error}") from error
-    return values, Scale(label_of(variable, name), wanted)
+    long = str(variable.attrs.get("long_name") or name.replace("_", " "))
+    return values, Scale(schema.ON_AXES.get(name) or long, wanted)
 
 
 def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
     """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
-    variable = run.data[name]
+    variable = run.data[name].variable
     others = [str(dim) for dim in variable.dims if dim not in along]
+    order = (*others, *(dim for dim in along if dim in variable.dims))
     values, scale = shown(variable, name, ask, axis)
-    array, error = variable.copy(data=values), error_of(run.data, name)
+    values, error = variable.copy(data=values).transpose(*order).values, doubt.error_of(run.data, name)
+    off = None
     if error is not None:
-        error = error.copy(data=converted(error.values, *units_of(variable, name, ask, axis)))
-    kept = [dim for dim in along if dim in variable.dims]
-    for point in np.ndindex(*(variable.sizes[dim] for dim in others)):
+        off = wording.converted(error.transpose(*order).values, *units_of(variable, name, ask, axis))
+    named = [labels(run, dim, variable.sizes[dim]) for dim in others]
+    for point in np.ndindex(values.shape[: len(others)]):
+        key = {dim: named[n][at] for n, (dim, at) in enumerate(zip(others, point, strict=True))}
         index = dict(zip(others, point, strict=True))
-        key = {dim: label(run, dim, i) for dim, i in index.items()}
-        off = None if error is None else np.atleast_1d(error.isel(index).transpose(*kept).values)
-        part = array.isel(index).transpose(*kept).values
-        yield Slice({**run.place, **key}, index, part, scale, off)
+        beside = None if off is None else np.atleast_1d(off[point])
+        yield Slice({**run.place, **key}, index, values[(*point, ...)], scale, beside)
 
 
-def label(run: Run, dim: str, index: int) -> Label:
-    """Return the label of a place along one of the run's dimensions."""
-    if dim == "update" and index < len(run.states):
-        return run.states[index]
-    value = run.data[dim].values[index] if dim in run.data.coords else index
-    units = run.data[dim].attrs.get("units", "1") if dim in run.data.coords else "1"
-    if units != "1" and not isinstance(value, str):
-        wanted = run.data[dim].attrs.get("display_units", units)
-        return place(dim, float(f"{converted(np.array(float(value)), units, wanted):.6g}"), wanted)
-    return place(dim, value.item() if isinstance(value, np.generic) else value, None)
+def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
+    """Return the labels of the places along one of the run's dimensions."""
+    if dim == "update" and len(run.states) == count:
+        return run.states
+    if dim not in run.data.coords:
+        return [wording.place(dim, index, None) for index in range(count)]
+    variable = run.data[dim].variable
+    units = variable.attrs.get("units", "1")
+    if units == "1" or variable.dtype.kind not in "fiu":
+        return [wording.place(dim, value, None) for value in variable.values.tolist()]
+    wanted = variable.attrs.get("display_units", units)
+    return [
+        wording.place(dim, float(f"{x:.6g}"), wanted)
+        for x in wording.converted(variable.values, units, wanted)
+    ]
 
 
 def companion(
     run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
 ) -> tuple[Array, Scale]:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
-    variable = run.data[name]
+    variable = run.data[name].variable
     values, scale = shown(variable, name, ask, axis)
-    array = variable.copy(data=values)
-    return array.isel({dim: i for dim, i in index.items() if dim in variable.dims}).values, scale
+    return values[(*(index.get(str(dim), slice(None)) for dim in variable.dims), ...)], scale
 
 
 def last_state(run: Run) -> Run:

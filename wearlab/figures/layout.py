@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import plot, runs
-from wearlab.figures.curves import from_first, require_positive, states_in_common
+from wearlab.figures import curves, plot, runs
 from wearlab.figures.kind import Ask, FigureError, Kind, no_axis
 from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Series
 from wearlab.figures.wording import Label, axis_label, power_of_ten, within
@@ -52,7 +51,7 @@ def laid_out(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[
     varied = _varied(series)
     roles = _roles(varied, series, ask, kind, grid_dims)
     if "update" in varied and roles.get("hue") != "update":
-        series = states_in_common(series, grid_dims)
+        series = curves.states_in_common(series, grid_dims)
         varied = _varied(series)
         roles = {role: name for role, name in roles.items() if name in varied}
     return _thinned(Layout(*_combined(series, varied, roles, _redundant(series, varied))))
@@ -95,7 +94,7 @@ def _roles(
     redundant = _redundant(series, varied)
     sizes = {name: len(labels) for name, labels in varied.items()}
     if "update" in varied:  # as many as they are side by side
-        sizes["update"] = len(_varied(states_in_common(series, grid_dims)).get("update", [0]))
+        sizes["update"] = len(_varied(curves.states_in_common(series, grid_dims)).get("update", [0]))
     preferred: list[tuple[str, str]] = [
         *kind.roles,
         *((role, "*") for role in ROLES),
@@ -138,7 +137,10 @@ def _redundant(series: Sequence[Series], varied: Mapping[str, list[Label]]) -> s
 
 
 def _combined(
-    series: Sequence[Series], varied: Mapping[str, list[Label]], roles: Mapping[str, str], redundant: set[str]
+    series: Sequence[Series],
+    varied: Mapping[str, list[Label]],
+    roles: Mapping[str, str],
+    redundant: set[str],
 ) -> tuple[Sequence[Series], Mapping[str, list[Label]], Mapping[str, str]]:
     """Give what found no role a place in that of the columns: their product becomes one dimension."""
     left = [name for name in varied if name not in roles.values() and name not in redundant]
@@ -147,10 +149,11 @@ def _combined(
     role = next((r for r in ("cols", "rows") if r in roles and roles[r] != "variable"), "cols")
     dims = [roles[role], *left] if role in roles else left
     name = " × ".join(dims)
-    places: dict[tuple[Label, ...], None] = {}
-    for curve in series:
-        if all(dim in curve.key for dim in dims):
-            places[tuple(curve.key[dim] for dim in dims)] = None
+
+    def place_of(curve: Series) -> tuple[Label, ...]:
+        return tuple(curve.key[dim] for dim in dims if dim in curve.key)
+
+    places = dict.fromkeys(place for curve in series if len(place := place_of(curve)) == len(dims))
     order = {dim: {label: i for i, label in enumerate(varied[dim])} for dim in dims}
     ranked = sorted(places, key=lambda place: [order[d][x] for d, x in zip(dims, place, strict=True)])
     labels = {
@@ -159,10 +162,10 @@ def _combined(
     }
 
     def combined(curve: Series) -> Series:
-        if not all(dim in curve.key for dim in dims):
+        if (place := place_of(curve)) not in labels:
             return curve
         rest = {key: label for key, label in curve.key.items() if key not in dims}
-        return replace(curve, key={**rest, name: labels[tuple(curve.key[dim] for dim in dims)]})
+        return replace(curve, key={**rest, name: labels[place]})
 
     new = [combined(curve) for curve in series]
     kept = {key: some for key, some in varied.items() if key not in dims}
@@ -220,10 +223,10 @@ def compose(
     hue = roles.get("hue")
     said = list(layout.notes)
     if ask.y_as == "difference":
-        series, told = from_first(series, roles, ask)
+        series, told = curves.from_first(series, roles, ask)
         said += told
     elif ask.y_as == "logarithm":
-        require_positive(series, ask)
+        curves.require_positive(series, ask)
     pen = plot.pens([label for label in hues if label], hue)
     head = key_text(grid_dims.get(hue) or hue) if hue else ""
     turned = (
@@ -359,25 +362,21 @@ def _panel(
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
     dates = first.across.units == plot.DAYS
     across, up = powers[("x", *first.across)], powers[("y", *first.up)]
-    curves = [
-        plot.Curve(
-            *(s.x / 10.0**across, s.y / 10.0**up, pen(s), s.look, ""),
-            None if s.x_error is None else s.x_error / 10.0**across,
-            None if s.y_error is None else s.y_error / 10.0**up,
-            s.doubtful,
-            s.runs,
-            s.level,
-            (0.0, 1.0) if s.level is None else _reach_of_maps(all_series),
-        )
-        for s in sorted(inside, key=lambda s: s.look == "published")
-    ]
+    drawn = []
+    for s in sorted(inside, key=lambda s: s.look == "published"):
+        sides = (("x_error", s.x_error, across), ("y_error", s.y_error, up))
+        beside = {name: None if error is None else error / 10.0**power for name, error, power in sides}
+        beside |= {"doubtful": s.doubtful, "runs": s.runs, "level": s.level}
+        reach = (0.0, 1.0) if s.level is None else _reach_of_maps(all_series)
+        x, y = s.x / 10.0**across, s.y / 10.0**up
+        drawn.append(plot.Curve(x, y, pen(s), s.look, "", reach, **beside))
     marks = {mark: None for s in inside for mark in s.marks}
     return plot.Panel(
         *place,
         title,
         axis_label(first.across.label, "" if dates else first.across.units, across),
         axis_label(*first.up, up),
-        tuple(curves),
+        tuple(drawn),
         tuple(mark._replace(x=mark.x / 10.0**across) for mark in marks),
         _hours(inside, across),
         next((s.names for s in inside if s.names), ()),
@@ -432,7 +431,11 @@ def _legend(
     if not entries and coloured and (alone or any(s.look == "published" for s in series)):
         entries = [plot.LegendEntry(alone or OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
-    own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
+    own = BESIDE | {
+        "area": Pen(ALONE),
+        "line": Pen(ALONE),
+        "line-points": Pen(ALONE, "-", "o"),
+    }
     for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].look):
         entries.append(plot.LegendEntry(text, own.get(curve.look, Pen(INK, "", "o")), curve.look))
     return tuple(entries)

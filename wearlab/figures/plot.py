@@ -33,8 +33,27 @@ class Mark(NamedTuple):
     text: str
 
 
+@dataclass(frozen=True, kw_only=True)
+class BesidePoints:
+    """What may be known at each point of a curve, None where it is not.
+
+    Parameters
+    ----------
+    x_error, y_error : estimated errors
+    doubtful : whether it is of a run that speaks against itself
+    runs : id of its run, where it is of one alone
+    level : of a map, the value that colours tell there, row after row of one y each
+    """
+
+    x_error: Array | None = None
+    y_error: Array | None = None
+    doubtful: Array | None = None
+    runs: Array | None = None
+    level: Array | None = None
+
+
 @dataclass(frozen=True)
-class Series:
+class Series(BesidePoints):
     """One curve, before it has found its panel.
 
     Parameters
@@ -49,11 +68,7 @@ class Series:
     said : what a reader must know of it, such as what is left out
     names : of the ordinates 1, 2, … where they are ranks
     own : abscissa of a run that is drawn as a horizontal line, None where it has none
-    x_error, y_error : estimated errors of its points, None where nothing is known of them
-    doubtful : whether each point is of a run that speaks against itself
-    runs : id of the run of each point, None where it is of none, or of several
-    level : of a map, the values that colours tell at its points, row after row of one y each
-    colours : what they show
+    colours : what the levels of a map show
     """
 
     key: Mapping[str, Label]
@@ -68,20 +83,21 @@ class Series:
     said: str = ""
     names: tuple[str, ...] = ()
     own: float | None = None
-    x_error: Array | None = None
-    y_error: Array | None = None
-    doubtful: Array | None = None
-    runs: Array | None = None
-    level: Array | None = None
     colours: Scale | None = None
+
+    @property
+    def is_rising(self) -> bool:
+        """Whether no abscissa is less than the one before it."""
+        return bool(np.all(np.diff(self.x) >= 0.0))
 
     def at(self, index: Any) -> "Series":
         """Return some of its points."""
-        beside = {name: v[index] for name in BESIDE_POINTS if (v := getattr(self, name)) is not None}
-        return replace(self, x=self.x[index], y=self.y[index], **beside)
+        given = {name: v[index] for name in POINTS if (v := getattr(self, name)) is not None}
+        return replace(self, **given)
 
 
-BESIDE_POINTS = {"x_error": float, "y_error": float, "doubtful": bool, "runs": "U64", "level": float}
+POINTS: dict[str, Any] = {"x": float, "y": float, "x_error": float, "y_error": float}
+POINTS |= {"doubtful": bool, "runs": "U64", "level": float}
 
 
 def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None) -> dict[Any, list[Series]]:
@@ -95,7 +111,7 @@ def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None
 def merged(group: Sequence[Series]) -> Series:
     """Return the points of several series as one, otherwise like the first."""
     fields: dict[str, Any] = {}
-    for name, kind in ({"x": float, "y": float} | BESIDE_POINTS).items():
+    for name, kind in POINTS.items():
         some = [getattr(curve, name) for curve in group]
         if any(values is not None for values in some):
             none = (np.zeros(len(curve.x), kind) for curve in group)
@@ -127,22 +143,14 @@ class Pen:
 
 
 @dataclass(frozen=True)
-class Curve:
-    """A curve with its pen, and a text at its lowest point; errors, doubts and runs as of `Series`.
-
-    A map has levels, and what its colours reach over.
-    """
+class Curve(BesidePoints):
+    """A curve with its pen, and a text at its lowest point; of a map, what its colours reach over."""
 
     x: Array
     y: Array
     pen: Pen
     look: Look
     text: str = ""
-    x_error: Array | None = None
-    y_error: Array | None = None
-    doubtful: Array | None = None
-    runs: Array | None = None
-    level: Array | None = None
     reach: tuple[float, float] = (0.0, 1.0)
 
 

@@ -17,13 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wearlab import files, table_options, tables
 from wearlab.arrays import Array
 from wearlab.figures.kind import Ask, FigureError, Points
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
-from wearlab.files import read_regular
-from wearlab.table_options import PROFILE_ABSCISSAE, profile_of, traces
-from wearlab.tables import TableError, decoded, table_of
 from wearlab.units import UnitError
 
 LARGEST = 10_000_000  # bytes of a file of points
@@ -58,7 +56,7 @@ def points_of(source: Path | Points, ask: Ask) -> Points:
     if isinstance(source, Points):
         return source
     try:
-        return Points(source.name, decoded(read_regular(source, LARGEST))[0])
+        return Points(source.name, tables.decoded(files.read_regular(source, LARGEST))[0])
     except OSError as error:
         reason = getattr(error, "strerror", None) or error
         raise FigureError(f"{ask.name}: published: {source}: {reason}") from error
@@ -147,9 +145,9 @@ def measured_flank(ask: Ask) -> MeasuredFlank:
     assert ask.published is not None
     points = points_of(ask.published, ask)
     try:
-        table = table_of(points.name, points.text.encode())
-        x, y, abscissa, depth, across = profile_of(table, {})
-    except TableError as error:
+        table = tables.table_of(points.name, points.text.encode())
+        x, y, abscissa, depth, across = table_options.profile_of(table, {})
+    except tables.TableError as error:
         said = str(error).partition(", or name it: ")[0]
         raise FigureError(f"{ask.name}: published: {said}") from None
     if across is None or y != "depth" or x == "roll_length":
@@ -157,11 +155,11 @@ def measured_flank(ask: Ask) -> MeasuredFlank:
             f"{ask.name}: published: {points.name} tells {y} over {x}: a map of wear needs columns "
             "face_position, path_position, diameter or roll_angle, and depth, positive where material is gone"
         )
-    each = traces(across, len(abscissa))
+    each = table_options.traces(across, len(abscissa))
     where, gone = np.array(abscissa), np.array(depth)
     rising = [np.array(rows)[np.argsort(where[rows], kind="stable")] for rows in each.values()]
     of_trace = [(where[rows], gone[rows]) for rows in rising]
-    return MeasuredFlank(points.name, x, PROFILE_ABSCISSAE[x], np.array(list(each)), of_trace)
+    return MeasuredFlank(points.name, x, table_options.PROFILE_ABSCISSAE[x], np.array(list(each)), of_trace)
 
 
 def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[str]]]:

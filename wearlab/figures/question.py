@@ -9,12 +9,10 @@ from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
+from wearlab import nearest, schema
 from wearlab.campaign import Campaign, claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
-from wearlab.figures import kinds, published
-from wearlab.figures.kind import Ask, FigureError, Points, no_axis, no_kind, read
-from wearlab.nearest import choices
-from wearlab.schema import DIMENSIONS, VARIABLES
+from wearlab.figures import kind, kinds, published
 from wearlab.store.catalogue import Entry
 
 
@@ -30,34 +28,35 @@ def figure_problems(campaign: Campaign) -> list[str]:
     for number, spec in enumerate(campaign.figures, 1):
         try:
             problems += list(_problems(campaign, spec, number, folder))
-        except FigureError as error:
+        except kind.FigureError as error:
             problems.append(str(error))
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
-    known = [*VARIABLES, *(dimension.name for dimension in DIMENSIONS), *axes]
+    known = [*schema.VARIABLES, *(dimension.name for dimension in schema.DIMENSIONS), *axes]
     return [*problems, *claims.unknown_names(campaign, known)]
 
 
 def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
-    ask = read(spec, number, folder)
+    ask = kind.read(spec, number, folder)
     if ask.kind not in kinds.KINDS:
-        yield f"{ask.name}: {no_kind(ask.kind)}"
+        yield f"{ask.name}: {kind.no_kind(ask.kind)}"
     axes = {axis.name: axis for axis in campaign.axes}
     swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
-    names = {*axes, *beside, "case", *(dimension.name for dimension in DIMENSIONS), *VARIABLES}
+    names = {*axes, *beside, "case", *(dimension.name for dimension in schema.DIMENSIONS), *schema.VARIABLES}
+    along = names - set(schema.VARIABLES)
     for key in ask.select:
         if key not in names:
-            yield f"{ask.name}: select.{key} is unknown; {no_axis(key, swept, names - set(VARIABLES))}"
+            yield f"{ask.name}: select.{key} is unknown; {kind.no_axis(key, swept, along)}"
     for role in ("x", "hue", "rows", "cols"):
         name = getattr(ask, role)
         if name is not None and name not in names | keys:
-            valid = names if role == "x" else names - set(VARIABLES)
-            yield f"{ask.name}: {role} = {name!r} is unknown; {no_axis(name, swept, valid)}"
+            valid = names if role == "x" else along
+            yield f"{ask.name}: {role} = {name!r} is unknown; {kind.no_axis(name, swept, valid)}"
     for name in ask.y:
         of_update = ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update"
-        if name not in VARIABLES and not of_update:
-            yield f"{ask.name}: y = {name!r} is no variable; {choices(name, VARIABLES)}"
+        if name not in schema.VARIABLES and not of_update:
+            yield f"{ask.name}: y = {name!r} is no variable; {nearest.choices(name, schema.VARIABLES)}"
     if isinstance(ask.published, Path) and not ask.published.is_file():
         yield f"{ask.name}: published file {spec.published} is not there"
 
@@ -84,7 +83,7 @@ class Question:
 
     number: int
     table: Mapping[str, Any]
-    points: Points | None
+    points: kind.Points | None
     campaign: Campaign | RecordedCampaign
     text: str = ""
     hash: str = ""
@@ -92,9 +91,9 @@ class Question:
     subject: str = ""
 
     @property
-    def ask(self) -> Ask:
+    def ask(self) -> kind.Ask:
         """The figure's wishes."""
-        ask = read(SimpleNamespace(**self.table), self.number, None)
+        ask = kind.read(SimpleNamespace(**self.table), self.number, None)
         return replace(ask, published=self.points)
 
     @property
@@ -111,7 +110,7 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
     FigureError : its units or published points cannot be read, or the measurements that it shows
     """
     folder = campaign.path.parent if campaign.path else None
-    ask = read(spec, number, folder)
+    ask = kind.read(spec, number, folder)
     given = {key: getattr(spec, key, None) for key in KEYS}
     if given["note"]:
         given["note"] = claims.spelled_note(given["note"], getattr(campaign, "claims", ()))
@@ -125,16 +124,18 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
     return Question(number, table, points, campaign, text, inheritance.fingerprint(text), subject=about)
 
 
-def _subject(campaign: Campaign, ask: Ask) -> str:
+def _subject(campaign: Campaign, ask: kind.Ask) -> str:
     from wearlab.updating import inference, measurements
 
     try:
         return inference.subject_of(campaign)
     except measurements.UpdateError as error:
-        raise FigureError(f"{ask.name}: {error}") from None
+        raise kind.FigureError(f"{ask.name}: {error}") from None
 
 
-def texts(asked: Question, ask: Ask, entries: Mapping[str, Entry], missing: Sequence[str]) -> dict[str, str]:
+def texts(
+    asked: Question, ask: kind.Ask, entries: Mapping[str, Entry], missing: Sequence[str]
+) -> dict[str, str]:
     """Return what a figure's file says about itself, text by keyword; nothing that changes by itself.
 
     Parameters
@@ -183,7 +184,9 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
     FigureError : they hold none, or one that this wearlab cannot read
     """
     if QUESTION not in told:
-        raise FigureError(f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'")
+        raise kind.FigureError(
+            f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'"
+        )
     try:
         written = json.loads(told[QUESTION])
         if written["format"] != FORMAT:
@@ -194,7 +197,7 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
         return Question(
             int(written["number"]),
             {key: value for key, value in table.items() if key in KEYS},
-            None if points is None else Points(*map(str, points)),
+            None if points is None else kind.Points(*map(str, points)),
             from_record(written["campaign"]),
             told.get("campaign_text", ""),
             told.get("campaign_hash", ""),
@@ -202,7 +205,7 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
             str(written.get("subject", "")),
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise FigureError(f"{file}: its question cannot be read ({error})") from None
+        raise kind.FigureError(f"{file}: its question cannot be read ({error})") from None
 
 
 def _json(value: Any) -> str:
@@ -225,19 +228,19 @@ def embedded(file: Path) -> dict[str, str]:
     """
     try:
         if file.exists() and not file.is_file():
-            raise FigureError(f"{file}: is no file")
+            raise kind.FigureError(f"{file}: is no file")
         if file.stat().st_size > LARGEST:
-            raise FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
+            raise kind.FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
         data = file.read_bytes()
     except OSError as error:
-        raise FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
+        raise kind.FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
     reader = next((read for start, read in READERS.items() if data.lstrip().startswith(start)), None)
     if reader is None:
-        raise FigureError(f"{file}: is no PNG, SVG or PDF")
+        raise kind.FigureError(f"{file}: is no PNG, SVG or PDF")
     try:
         return reader(file, data)
     except (ValueError, SyntaxError, OSError, ElementTree.ParseError) as error:
-        raise FigureError(f"{file}: is damaged ({error})") from error
+        raise kind.FigureError(f"{file}: is damaged ({error})") from error
 
 
 def _png(file: Path, data: bytes) -> dict[str, str]:
@@ -245,7 +248,9 @@ def _png(file: Path, data: bytes) -> dict[str, str]:
 
     with Image.open(file, formats=["PNG"]) as image:
         if image.width * image.height > LARGEST:
-            raise FigureError(f"{file}: {image.width} by {image.height} pixels are more than a figure has")
+            raise kind.FigureError(
+                f"{file}: {image.width} by {image.height} pixels are more than a figure has"
+            )
         image.load()
         return {str(key): str(text) for key, text in image.text.items()}  # type: ignore[attr-defined]
 

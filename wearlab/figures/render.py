@@ -231,11 +231,9 @@ def _for_latex(plot: Plot) -> Plot:
         for panel in plot.panels
     ]
     legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed)
-    bar = None if plot.bar is None else replace(plot.bar, label=latex(plot.bar.label))
-    notes = tuple(map(latex, plot.notes))
-    return replace(
-        plot, head="", title=latex(plot.title), panels=tuple(panels), legend=legend, bar=bar, notes=notes
-    )
+    bar = plot.bar and replace(plot.bar, label=latex(plot.bar.label))
+    title, notes = latex(plot.title), tuple(map(latex, plot.notes))
+    return replace(plot, head="", title=title, panels=tuple(panels), legend=legend, bar=bar, notes=notes)
 
 
 def _colours(bar: Bar, power: int) -> ScalarMappable:

@@ -2,16 +2,14 @@
 
 import itertools
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearlab.figures import kind
-from wearlab.figures.doubt import doubts, read_for
-from wearlab.figures.kind import FigureError, Run
+from wearlab.figures import doubt, kind
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
@@ -44,7 +42,7 @@ def _one_index(label: Any, values: Sequence[Any], dim: str, name: str, units: st
         return index
     unit = f" {units}" if units else ""
     shown = [f"{value:g}{unit}" if _is_number(value) else str(value) for value in values]
-    raise FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
+    raise kind.FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
 
 
 def _is_number(value: Any) -> bool:
@@ -74,7 +72,7 @@ def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
             data = data.isel({key: index_of(asked, list(values), key, ask.name, units)})
         elif key not in RUN_DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
-            raise FigureError(f"{ask.name}: select.{key}: no such dimension; {choices(key, valid)}")
+            raise kind.FigureError(f"{ask.name}: select.{key}: no such dimension; {choices(key, valid)}")
     return data
 
 
@@ -83,7 +81,7 @@ def _states(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
     count = data.sizes["update"]
     for index in some:
         if not isinstance(index, int) or not -count <= index < count:
-            raise FigureError(
+            raise kind.FigureError(
                 f"{ask.name}: select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 is the last"
             )
     return [index % count for index in some]
@@ -92,7 +90,7 @@ def _states(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
 def _nearest(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
     some = list(asked) if isinstance(asked, list | tuple) else [asked]
     if not all(_is_number(count) for count in some):
-        raise FigureError(f"{ask.name}: select.{key} = {asked!r} is not a number of cycles, such as 2e7")
+        raise kind.FigureError(f"{ask.name}: select.{key} = {asked!r} is not a number of cycles, such as 2e7")
     return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in some))
 
 
@@ -100,6 +98,7 @@ RUN_DIMENSIONS = frozenset(dimension.name for dimension in DIMENSIONS)
 
 
 BASE = "base"
+COUNT = "n_updates"
 LIVES = ("life", "service_life", "remaining_useful_life", "error_estimate_life")
 """What only runs have that reach the depth which ends a life."""
 COORDINATES = (
@@ -147,7 +146,7 @@ def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> Picked:
             told = dict.fromkeys(x.text for x in labels.values() if x.value not in unsaid)
             missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
     if not picked and not missing:
-        raise FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
+        raise kind.FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
     return Picked(tuple(picked.values()), tuple(missing))
 
 
@@ -192,36 +191,45 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: kind.Ask) -> list[Run]:
-    """Load the variables that a figure needs, run by run, narrowed by ``select``.
+PICKED = "picked"
 
-    Variables that a run does not have are left out of its dataset.
+
+def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: kind.Ask) -> list[kind.Run]:
+    """Read what a figure needs, of all runs at once, narrowed by ``select``.
+
+    Variables that a run does not have are left out of its dataset. What any figure needs stays in a grid of
+    which all runs are shown: it is read once for all its figures.
     """
+    if len(set(map(str, grid.run_id.values.flat)) - {""}) == len(picked.points):
+        always = [name for name in (*COORDINATES, *doubt.WITNESSES) if name in grid.variables]
+        grid[always].load(scheduler="synchronous")
     grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
-    names = list(names)
-    wanted = dict.fromkeys((*names, *COORDINATES, *read_for(names)))
-    present = [name for name in wanted if name in grid.variables]
-    dims = set(map(str, grid.run_id.dims))
-    units = {name: str(grid[name].attrs.get("units", "1")) for name in along_axes(grid)}
-    axes = {name: axis_text(grid, name) for name in along_axes(grid)}
-    box, at = _box(grid[present], [point for point, _, _ in picked.points])
+    names, axes, dims = list(names), along_axes(grid), [str(dim) for dim in grid.run_id.dims]
+    wanted = dict.fromkeys((*names, *COORDINATES, *doubt.read_for(names), *axes, COUNT))
+    places = {dim: xr.Variable(PICKED, [point[dim] for point, _, _ in picked.points]) for dim in dims}
+    box = grid[[name for name in wanted if name in grid.variables]].isel(places)
+    box = box.compute(scheduler="synchronous")
+    units = {name: str(grid[name].attrs.get("units", "1")) for name in axes}
+    numbers = [
+        name for name in axes if grid[name].dtype.kind in "fiu"
+    ]  # called by the key they were given to
+    words = {n: key_text(str(grid[n].attrs.get("key") or n) if n in numbers else n) for n in axes}
     own = own_values(grid)
     runs = []
-    for (point, labels, run_id), place_in_box in zip(picked.points, at, strict=True):
-        at_point = box.isel(place_in_box, missing_dims="ignore").compute(scheduler="synchronous")
-        at_point = at_point.drop_vars([name for name in at_point.variables if name in point])
-        updates = int(grid.n_updates.isel(point))
-        case = labels.get("case")
-        mine = own.get(str(case.value)) if case is not None else None
-        full = _without_absent(
-            at_point.isel(update=slice(updates)) if "update" in at_point.dims else at_point
-        )
-        beside = _beside(grid, point)
-        if mine is not None and case is not None:
+    for number, (_, labels, run_id) in enumerate(picked.points):
+        whole = box.isel({PICKED: number}, missing_dims="ignore")
+        beside = {
+            name: place(name, plain(whole[name].values[()]), grid[name].attrs.get("units"))
+            for name in axes
+            if name not in dims
+        }
+        case, given = labels.get("case"), dict[str, float]()
+        if case is not None and (mine := own.get(str(case.value))) is not None:
             beside = dict.fromkeys(beside, case)
-        numbers = {name: float(v) for name, v in (mine or {}).items() if isinstance(v, int | float)}
-        told = (units, beside, axes, numbers, doubts(full))
-        runs.append(Run(run_id, labels, narrow(full, ask, dims), (), *told))
+            given = {name: float(v) for name, v in mine.items() if isinstance(v, int | float)}
+        full = _without_absent(whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims)
+        told = (units, beside, words, given, doubt.doubts(full))
+        runs.append(kind.Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
     return _with_states(runs)
 
 
@@ -241,44 +249,16 @@ def axis_named(grid: xr.Dataset, name: str) -> str:
     return meant[0] if len(meant) == 1 else name
 
 
-def axis_text(grid: xr.Dataset, name: str) -> str:
-    """Return what stands along an axis in words: the last words of the key that it was given to."""
-    numbers = grid[name].dtype.kind in "fiu"
-    return key_text(str(grid[name].attrs.get("key") or name) if numbers else name)
-
-
-def _beside(grid: xr.Dataset, point: Mapping[str, int]) -> dict[str, Label]:
-    coordinates = {}
-    for name in along_axes(grid):
-        if name not in point:
-            value = grid[name].isel(point, missing_dims="ignore").values[()]
-            coordinates[name] = place(name, plain(value), grid[name].attrs.get("units"))
-    return coordinates
-
-
-def _box(grid: xr.Dataset, points: Sequence[Mapping[str, int]]) -> tuple[xr.Dataset, list[dict[str, int]]]:
-    """Return the part of a grid with some points, read at once if they fill it, and their places in it."""
-    dims = list(points[0]) if points else []
-    kept = {dim: sorted({point[dim] for point in points}) for dim in dims}
-    box = grid.isel(kept, missing_dims="ignore")
-    at = [{dim: kept[dim].index(point[dim]) for dim in dims} for point in points]
-    if len(points) == math.prod(map(len, kept.values())):
-        box = box.compute(scheduler="synchronous")
-    return box, at
-
-
-def _without_absent(data: xr.Dataset) -> xr.Dataset:
-    """Drop variables that the grid only padded, and the mesh periods that no state reaches."""
-    absent: list[Hashable] = [
-        name for name, v in data.variables.items() if name not in data.dims and _is_void(v)
+def _without_absent(data: xr.Dataset, dims: Iterable[str]) -> xr.Dataset:
+    """Drop the places in the grid, variables that it only padded, mesh periods that no state reaches."""
+    absent = [name for name, v in data.variables.items() if name not in data.dims and _is_void(v)]
+    data = data.drop_vars([*absent, *dims, COUNT], errors="ignore")
+    held = [
+        v.notnull().any([dim for dim in v.dims if dim != "mesh_period"]).values
+        for name, v in data.variables.items()
+        if "mesh_period" in v.dims and name in data.data_vars
     ]
-    data = data.drop_vars(absent)
-    if "mesh_period" in data.dims:
-        held = [v.notnull().any([d for d in v.dims if d != "mesh_period"]) for v in data.values()
-                if "mesh_period" in v.dims]  # fmt: skip
-        if held:
-            data = data.isel(mesh_period=np.any([h.values for h in held], axis=0))
-    return data
+    return data.isel(mesh_period=np.any(held, axis=0)) if held else data
 
 
 def _is_void(variable: xr.Variable) -> bool:
@@ -287,7 +267,7 @@ def _is_void(variable: xr.Variable) -> bool:
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
 
 
-def _with_states(runs: list[Run]) -> list[Run]:
+def _with_states(runs: list[kind.Run]) -> list[kind.Run]:
     """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
     hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
@@ -348,7 +328,9 @@ def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     return tuple(labels)
 
 
-def require(runs: list[Run], names: Sequence[str], ask: kind.Ask, ended: Mapping[str, int]) -> list[Run]:
+def require(
+    runs: list[kind.Run], names: Sequence[str], ask: kind.Ask, ended: Mapping[str, int]
+) -> list[kind.Run]:
     """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
 
     Raises
@@ -362,10 +344,10 @@ def require(runs: list[Run], names: Sequence[str], ask: kind.Ask, ended: Mapping
     made = list(dict.fromkeys(origin_of(name)[1] for name in absent if name in VARIABLES))
     if set(absent) <= set(LIVES) and ended:
         by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
-        raise FigureError(
+        raise kind.FigureError(
             f"{ask.name}: no selected run has {' and '.join(absent)}: all ended before the depth of "
             f"wear.until ({by}); y = 'max_wear_depth' shows how far they came"
         )
     names = sorted({str(name) for run in runs for name in run.data.data_vars})
     known = f"it takes {' and '.join(made)}" if made else choices(absent[0], names)
-    raise FigureError(f"{ask.name}: no selected run has {' and '.join(absent)}; {known}")
+    raise kind.FigureError(f"{ask.name}: no selected run has {' and '.join(absent)}; {known}")

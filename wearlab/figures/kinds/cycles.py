@@ -6,29 +6,27 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.figures import plot, wording
 from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices, thinned
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
-from wearlab.figures.plot import Look, Scale, Series, grouped, horizontal, merged
-from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.nearest import choices
 from wearlab.units import UnitError
 
 MOST_POINTS = 30
 
 
-def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
+def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[plot.Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "update"):
         x, across = at_states(run, ask, piece)
         y = np.atleast_1d(piece.values)
         held = np.isfinite(x) & np.isfinite(y)
-        look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
+        look: plot.Look = "line-points" if held.sum() <= MOST_POINTS else "line"
         hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
-        whole = Series(piece.key, x, y, across, piece.scale, look, hours=hours, y_error=piece.error)
-        yield whole.at(held)
+        yield piece.over(x, across, look, hours=hours).at(held)
 
 
-def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
+def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, plot.Scale]:
     """Return what ``x`` names at every wear state, the cycles by default.
 
     Raises
@@ -51,7 +49,7 @@ def hours_a_cycle(run: Run) -> float | None:
     if "operating_hours" not in run.data or "cycle" not in run.data:
         return None
     units = str(run.data["operating_hours"].attrs.get("units", "h"))
-    hours = converted(run.data["operating_hours"].values, units, "h")
+    hours = wording.converted(run.data["operating_hours"].values, units, "h")
     cycle = np.asarray(run.data["cycle"].values, float)
     if hours.shape != cycle.shape:
         return None
@@ -62,7 +60,7 @@ def hours_a_cycle(run: Run) -> float | None:
     return float(rate[0]) if np.allclose(rate, rate[0], rtol=1e-6) else None
 
 
-def _number(run: Run, ask: Ask) -> Iterator[Series]:
+def _number(run: Run, ask: Ask) -> Iterator[plot.Series]:
     return over_cycles(run, ask.y[0], ask)
 
 
@@ -86,40 +84,35 @@ FACE_LOAD_FACTOR = kind(
 
 
 SHOWN = 3
-MEAN = Label("mean", "mean")
-FLUCTUATION = Label("fluctuation", "fluctuation")
-RMS = Label("RMS", "RMS of the fluctuation")
+MEAN = wording.Label("mean", "mean")
+FLUCTUATION = wording.Label("fluctuation", "fluctuation")
+RMS = wording.Label("RMS", "RMS of the fluctuation")
 
 
-def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Series]]:
-    def series(run: Run, ask: Ask) -> Iterator[Series]:
-        amplitude = f"{subject} fluctuation"
-        if f"{prefix}_mean" in run.data:
-            yield from _states(run, ask, f"{prefix}_mean", by, {"part": MEAN}, f"mean {subject}")
-        yield from _states(run, ask, f"{prefix}_rms", by, {"part": FLUCTUATION, "quantity": RMS}, amplitude)
-        for piece in slices(run, f"{prefix}_harmonics", ask, "update"):
-            order = int(piece.key["harmonic"].value)
-            if order <= SHOWN or "harmonic" in ask.select:
-                key = {k: v for k, v in piece.key.items() if k != "harmonic"}
-                name = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
-                piece = piece._replace(key={**key, "part": FLUCTUATION, "quantity": name})
-                yield _line(run, ask, piece, by, amplitude)
+def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[plot.Series]]:
+    shown: dict[str, tuple[str, dict[str, wording.Label]]] = {
+        "mean": (f"mean {subject}", {"part": MEAN}),
+        "rms": (f"{subject} fluctuation", {"part": FLUCTUATION, "quantity": RMS}),
+        "harmonics": (f"{subject} fluctuation", {"part": FLUCTUATION}),
+    }
+
+    def series(run: Run, ask: Ask) -> Iterator[plot.Series]:
+        for end, (words, named) in shown.items():
+            name = f"{prefix}_{end}"
+            for piece in slices(run, name, ask, "update") if name in run.data else ():
+                key = {**piece.key, **named}
+                if end == "harmonics":
+                    order = int(key.pop("harmonic").value)
+                    if order > SHOWN and "harmonic" not in ask.select:
+                        continue
+                    key["quantity"] = wording.Label(f"harmonic {order}", f"{wording.ordinal(order)} harmonic")
+                x, across = companion(run, ask.x or by, piece.place, ask)
+                x = x.max(axis=1) if x.ndim > 1 else x  # the flank that is worn most
+                held = np.isfinite(x) & np.isfinite(piece.values)
+                up = plot.Scale(words, piece.scale.units)
+                yield piece._replace(key=key, scale=up).over(x, across, "line-points").at(held)
 
     return series
-
-
-def _states(run: Run, ask: Ask, name: str, by: str, labels: dict[str, Label], label: str) -> Iterator[Series]:
-    for piece in slices(run, name, ask, "update"):
-        yield _line(run, ask, piece._replace(key={**piece.key, **labels}), by, label)
-
-
-def _line(run: Run, ask: Ask, piece: Slice, by: str, label: str) -> Series:
-    x, across = companion(run, ask.x or by, dict(piece.place), ask)
-    if x.ndim > 1:  # the flank that is worn most
-        x = x.max(axis=1)
-    held = np.isfinite(x) & np.isfinite(piece.values)
-    up = Scale(label, piece.scale.units)
-    return Series(piece.key, x[held], piece.values[held], across, up, "line-points")
 
 
 ROLES: Roles = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))
@@ -154,18 +147,18 @@ FEWEST_DOTS = 10
         ("cols", "update"), ("rows", "flank")),
     also=(FREQUENCY,), all_cases=True, over_sweeps=True,
 )  # fmt: skip
-def line(run: Run, ask: Ask) -> Iterator[Series]:
+def line(run: Run, ask: Ask) -> Iterator[plot.Series]:
     """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols."""
     several = len(ask.y) > 1
     for order, name in enumerate(ask.y):
         if name in run.data:
-            extra = {"variable": Label(float(order), name)} if several else {}
+            extra = {"variable": wording.Label(float(order), name)} if several else {}
             for curve in _of_variable(run, name, ask):
                 yield replace(curve, key={**curve.key, **extra})
 
 
-def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
-    if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
+def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[plot.Series]:
+    if ask.x is not None and run.is_along(ask.x):
         yield from _over_sweep(run, name, ask, ask.x)
         return
     dim, coordinate = _across(run, name, ask)
@@ -176,19 +169,15 @@ def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     for piece in slices(run, name, ask, dim):
         for extra, x, across in _positions(run, dim, coordinate, piece.place, ask):
             held = np.isfinite(x) & np.isfinite(piece.values)
-            look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-            key, y, up = {**piece.key, **extra}, piece.values, piece.scale
-            yield Series(key, x, y, across, up, look, y_error=piece.error).at(held)
+            look: plot.Look = "line-points" if held.sum() <= MOST_POINTS else "line"
+            yield piece._replace(key={**piece.key, **extra}).over(x, across, look).at(held)
 
 
-def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[Series]:
+def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[plot.Series]:
     """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
     x, own = run.abscissa(axis)
-    across = Scale(run.labels.get(axis, axis.replace("_", " ")), run.units.get(axis, "1"))
     for piece in slices(thinned(run), name, ask):
-        y = np.atleast_1d(piece.values)
-        point = Series(piece.key, np.array([x]), y, across, piece.scale, "line-points", own=own)
-        yield replace(point, y_error=piece.error)
+        yield piece.over(np.array([x]), run.scale(axis), "line-points", own=own)
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -216,16 +205,16 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
 
 def _positions(
     run: Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
-) -> Iterator[tuple[dict[str, Label], Array, Scale]]:
+) -> Iterator[tuple[dict[str, wording.Label], Array, plot.Scale]]:
     """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
     if coordinate not in run.data.variables:
-        yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")
+        yield {}, np.arange(run.data.sizes[dim], dtype=float), plot.Scale(dim.replace("_", " "), "1")
         return
     units = ask.units.get("x") or ask.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
         frequency = run.data[FREQUENCY]
         hertz = frequency[index.get("mesh", 0)].values * run.data[coordinate].values
-        yield {}, _in_units(hertz, units, ask), Scale("frequency", units)
+        yield {}, _in_units(hertz, units, ask), plot.Scale("frequency", units)
         return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
     here = replace(run, data=run.data.isel(kept))
@@ -236,20 +225,20 @@ def _positions(
 
 def _in_units(hertz: Array, units: str, ask: Ask) -> Array:
     try:
-        return converted(hertz, "Hz", units)
+        return wording.converted(hertz, "Hz", units)
     except UnitError as error:
         raise FigureError(
             f"{ask.name}: units of order: {error}; orders of the mesh, or a frequency"
         ) from error
 
 
-def joined(series: list[Series], axis: str) -> list[Series]:
+def joined(series: list[plot.Series], axis: str) -> list[plot.Series]:
     """Join single points that differ along one axis alone; a case that is not swept becomes a level.
 
     Points whose places were drawn at random stay points.
     """
     series = [replace(curve, key={k: v for k, v in curve.key.items() if k != axis}) for curve in series]
-    groups = grouped(series, lambda curve: (tuple(sorted(curve.key.items())), curve.up, curve.look))
+    groups = plot.grouped(series, lambda curve: (tuple(sorted(curve.key.items())), curve.up, curve.look))
     places = np.concatenate([curve.x for curve in series])
     if not np.isfinite(places).any():
         raise FigureError(
@@ -258,10 +247,10 @@ def joined(series: list[Series], axis: str) -> list[Series]:
     return [_join(group, places) for group in groups.values()]
 
 
-def _join(group: list[Series], places: Array) -> Series:
-    whole = merged(group)
+def _join(group: list[plot.Series], places: Array) -> plot.Series:
+    whole = plot.merged(group)
     if np.isnan(whole.x).all():
-        return horizontal(group[0], places)
+        return plot.horizontal(group[0], places)
     held = whole.at(np.isfinite(whole.x) & np.isfinite(whole.y))
     steps = np.diff(held.x)
     mixed = len(whole.x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any()

@@ -31,9 +31,8 @@ def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None 
     """Yield a variable along the flank, over the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "profile"):
         x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
-        held = np.isfinite(x)
-        key, marks = {**piece.key, **(extra or {})}, _marks(run, x, piece.place)
-        yield Series(key, x, piece.values, across, piece.scale, marks=marks, y_error=piece.error).at(held)
+        named = piece._replace(key={**piece.key, **(extra or {})})
+        yield named.over(x, across, marks=_marks(run, x, piece.place)).at(np.isfinite(x))
 
 
 def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
@@ -74,39 +73,20 @@ def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
 ENGAGEMENT = Scale("mesh cycles since the pair enters at A", "1")
 
 
-def over_engagement(phase: Array, values: Array, contact_ratio: float) -> tuple[Array, Array]:
-    """Repeat one mesh period until the pair that entered at phase 0 leaves, (n,) each."""
-    periods = int(np.ceil(contact_ratio))
-    x = np.concatenate([phase + j for j in range(periods)])
-    y = np.tile(values, periods)
-    inside = x < contact_ratio
-    return np.append(x[inside], contact_ratio), np.append(y[inside], y[inside][-1])
-
-
-def path_marks(run: Run, index: dict[str, int], ask: Ask) -> tuple[Mark, ...]:
+def path_marks(run: Run, index: Mapping[str, int], ratio: float) -> tuple[Mark, ...]:
     """Return the points A–E on the scale of mesh cycles since A."""
-    if "characteristic_point" not in run.data or "path_position" not in run.data:
+    if "path_position" not in run.data:
         return ()
-    position = run.data["path_position"].values
-    letters = np.broadcast_to(run.data["characteristic_point"].values, position.shape)
-    if position.ndim > 1:
-        row = _flank(run, index)
-        letters, position = letters[row], position[row]
-    at = {str(letter): float(s) for letter, s in zip(letters, position, strict=True) if letter}
+    position, leads = run.data["path_position"].values, _flank(run, index)
+    marks = _marks(run, position[leads] if position.ndim > 1 else position, {"flank": leads})
+    at = {mark.text: mark.x for mark in marks}
     if not {"A", "E"} <= set(at):
         return ()
-    period = (at["E"] - at["A"]) / contact_ratio(run, index, ask)
+    period = (at["E"] - at["A"]) / ratio
     return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
 
 
-def _own_phase(run: Run, phase: Array, values: Array, index: dict[str, int], ask: Ask) -> tuple[Array, Array]:
-    """Return phases counted from a mesh's own entry at A, ascending, and the values there."""
-    own = np.round(phase - entry_phase(run, index, ask), 12) % 1.0
-    order = np.argsort(own)
-    return own[order], values[order]
-
-
-def _flank(run: Run, index: dict[str, int]) -> int:
+def _flank(run: Run, index: Mapping[str, int]) -> int:
     """Return the place of the flank that leads in a mesh, such as "sun" in "sun-planet-1"."""
     if "mesh" not in run.data.coords or "flank" not in run.data.dims:
         return 0
@@ -115,27 +95,29 @@ def _flank(run: Run, index: dict[str, int]) -> int:
     return named[0] if named else 0
 
 
-def entry_phase(run: Run, index: dict[str, int], ask: Ask) -> float:
-    """Return the phase of the common clock at which a pair of the mesh enters at A."""
-    return float(companion(run, "mesh_phase_offset", index, ask)[0])
-
-
-def contact_ratio(run: Run, index: dict[str, int], ask: Ask) -> float:
-    """Return the contact ratio of the mesh."""
-    return float(companion(run, "contact_ratio", index, ask)[0])
+def _engaged(run: Run, ask: Ask, piece: Slice) -> tuple[Array, float, float, tuple[Mark, ...]]:
+    """Return phases, contact ratio, the phase at which a pair of the mesh enters at A, and the points A–E."""
+    phase, _ = companion(run, "phase", piece.place, ask)
+    ratio, lag = (
+        float(companion(run, name, piece.place, ask)[0]) for name in ("contact_ratio", "mesh_phase_offset")
+    )
+    return phase, ratio, lag, path_marks(run, piece.place, ratio)
 
 
 def _curves(run: Run, ask: Ask) -> Iterator[Series]:
+    """Yield a variable of the mesh period, repeated until the pair that entered at phase 0 leaves."""
     run = thinned(run)
     for piece in slices(run, ask.y[0], ask, "phase"):
-        phase, scale = companion(run, "phase", piece.place, ask)
         if ask.x == "phase":
+            phase, scale = companion(run, "phase", piece.place, ask)
             yield Series(piece.key, phase, piece.values, scale, piece.scale)
             continue
-        ratio = contact_ratio(run, dict(piece.place), ask)
-        own, values = _own_phase(run, phase, piece.values, dict(piece.place), ask)
-        x, y = over_engagement(own, values, ratio)
-        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=path_marks(run, dict(piece.place), ask))
+        phase, ratio, lag, marks = _engaged(run, ask, piece)
+        periods = np.broadcast_to(piece.values, (int(np.ceil(ratio)), 1, len(phase)))
+        x, y = through_engagement(periods, phase, ratio, lag)
+        inside = x < ratio
+        x, y = np.append(x[inside], ratio), np.append(y[inside], y[inside][-1])
+        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
 
 
 TVMS = kind(
@@ -202,10 +184,7 @@ def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 def _histories(run: Run, ask: Ask, piece: Slice, values: Array) -> Iterator[Series]:
-    index = dict(piece.place)
-    phase, _ = companion(run, "phase", index, ask)
-    ratio, marks = contact_ratio(run, index, ask), path_marks(run, index, ask)
-    lag = entry_phase(run, index, ask)
+    phase, ratio, lag, marks = _engaged(run, ask, piece)
     for period in range(values.shape[1]):
         x, y = through_engagement(values, phase, ratio, lag, period)
         yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
@@ -270,8 +249,7 @@ def face_load(run: Run, ask: Ask) -> Iterator[Series]:
     """Line load over the face, mean over the mesh period, as wear goes on."""
     run = thinned(run)
     for piece in slices(run, ask.y[0], ask, "face"):
-        x, across = companion(run, "face_position", piece.place, ask)
-        yield Series(piece.key, x, piece.values, across, piece.scale, y_error=piece.error)
+        yield piece.over(*companion(run, "face_position", piece.place, ask))
 
 
 PHASES = (0.0, 0.25, 0.5, 0.75)

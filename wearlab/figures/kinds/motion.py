@@ -144,13 +144,12 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
     """
     name = ask.y[0]
     once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
-    if ask.x is not None and (ask.x in run.place or ask.x in run.beside):
+    if ask.x is not None and run.is_along(ask.x):
         at, own = run.abscissa(ask.x)
-        across = Scale(run.labels.get(ask.x, ask.x.replace("_", " ")), run.units.get(ask.x, "1"))
         for piece in slices(thinned(run), name, ask, once):
             y = piece.values[np.isfinite(piece.values)]
             x = np.full(len(y), own if own is not None else at)
-            yield Series(piece.key, x, y, across, piece.scale, "points")
+            yield Series(piece.key, x, y, run.scale(ask.x), piece.scale, "points")
         return
     along = "response_speed" if "response_speed" in run.data[name].dims else "update"
     for piece in slices(run, name, ask, along, once):
@@ -229,7 +228,7 @@ def orders(run: Run, ask: Ask) -> Iterator[Series]:
     order = _order_of(run, ask.y[0])
     for piece in slices(thinned(run, STEMS), ask.y[0], ask, order):
         x, _ = companion(run, order, piece.place, ask)
-        yield Series(piece.key, x, piece.values, ORDER, piece.scale, "stem").at(np.isfinite(piece.values))
+        yield piece.over(x, ORDER, "stem").at(np.isfinite(piece.values))
 
 
 def _order_of(run: Run, name: str) -> str:

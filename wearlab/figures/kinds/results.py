@@ -91,8 +91,7 @@ def _points(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in _results(run, ask):
         x, across, own = _abscissa(run, ask, piece)
         key = {n: label for n, label in piece.key.items() if n not in run.place} | _told_apart(run, ask)
-        point = Series(key, x, np.atleast_1d(piece.values), across, piece.scale, "points", own=own)
-        yield replace(point, y_error=piece.error)
+        yield piece._replace(key=key).over(x, across, "points", own=own)
 
 
 def _results(run: Run, ask: Ask) -> Iterator[Slice]:
@@ -102,8 +101,7 @@ def _results(run: Run, ask: Ask) -> Iterator[Slice]:
 
 
 def _told_apart(run: Run, ask: Ask) -> dict[str, wording.Label]:
-    names = (ask.hue, ask.rows, ask.cols)
-    return {n: run.along(n) for n in names if n is not None and (n in run.place or n in run.beside)}
+    return {n: run.along(n) for n in (ask.hue, ask.rows, ask.cols) if n is not None and run.is_along(n)}
 
 
 def _inputs(run: Run) -> list[str]:
@@ -117,10 +115,9 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
     name = ask.x or next(iter(inputs), None)
     if name is None:
         raise FigureError(f"{ask.name}: x must name an axis or a result; {choices('', run.data.data_vars)}")
-    if name in run.place or name in run.beside:
+    if run.is_along(name):
         x, own = run.abscissa(name)
-        scale = Scale(run.labels.get(name, name.replace("_", " ")), run.units.get(name, "1"))
-        return np.array([x]), scale, own
+        return np.array([x]), run.scale(name), own
     if name not in run.data.variables:
         raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
     return *lone(*companion(last_state(run), name, piece.place, ask), name, ask), None
@@ -154,17 +151,12 @@ def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
         if not np.isfinite(result).all():
             continue
         values = np.array([*(float(run.along(name).value) for name in names), float(result[0])])
-        marks = [Mark(float(at), _head(run, name)) for at, name in enumerate(names)]
-        marks.append(Mark(float(len(names)), f"{piece.scale.label}|{piece.scale.units}"))
+        marks = [Mark(float(at), "|".join(s)) for at, s in enumerate([*map(run.scale, names), piece.scale])]
         key = {n: label for n, label in piece.key.items() if n not in run.place}
         text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
         key |= {"result": wording.Label(float(result[0]), text)}
         places = np.arange(len(values), dtype=float)
         yield Series(key, places, values, Scale("", "1"), piece.scale, "hairline", marks=tuple(marks))
-
-
-def _head(run: Run, name: str) -> str:
-    return f"{run.labels.get(name, name.replace('_', ' '))}|{run.units.get(name, '1')}"
 
 
 def _ranged(series: list[Series]) -> list[Series]:
