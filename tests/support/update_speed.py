@@ -83,7 +83,7 @@ def study(
 
 def worn(campaign: wearlab.Campaign, store: wearlab.Store, equal: np.ndarray) -> np.ndarray:
     """Return the depth of the stored run after cycles [um]."""
-    from wearlab.updating.study import histories, studies
+    from wearlab.updating.cases import histories, studies
 
     return 1e6 * histories(studies(campaign)[0], store)[0][0].limit.at(equal)
 
@@ -114,8 +114,8 @@ def fleet(folder: Path, campaign: wearlab.Campaign, store: wearlab.Store) -> wea
 
 def answers(campaign: wearlab.Campaign, store: wearlab.Store) -> tuple[float, float]:
     """Return the seconds from stored runs to the answer: posterior, draws, checks; by clock and by CPU."""
-    from wearlab.updating.outcome import outcome
-    from wearlab.updating.study import histories, studies
+    from wearlab.updating.answers import outcome
+    from wearlab.updating.cases import histories, studies
 
     clock, cpu = time.perf_counter(), time.process_time()
     (one,) = studies(campaign)

@@ -7,10 +7,10 @@ import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update_options import Data, ErrorModel, Limit, UpdateSpec
+from wearlab.updating.cases import FACTOR, MeasuredCase
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.measurements import Observed
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
-from wearlab.updating.study import FACTOR, MeasuredCase
 
 RATE = 2e-8  # kg a cycle at factor 1
 LIMIT = Limit("worn_mass", 0.03, "sun")

@@ -12,9 +12,9 @@ from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.draws import ALARM, checks, drawn
-from wearlab.updating.outcome import answered
+from wearlab.updating.answers import answered
 from wearlab.updating.run_curves import Asked, RunCurve
+from wearlab.updating.sampling import ALARM, checks, drawn
 
 BEND, END = 8e6, 6e6
 TIMES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 7.5e5])

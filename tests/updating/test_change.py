@@ -7,10 +7,10 @@ from scipy import stats
 
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
-from wearlab.updating.clocks import changing, facts_of
+from wearlab.updating.answers import answered, facts_of
+from wearlab.updating.clocks import changing
+from wearlab.updating.grids import posterior
 from wearlab.updating.measurements import UpdateError
-from wearlab.updating.outcome import answered
-from wearlab.updating.posterior import posterior
 
 CYCLES, SD = np.array([1e5, 2e5, 3e5, 4e5, 5e5, 6e5]), 2.5e-4
 PRIOR = {"lognormal": {"median": 1.0, "cov": 1.0}}

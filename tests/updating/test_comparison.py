@@ -5,7 +5,7 @@ import pytest
 from made import RATE, ErrorModel, history, observed, study
 from scipy import stats
 
-from wearlab.updating.outcome import outcome
+from wearlab.updating.answers import outcome
 from wearlab.updating.report_text import text_of_models
 from wearlab.updating.scores import compared
 

@@ -7,10 +7,10 @@ import pytest
 from made import ErrorModel, blocks, history, observed, study
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating import likelihood, outcome
+from wearlab.updating import answers, likelihood
+from wearlab.updating.answers import answered
 from wearlab.updating.likelihood import Lanes
 from wearlab.updating.measurements import UpdateError
-from wearlab.updating.outcome import answered
 from wearlab.updating.run_curves import Asked, RunCurve
 
 KNOTS = np.array([0.0, 1e5, 1.3e5, 4e5, 4.001e5, 9e5, 1.2e6])
@@ -96,11 +96,11 @@ def test_the_answer_is_the_same(monkeypatch):
 )
 def test_too_many_values_that_cannot_be_condensed_are_refused(monkeypatch, error, own):
     """A hundred thousand of them took minutes, a million had no end."""
-    monkeypatch.setattr(outcome, "MOST_ONE_BY_ONE", N - 1)
+    monkeypatch.setattr(answers, "MOST_ONE_BY_ONE", N - 1)
     run, seen = run_and(error, own)
     accumulates = "none" if error.drift is None else "accumulating"
     asked = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (seen,), accumulates)
     with pytest.raises(UpdateError, match=r"update.data\[0\]: 900 values .* thin them out"):
-        outcome.blocks_of(asked, [run])
+        answers.blocks_of(asked, [run])
     plain = study({"lognormal": {"median": 1.0, "cov": 3.0}}, (run_and(ErrorModel(4e-4))[1],))
-    assert len(outcome.blocks_of(plain, [run])) == 1
+    assert len(answers.blocks_of(plain, [run])) == 1

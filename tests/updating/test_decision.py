@@ -10,9 +10,9 @@ from scipy import stats
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.campaign.update_options import Decision
+from wearlab.updating.answers import outcome
 from wearlab.updating.decision import STEPS, _costs_of_ages, before_change, decided, over_horizon
 from wearlab.updating.layout import dataset
-from wearlab.updating.outcome import outcome
 
 CYCLES, SD, HOUR = np.array([2e5, 4e5]), 2e-3, 1e-3  # hours of a cycle
 COSTS = Decision(planned=1000.0, failure=8000.0, inspection=60.0)

@@ -5,9 +5,9 @@ import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
-from wearlab.updating.draws import drawn, replicated
+from wearlab.updating.answers import answered, outcome
 from wearlab.updating.lives import first_passage
-from wearlab.updating.outcome import answered, outcome
+from wearlab.updating.sampling import drawn, replicated
 
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
 TIGHT = {"normal": {"mean": 1.3, "sd": 1e-6}, "truncate": [1.2, 1.4]}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from made import RATE, ErrorModel, blocks, history, observed, study
 
+from wearlab.updating.answers import outcome
 from wearlab.updating.decision import expected_width, virtual_inspection
-from wearlab.updating.outcome import outcome
 
 
 def test_a_measurement_of_what_ends_narrows_it_as_two_normal_laws_do():

@@ -8,8 +8,8 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.draws import ALARM, checks, drawn
-from wearlab.updating.outcome import answered, outcome
+from wearlab.updating.answers import answered, outcome
+from wearlab.updating.sampling import ALARM, checks, drawn
 
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}
 UNKNOWN = read_distribution({"lognormal": {"median": "0.05 g", "cov": 1.0}}, "sd")

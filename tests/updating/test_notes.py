@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made import RATE, ErrorModel, history, observed, study
 
-from wearlab.updating.outcome import outcome
+from wearlab.updating.answers import outcome
 
 SD = 1e-4
 WIDE = {"lognormal": {"median": 1.0, "cov": 14.0}}

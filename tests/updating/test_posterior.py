@@ -9,11 +9,11 @@ from made import RATE, ErrorModel, blocks, history, observed, study
 from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
-from wearlab.updating.draws import drawn
+from wearlab.updating.answers import answered
+from wearlab.updating.grids import posterior
 from wearlab.updating.likelihood import log_likelihood
 from wearlab.updating.lives import Answer
-from wearlab.updating.outcome import answered
-from wearlab.updating.posterior import posterior
+from wearlab.updating.sampling import drawn
 
 P = np.array([0.001, 0.05, 0.25, 0.5, 0.75, 0.95, 0.999])
 CYCLES = np.array([1e5, 2e5, 3e5, 4.5e5, 6e5, 8e5])
@@ -130,8 +130,8 @@ def test_halving_the_grid_changes_nothing(monkeypatch):
     seen = (observed(CYCLES, values, ErrorModel(unknown)),)
     prior = {"lognormal": {"median": 1.0, "cov": 14.0}}
     whole = answered(study(prior, seen), [history(seen)], blocks(seen))
-    monkeypatch.setattr("wearlab.updating.posterior.NODES", 2 * len(whole.posterior.nodes[0]) - 1)
-    monkeypatch.setattr("wearlab.updating.posterior.SPREADS", 81)
+    monkeypatch.setattr("wearlab.updating.grids.NODES", 2 * len(whole.posterior.nodes[0]) - 1)
+    monkeypatch.setattr("wearlab.updating.grids.SPREADS", 81)
     finer = answered(study(prior, seen), [history(seen)], blocks(seen))
     assert finer.posterior.place.shape[1] > whole.posterior.place.shape[1]
     inner = np.array([0.05, 0.5, 0.95])

@@ -14,10 +14,10 @@ from wearlab.campaign import CampaignError
 from wearlab.campaign.update_options import RecordBlock, RecordColumns
 from wearlab.updating import UpdateError, update
 from wearlab.updating.calendar import day_text
-from wearlab.updating.inference import _clocked
+from wearlab.updating.cases import studies
+from wearlab.updating.clocks import clocked_run
 from wearlab.updating.measurements import OperatingRecord, read_record
 from wearlab.updating.report_text import text_of
-from wearlab.updating.study import studies
 
 RPM = 1200.0
 ROWS = ((0, 500, RPM), (100, 250, 0.5 * RPM), (400, 0, 0), (450, 420, RPM), (600, "", ""))
@@ -180,6 +180,6 @@ def test_masses_are_mixed_at_equal_mass(fleet):
     record = OperatingRecord(np.array([0.0, 2e5]), np.ones(1), np.ones(1), None, False, "")
     asked = replace(study({"lognormal": {"median": 1.0, "cov": 1.0}}, seen), record=record)
     asked = replace(asked, spec=asked.spec.model_copy(update={"fleet": fleet}))
-    found = _clocked(asked, own, [replace(deep, asked=heavy.asked)])
+    found = clocked_run(asked, own, [replace(deep, asked=heavy.asked)])
     assert found.equal(cycles) == pytest.approx(1.1 * cycles)
     assert found.equal(cycles, found.asked[0].clock) == pytest.approx(1.05 * cycles)

@@ -7,8 +7,8 @@ from scipy import stats
 from scipy.integrate import quad
 from units import law, unit
 
+from wearlab.updating.answers import answered
 from wearlab.updating.fleet import joint, states_now
-from wearlab.updating.outcome import answered
 from wearlab.updating.population import population
 from wearlab.updating.scores import EVEN, crps, interval_score, replayed, scored, scores_of
 from wearlab.updating.twins import calibrated

@@ -10,9 +10,9 @@ import wearlab as wl
 from wearlab.campaign.update_options import Limit
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
+from wearlab.updating.cases import MeasuredCase, needed, studies
 from wearlab.updating.report_text import _unknowns, answers, text_of
 from wearlab.updating.run_curves import history_of, variables_of
-from wearlab.updating.study import MeasuredCase, needed, studies
 
 BASE = Path(__file__).parents[2] / "campaigns" / "base" / "spur_50_50.toml"
 

@@ -7,8 +7,8 @@ import numpy as np
 from made import ErrorModel, blocks, observed
 
 from wearlab.campaign.distributions import read_distribution
+from wearlab.updating.grids import weighted_quantiles
 from wearlab.updating.population import FleetMember, Law, Parameter
-from wearlab.updating.posterior import weighted_quantiles
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 
 LINERS = Path(__file__).parents[2] / "campaigns" / "measured" / "cylinder_liner_wear.csv"

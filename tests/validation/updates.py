@@ -34,8 +34,8 @@ from outside import (
 
 from wearlab.campaign.update_options import TrueModel
 from wearlab.updating.decision import virtual_inspection
-from wearlab.updating.draws import ALARM, checks, drawn
-from wearlab.updating.outcome import answered, outcome
+from wearlab.updating.sampling import ALARM, checks, drawn
+from wearlab.updating.answers import answered, outcome
 from wearlab.updating.report_text import _twins
 from wearlab.updating.twins import calibrated
 

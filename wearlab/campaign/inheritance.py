@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -114,12 +114,34 @@ def modelled(model: type[Model], given: Any, where: str) -> Model:
     try:
         return model.model_validate(given)
     except ValidationError as error:
-        faults: dict[str, list[dict[str, Any]]] = {}
+        faults: dict[tuple[str, str], tuple[list[dict[str, Any]], Any, type[BaseModel]]] = {}
         for problem in error.errors():
-            faults.setdefault(str(problem["loc"][0]) if problem["loc"] else "", []).append(dict(problem))
-        raise CampaignError(
-            _line(key, errors, given, model, where) for key, errors in faults.items()
-        ) from None
+            key, own, inner, place = _innermost(problem["loc"], given, model, where)
+            faults.setdefault((place, key), ([], own, inner))[0].append(dict(problem))
+        raise CampaignError(_line(key, *fault, place) for (place, key), fault in faults.items()) from None
+
+
+def _innermost(
+    loc: tuple[int | str, ...], given: Any, model: type[BaseModel], where: str
+) -> tuple[str, Any, type[BaseModel], str]:
+    """Return the key that pydantic finds wrong, "" for a whole table, and the table it is of."""
+    if not loc:
+        return "", given, model, where
+    key, rest = str(loc[0]), loc[1:]
+    inner, listed = _table_of(model, key)
+    if inner is None or key not in given or (listed and not rest):
+        return key, given, model, where
+    if listed:
+        return _innermost(rest[1:], given[key][rest[0]], inner, f"{where}.{key}[{rest[0]}]")
+    return _innermost(rest, given[key], inner, f"{where}.{key}")
+
+
+def _table_of(model: type[BaseModel], key: str) -> tuple[type[BaseModel] | None, bool]:
+    """Return what the tables of a key are, None of one that has values, and whether there are several."""
+    annotation = model.model_fields[key].annotation if key in model.model_fields else None
+    kinds = [kind for kind in (annotation, *get_args(annotation)) if isinstance(kind, type)]
+    tables = [kind for kind in kinds if issubclass(kind, BaseModel)]
+    return (tables[0] if tables else None), get_origin(annotation) is tuple
 
 
 def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseModel], where: str) -> str:
@@ -144,6 +166,8 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
         said = str(error["msg"])
         return f"{where}.{key}: {shown(given[key])}: {said[:1].lower()}{said[1:]}: {meaning}"
     wrong = not_of_kind(problem["type"] for problem in errors)
+    if _table_of(model, key)[1]:
+        return f"{where}.{key}: {shown(given[key])} is {wrong} of tables: write [[{where}.{key}]]"
     return f"{where}.{key}: {shown(given[key])} is {wrong}: {meaning}"
 
 

@@ -1,5 +1,6 @@
 """``[update]`` as files write it and as it comes to in SI: what was measured and what ends the life."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date as date_
 from pathlib import Path
@@ -8,10 +9,18 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import ConfigDict, ValidationInfo, field_validator, model_validator
 
-from wearlab.campaign.distributions import Distribution
+from wearlab import nearest
+from wearlab.campaign import axes, distributions
+from wearlab.campaign.inheritance import CampaignError
 from wearlab.options import POSITIVE, ClosedTable, Depth, Mass, option
+from wearlab.scene.problems import not_a_choice, shown
 from wearlab.schema import VARIABLES
 
+SECTION = "update"
+THICKNESS = "tooth_thickness"
+WHEN = ("cycle", "hours", "mesh_cycles", "date")
+WHERE = ("diameter", "roll_angle", "path_position")
+PREVIOUS = "previous"
 MOST_DRAWS = 100_000
 HOURS_A_YEAR = 8784.0  # of the longest
 DISCREPANCIES = ("none", "accumulating")
@@ -43,6 +52,14 @@ class Columns(Strict):
     roll_angle: str | None = option(None, "roll angle at which a profile was measured")
     path_position: str | None = option(None, "path position at which a profile was measured")
 
+    @model_validator(mode="after")
+    def _one_of_each(self) -> "Columns":
+        for kind, names in (("when", WHEN), ("where on the flank", WHERE)):
+            given = [name for name in names if getattr(self, name) is not None]
+            if len(given) > 1 and given != ["hours", "date"]:
+                raise ValueError(f"{' and '.join(given)} both say {kind}; name one")
+        return self
+
 
 class ErrorBlock(Strict):
     """How far measurements are off."""
@@ -65,6 +82,53 @@ class ErrorBlock(Strict):
         "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
         "cycles, growing with the root of the cycles (Wiener); a distribution where it is unknown",
     )
+
+    def read(self, unit: str, where: str, *, by_column: bool = False) -> "ErrorModel":
+        """Return the errors in SI of a quantity with this unit; a column may have those of its values.
+
+        Raises
+        ------
+        CampaignError : there are none, or they do not go together
+        """
+        sd, drift = (_spread(getattr(self, name), unit, f"{where}.{name}") for name in ("sd", "drift"))
+        relative, gain = self.relative or 0.0, self.gain_sd or 0.0
+        offset = 0.0
+        if self.offset_sd is not None:
+            offset = _positive(self.offset_sd, unit, f"{where}.offset_sd")
+        if sd is None and not relative and not by_column:
+            said = "required: sd (a value with its unit, or a distribution), relative, or columns.sd"
+            raise CampaignError(f"{where}: {said}")
+        if gain and (offset or drift is not None):
+            said = "goes with independent errors: leave out offset_sd and drift, or the gain"
+            raise CampaignError(f"{where}.gain_sd: {said}")
+        return ErrorModel(sd, relative, offset, drift, gain)
+
+
+def _spread(given: Any, unit: str, where: str) -> float | distributions.Distribution | None:
+    """Return a standard deviation [SI], or its distribution."""
+    if given is None:
+        return None
+    if not isinstance(given, dict):
+        return _positive(given, unit, where)
+    if not distributions.is_distribution(given):
+        raise CampaignError(f"{where}: {shown(given)} is neither a value nor a distribution")
+    spread = distributions.read_distribution(given, where)
+    if spread.below(0.0) > 0.0:
+        raise CampaignError(f"{where}: is negative at times; truncate it, or take a log-normal")
+    if spread.unit is None and unit not in ("1", ""):
+        raise CampaignError(f"{where}: its values need the quantity's unit")
+    distributions.in_unit(1.0, spread.unit or unit, unit, where)
+    return spread
+
+
+def _positive(given: Any, unit: str, where: str) -> float:
+    value, own = distributions.number_of(given, where)
+    if own is None and unit not in ("1", ""):
+        raise CampaignError(f"{where}: {shown(given)} is no quantity: write a number with its unit")
+    value = distributions.in_unit(value, own or unit, unit, where)
+    if not value > 0.0:
+        raise CampaignError(f"{where}: {shown(given)} must be greater than 0")
+    return value
 
 
 class DataBlock(Strict):
@@ -92,6 +156,44 @@ class DataBlock(Strict):
         None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
     )
 
+    @field_validator("quantity")
+    @classmethod
+    def _varies(cls, quantity: str) -> str:
+        known = [*(name for name, variable in VARIABLES.items() if "update" in variable.dims), THICKNESS]
+        if quantity not in known:
+            remedy = nearest.meant(quantity, known, "; `wearlab variables` lists what is stored")
+            raise ValueError(f"{quantity!r} is no variable along update{remedy}")
+        return quantity
+
+    @field_validator("since")
+    @classmethod
+    def _begins(cls, since: float | str | None) -> float | str | None:
+        if isinstance(since, str) and since != PREVIOUS:
+            raise ValueError(f"{not_a_choice(since, (PREVIOUS,))}, or a cycle")
+        return since
+
+    @model_validator(mode="after")
+    def _one_gear(self) -> "DataBlock":
+        if self.member is not None and self.flank is not None:
+            raise ValueError("give a member or a flank, not both")
+        return self
+
+    def read(self, number: int) -> "Data":
+        """Return the block with its errors in SI; ``number`` is its place in the file, from 1.
+
+        Raises
+        ------
+        CampaignError : these are wrong, or columns say a place where there is none
+        """
+        where = f"{SECTION}.data[{number - 1}]"
+        by_column = self.columns.sd is not None
+        error = self.error.read(unit_of(self.quantity), f"{where}.error", by_column=by_column)
+        along = any(getattr(self.columns, name) is not None for name in WHERE)
+        if along != (self.quantity in ("wear_depth", THICKNESS)):
+            said = "needs one of the columns" if not along else "has no place for the columns"
+            raise CampaignError(f"{where}.quantity: {self.quantity} {said} {', '.join(WHERE)}")
+        return Data.model_construct(**{**dict(self), "number": number, "error": error})
+
 
 class LimitBlock(Strict):
     """The wear that ends the life."""
@@ -112,6 +214,12 @@ class LimitBlock(Strict):
         if self.worn_mass is not None and self.flank is not None:
             raise ValueError("flank belongs to a depth; a worn mass has a member")
         return self
+
+    def read(self) -> "Limit":
+        """Return the limit in SI."""
+        if self.worn_mass is not None:
+            return Limit("worn_mass", self.worn_mass, self.member)
+        return Limit("max_wear_depth", self.depth or 0.0, self.flank)
 
 
 class Days(Strict):
@@ -135,6 +243,17 @@ class CheckBlock(Strict):
     power: Annotated[float, POSITIVE] = option(
         1.0, "true wear is the model's after cycles to this power, equal at the last inspection"
     )
+
+    def read(self, data: Sequence[DataBlock]) -> "TrueModel":
+        """Return what is true of twins with such blocks of data.
+
+        Raises
+        ------
+        CampaignError : errors are wrong
+        """
+        own, where = self.error, f"{SECTION}.check.error"
+        errors = None if own is None else tuple(own.read(unit_of(one.quantity), where) for one in data)
+        return TrueModel(errors, self.power)
 
 
 class PopulationBlock(Strict):
@@ -160,6 +279,44 @@ class PopulationBlock(Strict):
         None, "operating hours at which k, straying and power are said", derived="median of the inspections"
     )
 
+    def read(self, units: "Sequence[UnitBlock]") -> "Fleet":
+        """Return a fleet of such units, what they share as numbers and distributions.
+
+        Raises
+        ------
+        CampaignError : a number or a distribution is wrong, or two units have one name
+        """
+        names = [unit.name for unit in units]
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                where = f"{SECTION}.unit[{number}].name"
+                raise CampaignError(f"{where}: {name!r} is there already: give each unit its own")
+        shared = {name: _shared(getattr(self, name), name) for name in DEFAULTS}
+        own = tuple(unit.model_copy(update={"scene": axes.swept_keys(unit.scene)}) for unit in units)
+        return Fleet.model_construct(**{**dict(self), **shared, "units": own})
+
+
+DEFAULTS = {
+    name: {"lognormal": {"median": median, "cov": cov}}
+    for name, median, cov in (("spread", 0.3, 1.0), ("straying", 0.2, 1.0), ("power", 1.0, 0.2))
+}
+LEAST = {"straying": 0.0, "power": 0.05}  # of numbers
+
+
+def _shared(given: float | dict[str, Any] | None, name: str) -> float | distributions.Distribution:
+    """Return a number, or a distribution of what is positive."""
+    where, law = f"{SECTION}.population.{name}", DEFAULTS[name] if given is None else given
+    if not isinstance(law, dict):
+        if not LEAST[name] <= law < 10.0:
+            raise CampaignError(f"{where}: {law:g} is not from {LEAST[name]:g} to 10")
+        return law
+    if not distributions.is_distribution(law):
+        raise CampaignError(f"{where}: {shown(law)} is no distribution")
+    read = distributions.read_distribution(law, where)
+    if read.unit is not None or read.below(0.0) > 0.0:
+        raise CampaignError(f"{where}: must be positive and without a unit, such as a log-normal")
+    return read
+
 
 class UnitBlock(Strict):
     """One unit of a fleet."""
@@ -182,6 +339,13 @@ class RecordColumns(Strict):
     torque: str = option("torque", "input torque")
     speed: str = option("speed", "input speed")
     unit: str | None = option(None, "which unit of a fleet the row is of", derived="all units ran alike")
+
+    @model_validator(mode="after")
+    def _one_time(self) -> "RecordColumns":
+        when = [each for each in (self.hours, self.date, self.duration) if each is not None]
+        if len(when) != 1:
+            raise ValueError(f"name one of hours, date, duration, not {len(when)} of them")
+        return self
 
 
 class RecordBlock(Strict):
@@ -292,13 +456,6 @@ class UpdateBlock(Strict):
     data: tuple[DataBlock, ...] = option((), "what was measured")
 
 
-SECTION = "update"
-THICKNESS = "tooth_thickness"
-WHEN = ("cycle", "hours", "mesh_cycles", "date")
-WHERE = ("diameter", "roll_angle", "path_position")
-PREVIOUS = "previous"
-
-
 @dataclass(frozen=True)
 class Limit:
     """The wear that ends the life [SI]; ``where`` is its flank or member, None where it is not said."""
@@ -312,10 +469,10 @@ class Limit:
 class ErrorModel:
     """Errors of one block [SI of the quantity]; a distribution is in the unit that it says."""
 
-    sd: float | Distribution | None = None
+    sd: float | distributions.Distribution | None = None
     relative: float = 0.0
     offset_sd: float = 0.0
-    drift: float | Distribution | None = None
+    drift: float | distributions.Distribution | None = None
     gain_sd: float = 0.0
 
 
@@ -369,9 +526,9 @@ class TrueModel:
 class Fleet(PopulationBlock):
     """A fleet: what its units share, known or not, and those that are named in the file."""
 
-    spread: Distribution  # type: ignore[assignment]
-    straying: float | Distribution  # type: ignore[assignment]
-    power: float | Distribution  # type: ignore[assignment]
+    spread: distributions.Distribution  # type: ignore[assignment]
+    straying: float | distributions.Distribution  # type: ignore[assignment]
+    power: float | distributions.Distribution  # type: ignore[assignment]
     units: tuple[UnitBlock, ...]
 
 

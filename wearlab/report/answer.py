@@ -9,9 +9,7 @@ import numpy as np
 
 from wearlab.campaign import Campaign, Case
 from wearlab.scene import Scene
-from wearlab.store import Store
-from wearlab.store.catalogue import Entry
-from wearlab.store.files import StoreError
+from wearlab.store import Store, catalogue, files
 from wearlab.store.outcome import hours_text, place, unasked_end
 from wearlab.units import shown_unit
 
@@ -223,7 +221,7 @@ class Reply(NamedTuple):
 
 
 def answer(
-    campaign: Campaign, entries: Mapping[str, Entry], factor: float, store: Store | None = None
+    campaign: Campaign, entries: Mapping[str, catalogue.Entry], factor: float, store: Store | None = None
 ) -> Reply | None:
     """Return the answer of a campaign whose runs wear to a limit, None of any other.
 
@@ -288,7 +286,7 @@ def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
         return {}
     try:
         run = store.run(case.id)
-    except (StoreError, OSError):
+    except (files.StoreError, OSError):
         return {}
     depth, wear = run.get("max_wear_depth"), run.get("wear_depth")
     if depth is None or set(depth.dims) != {"update", "flank"}:

@@ -1,19 +1,29 @@
-"""Clocks on one stored run: what really ran, and a wear coefficient that changes once.
+"""What changed on the way, as clocks on stored runs: loads, the wear coefficient itself, gears that were new.
 
-None has half of the probability before. Else k was a ratio r of what it is now until a cycle, ln r ~ N(0, 1):
-in each gap between two inspections alike, evenly within it; of running-in r is above 1, and the logarithm of
-the cycle is even. Cycles and ratios stand on a grid, each point a clock on the one stored run.
+A load record is a clock of equal wear, made from a run of each condition.
+
+A coefficient that changes once: none has half of the probability before. Else k was a ratio r of what it is
+now until a cycle, ln r ~ N(0, 1): in each gap between two inspections alike, evenly within it; of running-in
+r is above 1, and the logarithm of the cycle is even. Cycles and ratios stand on a grid, each point a clock on
+the one stored run.
+
+Gears that were replaced, while their mates went on as worn as they were: a new gear's wear counts from its
+day on, h(f (N − N₁)), by a run that begins with the wear of its mates at N₁. That is the one at the median of
+k: one run has one wear to begin with. The mates' own wear goes on from one run to the next, joined at f̂ N₁,
+so that it stays a function of f N.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp
 
+from wearlab import options, units
 from wearlab.arrays import Array
-from wearlab.updating.measurements import OperatingRecord, UpdateError
-from wearlab.updating.posterior import Posterior, weighted_quantiles
+from wearlab.campaign.update_options import Replaced
+from wearlab.scene import Scene
+from wearlab.updating import answers, cases, grids, likelihood, measurements, run_curves
 from wearlab.updating.run_curves import Clock, RunHistory
 
 RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
@@ -21,15 +31,17 @@ GOLDEN = 0.6180339887
 WIDE = 4.0  # standard deviations of ln r that are looked at first
 EARLIEST = 1e-3  # of the cycles inspected at which running-in may be over
 ROUNDS, DEPTH = 6, 12.0  # of narrowing ln r; of ln of the weight below its top that counts
-ENDS = (0.05, 0.5, 0.95)
-WITHIN = 30  # cycles that a point of the grid is spread over when their interval is told
+ENDS = np.array([0.05, 0.5, 0.95])
 SWEEPS = 25  # through bins, whose order is not known
+CLOCKS = ("cycle", "operating_hours", "mesh_cycles")
+DIGITS = 2  # of the factor at which the mates' wear is taken: it says how much, and hardly how
+FAR = 1e6  # times a run's length that a clock reaches
 
-Judge = Callable[[tuple[RunHistory, ...]], Posterior]
+Judge = Callable[[tuple[RunHistory, ...]], grids.Posterior]
 
 
 def clock_of(
-    record: OperatingRecord,
+    record: measurements.OperatingRecord,
     own: RunHistory,
     runs: Sequence[RunHistory],
     factor: float,
@@ -66,6 +78,24 @@ def clock_of(
     return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
 
 
+def clocked_run(study: cases.MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
+    """Return a run with the clock of its record, at the factor that the measurements tell with it."""
+    assert study.record is not None
+    factors = np.ones(3)
+    weighed = [n for n, seen in enumerate(study.seen) if seen.data.quantity == "worn_mass" and len(seen)]
+    for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
+        clocks = [clock_of(study.record, own, conditions, float(factor)) for factor in factors]
+        ends = [clock.equal[-2] - own.start for clock in clocks]
+        off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
+        asked = list(own.asked)
+        for n in weighed:
+            by_mass = clock_of(study.record, own, conditions, float(factors[1]), n)
+            asked[n] = asked[n]._replace(clock=by_mass)
+        clocked = replace(own, clock=clocks[1]._replace(off=off), asked=tuple(asked))
+        factors = answers.answered(study, (clocked,), answers.blocks_of(study, (clocked,))).factor(ENDS)
+    return clocked
+
+
 def stepped(run: RunHistory, at: float, ratio: float, width: float = 0.0) -> RunHistory:
     """Return a run with k ``ratio`` times what it is until a cycle, and as it is from then on.
 
@@ -94,7 +124,7 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory
     """
     cycles = np.unique(np.concatenate([[run.start], *(asked.cycle for asked in run.asked)]))
     if len(cycles) < 3:
-        raise UpdateError("update.change: at least two inspections are needed to see k change")
+        raise measurements.UpdateError("update.change: at least two inspections are needed to see k change")
     early = kind == "running-in"
     if early:
         at = run.start + (cycles[-1] - run.start) * np.geomspace(EARLIEST, 1.0, TIMES + 2)[1:-1]
@@ -129,18 +159,179 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory
     return runs, -np.append(np.log(0.5), before[tuple(kept.T)]) - np.log(len(runs))
 
 
-def facts_of(post: Posterior) -> dict[str, float]:
-    """Return how much the data prefer a change, and its ratio and cycle, with 90 %, given one."""
-    changed = np.array([run.change is not None for run in post.histories])
-    if not changed.any():
+class Era(NamedTuple):
+    """A gear in service: the cycle at which it was new, and a run of its wear since."""
+
+    begin: float
+    run: run_curves.StoredRun
+
+
+def renewed(
+    study: cases.MeasuredCase, first: run_curves.StoredRun, compute: Callable[[Scene], run_curves.StoredRun]
+) -> tuple[cases.MeasuredCase, RunHistory]:
+    """Return a study whose measurements are parted by the gears they are of, and its history.
+
+    Parameters
+    ----------
+    study : with gears that were replaced
+    first : its stored run, all gears new
+    compute : runs a scene, and returns what is stored of it
+
+    Raises
+    ------
+    UpdateError : a gear is not there, or a measurement or limit does not say of which gear it is
+    """
+    scene, start = study.first, float(first["cycle"].values[0])
+    flanks = [str(flank) for flank in first["wear_depth"].known("flank")]
+    gears = list(dict.fromkeys(map(_gear, flanks)))
+    eras = {gear: [Era(start, first)] for gear in gears}
+    _gear_of(study.limit.where, gears, "update.limit")
+    told = []
+    for number, event, at in _events(study, first, gears):
+        known, history = _history(study, scene, eras)
+        before = likelihood.held(answers.blocks_of(known, (history,)), history, np.less_equal, at)
+        factor = float(answers.answered(known, (history,), before).factor(np.array([0.5]))[0])
+        factor = float(f"{factor:.{DIGITS}g}")
+        worn: dict[str, Any] = {}
+        for flank in flanks:
+            begin, run = eras[_gear(flank)][-1]
+            own = (at - begin) * factor / history.factor
+            worn[f"wear.initial.{flank}"] = (
+                None if _gear(flank) in event.members else _profile(run, flank, own)
+            )
+        then = compute(scene.replace({key: one for key, one in worn.items() if one or number}))
+        for gear in gears:
+            begin, run = eras[gear][-1]
+            if gear in event.members:
+                eras[gear].append(Era(at, then))
+            else:
+                eras[gear][-1] = Era(begin, _joined(run, (at - begin) * factor / history.factor, then))
+        told.append(f"{' and '.join(event.members)} new at {at:.6g} cycles")
+    known, history = _history(study, scene, eras)
+    return replace(known, renewals="; ".join(told)), history
+
+
+def _gear(flank: str) -> str:
+    return flank.split("-")[0]
+
+
+def _gear_of(where: str | None, gears: list[str], place: str) -> str:
+    if where is None:
+        raise measurements.UpdateError(
+            f"{place}: with update.replaced, say of which gear it is: {', '.join(gears)}"
+        )
+    return _gear(where)
+
+
+def _events(
+    study: cases.MeasuredCase, first: run_curves.StoredRun, gears: list[str]
+) -> list[tuple[int, Replaced, float]]:
+    """Return when gears were replaced, in order: number, what was said, cycle."""
+    found = []
+    for number, event in enumerate(study.spec.replaced):
+        place = f"update.replaced[{number}]"
+        for gear in event.members:
+            if gear not in gears:
+                raise measurements.UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
+        at = event.cycle
+        if at is None:
+            hours = _hours(event, study, place)
+            at = float(first["cycle"].values[0]) + hours * units.HOUR / run_curves.per_cycle(
+                first, "operating_hours"
+            )
+        found.append((event, at))
+    found.sort(key=lambda one: one[1])
+    return [(number, *one) for number, one in enumerate(found)]
+
+
+def _hours(event: Replaced, study: cases.MeasuredCase, place: str) -> float:
+    if event.hours is not None:
+        return event.hours
+    hours = np.nan if study.calendar is None else float(study.calendar.hours(event.date))
+    if np.isnan(hours):
+        raise measurements.UpdateError(
+            f"{place}.date: needs update.calendar = {{ date, hours, hours_per_year }}; or give hours"
+        )
+    if hours < 0.0:
+        raise measurements.UpdateError(
+            f"{place}.date: {event.date} is before the first operating hour, by update.calendar"
+        )
+    return hours
+
+
+def _history(
+    study: cases.MeasuredCase, scene: Scene, eras: Mapping[str, list[Era]]
+) -> tuple[cases.MeasuredCase, RunHistory]:
+    """Return the study with its measurements parted, and its history; what is in service comes first."""
+    gears = list(eras)
+    last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]
+    own = run_curves.history_of(last.run, scene.id, scene.model_dump(), (), study.limit)
+    parts, asked = [], []
+    for seen in study.seen:
+        mine = eras[_gear_of(seen.data.where, gears, seen.data.place)]
+        which = np.searchsorted(
+            [era.begin for era in mine[1:]], run_curves.cycles_of(mine[0].run, seen), side="left"
+        )
+        for k in reversed(range(len(mine))):
+            rows = np.flatnonzero(which == k)
+            if len(rows) or k == len(mine) - 1:
+                part, run = _rows(seen, rows), mine[k].run
+                one = run_curves.asked_of(
+                    run,
+                    part,
+                    run_curves.states_kept(run),
+                    study.limit,
+                    own.limit if run is last.run else None,
+                )
+                clock = _clock(mine[k].begin, own.start, own.end)
+                parts.append(part)
+                asked.append(one._replace(clock=clock, begin=mine[k].begin))
+    history = replace(own, asked=tuple(asked), clock=_clock(last.begin, own.start, own.end))
+    return replace(study, seen=tuple(parts)), history
+
+
+def _clock(begin: float, start: float, end: float) -> Clock:
+    """Return the clock of a gear that was new at a cycle."""
+    ahead = FAR * (end - start)
+    return Clock(
+        np.array([min(start, begin - 1.0), begin, begin + ahead]), np.array([start, start, start + ahead])
+    )
+
+
+def _rows(seen: measurements.Observed, rows: np.ndarray) -> measurements.Observed:
+    parts = ("time", "value", "sd", "below", "place", "row")
+    return replace(seen, **{part: getattr(seen, part)[rows] for part in parts})
+
+
+def _profile(run: run_curves.StoredRun, flank: str, own: float) -> dict[str, Any]:
+    """Return the wear of a flank at a cycle of a run, as a scene writes it."""
+    place = run["wear_depth"].known("flank").index(flank)
+    depth, rate, position = (
+        np.asarray(run[name].at("flank", place).values, float)
+        for name in ("wear_depth", "wear_rate", "path_position")
+    )
+    keep = run_curves.states_kept(run)
+    curve = run_curves.RunCurve(np.asarray(run["cycle"].values, float)[keep], depth[keep], rate[keep])
+    held = np.flatnonzero(np.isfinite(position))
+    order = held[np.argsort(position[held], kind="stable")]
+    worn = np.maximum(curve.at(np.full(len(order), own), order), 0.0)
+    if not worn.any():
         return {}
-    relative = post.log_evidence - post.log_proposal
-    gain = float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))
-    at, ratio, width = np.array([run.change for run in post.histories if run.change is not None]).T
-    found = {"log_evidence_of_change": gain}
-    inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)
-    for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
-        weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
-        for p, value in zip((5, 50, 95), weighted_quantiles(values.ravel(), weight, ENDS), strict=True):
-            found[f"{name}_{p}"] = float(value)
+    across = {
+        "abscissa": tuple(map(options.Stored, position[order].tolist())),
+        "ordinate": tuple(map(options.Stored, worn.tolist())),
+        "continuation": "hold",
+    }
+    return {"shape": "measured", "x": "path_position", "y": "depth", **across}
+
+
+def _joined(run: run_curves.StoredRun, own: float, then: run_curves.StoredRun) -> run_curves.StoredRun:
+    """Return a run until one of its cycles, and from there on another."""
+    held = run["cycle"].values < own * (1.0 - 1e-9)
+    found = dict(then)
+    for name, after in then.items():
+        if name in run and after.dims[:1] == ("update",):
+            shift = own * run_curves.per_cycle(run, name) if name in CLOCKS else 0.0
+            values = np.concatenate([run[name].values[held], after.values + shift])
+            found[name] = run_curves.StoredVariable(values, after.dims, after.labels)
     return found

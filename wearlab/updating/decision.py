@@ -27,12 +27,7 @@ from scipy.special import ndtri
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
-from wearlab.updating.draws import Draws, gains
-from wearlab.updating.layout import Lives, dataset
-from wearlab.updating.likelihood import PER
-from wearlab.updating.lives import passage_time, present_state
-from wearlab.updating.outcome import TENSION, UpdateOutcome
-from wearlab.updating.posterior import weighted_quantiles
+from wearlab.updating import answers, grids, layout, likelihood, lives, sampling
 from wearlab.updating.run_curves import RunHistory
 
 LOOKS = 9
@@ -45,7 +40,7 @@ DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
 STEPS = 300  # of a horizon
 
 
-def virtual_inspection(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset | None:
+def virtual_inspection(outcome: answers.UpdateOutcome, rng: np.random.Generator) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where there is no such
@@ -58,7 +53,7 @@ def virtual_inspection(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.D
     draws = outcome.draws[:MOST]
     looks = np.linspace(answer.now, end, LOOKS + 1)[1:]
     rest = np.maximum(draws.life - answer.now, 0.0)
-    present = float(np.ptp(weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
+    present = float(np.ptp(grids.weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
     if not present > 0.0:
         return None
     expected = np.empty((len(INSTRUMENTS), len(looks)))
@@ -70,7 +65,7 @@ def virtual_inspection(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.D
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
     found = {"expected_width": expected, "present_width": present, "recommended": best}
-    return dataset("ahead", found, instrument=list(INSTRUMENTS), look=looks)
+    return layout.dataset("ahead", found, instrument=list(INSTRUMENTS), look=looks)
 
 
 def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
@@ -83,25 +78,30 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
     return ahead.assign(recommended=ahead["recommended"].copy(data=best))
 
 
-def virtual_block(outcome: UpdateOutcome) -> int | None:
+def virtual_block(outcome: answers.UpdateOutcome) -> int | None:
     """Return the first block that has no places on the flank: what one would measure again.
 
     None where sources contradict each other: the next value would not tell which of them is right.
     """
-    if outcome.answer.contradiction > TENSION:
+    if outcome.answer.contradiction > answers.TENSION:
         return None
     blocks = outcome.posterior.blocks
     return next((n for n, b in enumerate(blocks) if b.seen.place_kind is None and not b.data.since), None)
 
 
 def states_at(
-    outcome: UpdateOutcome, draws: Draws, number: int, looks: Array, rng: np.random.Generator
+    outcome: answers.UpdateOutcome, draws: sampling.Draws, number: int, looks: Array, rng: np.random.Generator
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
     answer, post, n = outcome.answer, outcome.posterior, len(draws)
     block, drift = post.blocks[number], draws.drift[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    gain, runs, rate, w = gains(post, draws, number, rng), draws.by_run(post), drift**2 / PER, np.zeros(n)
+    gain, runs, rate, w = (
+        sampling.gains(post, draws, number, rng),
+        draws.by_run(post),
+        drift**2 / likelihood.PER,
+        np.zeros(n),
+    )
     last = draws.seen(post, number) if drift.any() else None
     for look in map(float, looks):
         mean, life = np.empty(n), draws.life.copy()
@@ -112,7 +112,9 @@ def states_at(
             factor, asked = draws.factor[mine], run.asked[number]
             mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))
             if answer.drifting == number:
-                life[mine] = look + passage_time(*present_state(run, factor, w[mine], look), rate[mine], rng)
+                life[mine] = look + lives.passage_time(
+                    *lives.present_state(run, factor, w[mine], look), rate[mine], rng
+                )
         square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
         yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
 
@@ -148,7 +150,7 @@ def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArra
     return np.exp(np.float32(-0.5) * off * off) * (share * np.float32(sd.min()))
 
 
-def decided(outcome: UpdateOutcome, costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
+def decided(outcome: answers.UpdateOutcome, costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer, run = outcome.answer, outcome.posterior.histories[0]
     found, number = changes(answer, run, costs), virtual_block(outcome)
@@ -164,10 +166,10 @@ def decided(outcome: UpdateOutcome, costs: Decision, rng: np.random.Generator) -
         rates.append(with_a_look(rest, value, sd, hour * (float(look) - answer.now), (age, costs), rng))
     worth = min(rates) < float(found["best_rate"])
     best = looks[int(np.argmin(rates))] if worth else np.nan
-    return found.merge(dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
+    return found.merge(layout.dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
 
 
-def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
+def changes(known: layout.Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
     """Return the cost per hour of planned changes, the best, and its sensitivity; None without an end."""
     hour, now = run.seconds_per_cycle / HOUR, known.now
     end, middle = known.life(np.array([LAST, 0.5]))
@@ -193,7 +195,7 @@ def changes(known: Lives, run: RunHistory, costs: Decision, places: int = PLACES
         at, found["horizon_cost"] = over_horizon(below, new - new[0], costs)
         found["horizon_change"] = ahead[at] if at < STEPS else np.nan
         found["horizon_to_failure"] = over_horizon(below, new - new[0], costs, planned=False)[1]
-    return dataset("decision", found, change=cycles, failure_times=list(DEARER))
+    return layout.dataset("decision", found, change=cycles, failure_times=list(DEARER))
 
 
 def over_horizon(below: Array, new: Array, costs: Decision, *, planned: bool = True) -> tuple[int, float]:

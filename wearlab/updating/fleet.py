@@ -10,32 +10,11 @@ import xarray as xr
 from scipy.special import ndtr
 
 from wearlab.arrays import Array
-from wearlab.campaign.distributions import Distribution
-from wearlab.campaign.update_options import Fleet
-from wearlab.units import HOUR
-from wearlab.updating import population as shared
-from wearlab.updating.decision import changes
-from wearlab.updating.draws import ALARM
-from wearlab.updating.layout import P, calendar_of, dataset, dated, limit_of, lives, sample, stacked, variable
-from wearlab.updating.likelihood import Block
-from wearlab.updating.lives import Passage
-from wearlab.updating.measurements import UpdateError
-from wearlab.updating.outcome import blocks_of, oddities
-from wearlab.updating.population import (
-    FleetMember,
-    Population,
-    Shared,
-    along,
-    equally,
-    factors,
-    masses,
-    population,
-    seen_by,
-)
-from wearlab.updating.run_curves import Asked, RunCurve, RunHistory, risen
+from wearlab.updating import answers, decision, layout, likelihood, lives, population, run_curves, sampling
+from wearlab.updating.cases import MeasuredCase
+from wearlab.updating.grids import along, equally
+from wearlab.updating.population import FleetMember, Population
 from wearlab.updating.scores import held_by
-from wearlab.updating.study import MeasuredCase
-from wearlab.updating.templates import rendered
 
 DRAWS = 2000
 STATES = np.polynomial.hermite_e.hermegauss(3)
@@ -56,7 +35,7 @@ class UnitState:
     """
 
     unit: FleetMember
-    shared: Shared
+    shared: population.Shared
     factor: Array
     block: int | None
     strayed: Array
@@ -69,12 +48,12 @@ class UnitState:
         return self.unit.now
 
     @property
-    def _limit(self) -> Asked:
+    def _limit(self) -> run_curves.Asked:
         """What ends the life, as a block asks it of the run."""
-        return Asked(self.unit.run.limit, np.zeros(0, np.intp), np.zeros(0))
+        return run_curves.Asked(self.unit.run.limit, np.zeros(0, np.intp), np.zeros(0))
 
     @property
-    def _asked(self) -> Asked:
+    def _asked(self) -> run_curves.Asked:
         """What the block measures; what ends the life without one."""
         return self._limit if self.block is None else self.unit.run.asked[self.block]
 
@@ -82,11 +61,11 @@ class UnitState:
         equal = self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0]
         return np.broadcast_to(equal, self.factor.shape)
 
-    def _worn(self, curve: RunCurve) -> Array:
+    def _worn(self, curve: run_curves.RunCurve) -> Array:
         """Return what W of a quantity is told in, (n,)."""
         return self.shared.worn(self.unit.run, curve, self.factor)
 
-    def wear(self, cycle: float, asked: Asked | None = None) -> tuple[Array, Array]:
+    def wear(self, cycle: float, asked: run_curves.Asked | None = None) -> tuple[Array, Array]:
         """Return mean and variance of a quantity at a cycle, (n,); of what ends the life by default."""
         own, at = self._limit if asked is None else asked, np.array([cycle])
         mean = self.shared.mean(self.unit.run, own, self.factor[:, None], at)[:, 0, 0]
@@ -111,7 +90,7 @@ class UnitState:
         """Return quantiles of a value measured at a cycle [SI]."""
         mean, sd = self.measured(cycle)
         low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
-        return risen(lambda x: _below(x, mean, sd), p, low, high, 1e-6)
+        return run_curves.risen(lambda x: _below(x, mean, sd), p, low, high, 1e-6)
 
     def crps(self, cycle: float, value: float, rng: np.random.Generator) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
@@ -122,7 +101,7 @@ class UnitState:
         return float(np.mean(np.abs(x - value)) - 0.5 * apart)
 
     @cached_property
-    def _passage(self) -> Passage:
+    def _passage(self) -> lives.Passage:
         run, (nodes, heights), worn = self.unit.run, STATES, self._worn(self.unit.run.limit)
         w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
         weight = np.repeat(heights, len(self.factor))
@@ -133,7 +112,7 @@ class UnitState:
         own = run.start + since * factor
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
         lanes = (weight, run.level - w - run.limit.at(own), mean, rate)
-        return Passage(self.now, lanes, lambda cycle: np.tile(self._equal(cycle), len(nodes)) - since)
+        return lives.Passage(self.now, lanes, lambda cycle: np.tile(self._equal(cycle), len(nodes)) - since)
 
     @property
     def passed(self) -> float:
@@ -168,7 +147,7 @@ def states_of(
     n, whole, none = log_factor.shape[1], unit.whole, np.zeros(log_factor.shape[1])
     lanes = found.law.shared(theta.reshape(-1, theta.shape[-1]))
     told = len(unit.inspections) > 0
-    seen = seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True).steps if told else []
+    seen = population.seen_by(unit, lanes, log_factor.reshape(-1, 1), steps=True).steps if told else []
     states = []
     for k, (cycle, count) in enumerate(zip(cycles, unit.inspected(cycles), strict=True)):
         before = unit.inspections[:count]
@@ -185,7 +164,7 @@ def states_of(
 def joint(found: Population, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """Return draws of what units share, (n, parameters), and of ln f of each unit with it, (units, n)."""
     theta, near = found.parameters(n, rng)
-    return theta, np.stack([factors(unit, found.law, near, rng) for unit in found.units])
+    return theta, np.stack([population.factors(unit, found.law, near, rng) for unit in found.units])
 
 
 def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitState]:
@@ -213,10 +192,10 @@ def after(
     until = np.asarray(cycles, float)
     theta = found.theta[equally(found.weight(number), draws, rng)]
     if not len(unit.cycles):
-        log_factor = factors(unit, found.law, theta, rng)
+        log_factor = population.factors(unit, found.law, theta, rng)
         return states_of(found, unit, theta[None], log_factor[None], until)
     points, which = np.unique(theta, axis=0, return_inverse=True)
-    u, mass, marginal = masses(unit, found.law, points, until)
+    u, mass, marginal = population.masses(unit, found.law, points, until)
     likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
     picks = [rng.choice(draws, draws, p=own / own.sum()) for own in likely]
     each = [along(u, own, which.ravel()[pick], rng) for own, pick in zip(mass, picks, strict=True)]
@@ -225,48 +204,19 @@ def after(
 
 FEW = 400  # draws that inspections are checked with
 PLACES = 200  # times at which a change is considered
-MOST = 5  # unknowns that all units share
 FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def law_of(fleet: Fleet, prior: Distribution, units: Sequence[FleetMember]) -> shared.Law:
-    """Return what is unknown of all units together.
-
-    Raises
-    ------
-    UpdateError : that is more than five numbers
-    """
-    given = {shared.POWER: fleet.power, shared.STRAYING: fleet.straying}
-    known = {name: value for name, value in given.items() if not isinstance(value, Distribution)}
-    parameters = [shared.Parameter(n, value) for n, value in given.items() if isinstance(value, Distribution)]
-    errors = [block.sd for block in units[0].blocks]
-    parameters += [
-        shared.Parameter(shared.sd_name(n), sd.prior, sd.scale)
-        for n, sd in enumerate(errors)
-        if sd.prior is not None
-    ]
-    parameters += [shared.Parameter(shared.SPREAD, fleet.spread), shared.Parameter(shared.MEDIAN, prior)]
-    if len(parameters) > MOST:
-        raise UpdateError(
-            f"update.population: {len(parameters)} numbers are unknown to all units, at most {MOST} can be: "
-            "give power or straying as a number, or an error.sd"
-        )
-    seen, run = np.concatenate([unit.run.equal(unit.cycles) for unit in units]), units[0].run
-    reference = float(np.median(seen[seen > 0.0])) if (seen > 0.0).any() else run.end - run.start
-    if fleet.reference is not None:
-        reference = fleet.reference * HOUR / run.seconds_per_cycle
-    return shared.Law(tuple(parameters), reference, sd=tuple(sd.known for sd in errors), **known)
-
-
-def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[RunHistory]) -> Population:
+def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[run_curves.RunHistory]) -> Population:
     """Return what is known of a fleet, from the study and the run of every unit."""
     spec = studies[0].spec
     units = [
-        FleetMember(one.label, run, blocks_of(one, [run])) for one, run in zip(studies, runs, strict=True)
+        FleetMember(one.label, run, answers.blocks_of(one, [run]))
+        for one, run in zip(studies, runs, strict=True)
     ]
     assert spec.fleet is not None and studies[0].prior is not None
-    return population(units, law_of(spec.fleet, studies[0].prior, units), spec.seed)
+    return population.population(units, population.law_of(spec.fleet, studies[0].prior, units), spec.seed)
 
 
 def fleet_groups(
@@ -288,10 +238,12 @@ def fleet_groups(
         "posterior": _posterior(found, theta, each, rng),
         "predictions": _predictions(studies, found, states_now(found, theta, each), blanks),
         "observed_data": rows,
-        "sample_stats": dataset("statistics", stats),
+        "sample_stats": layout.dataset("statistics", stats),
     }
     if rows and rows["flagged"].values.any():
-        rest = population(_without(found, rows.isel(observation=rows["flagged"].values)), found.law, 0)
+        rest = population.population(
+            _without(found, rows.isel(observation=rows["flagged"].values)), found.law, 0
+        )
         states = states_now(rest, *joint(rest, DRAWS, rng))
         groups["predictions_without"] = _predictions(studies, rest, states, _blanks(rest, rng))
     return groups
@@ -306,7 +258,7 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     """Return the units without the inspections that are flagged."""
     out = set(zip(*(flagged[name].values for name in ("unit_name", "block", "cycle")), strict=True))
 
-    def kept(unit: FleetMember, n: int, block: Block) -> Block:
+    def kept(unit: FleetMember, n: int, block: likelihood.Block) -> likelihood.Block:
         cycle = unit.run.asked[n].cycle[block.rows]
         return replace(block, rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]])
 
@@ -323,13 +275,13 @@ def _posterior(found: Population, theta: Array, each: Array, rng: np.random.Gene
         number = parameter.name.removeprefix("sd_")
         if number.isdigit():
             data = found.units[0].blocks[int(number)].data
-            shown[f"sd_{data.label}"] = variable("sample", "sd", np.exp(column), units=data.si)
+            shown[f"sd_{data.label}"] = layout.variable("sample", "sd", np.exp(column), units=data.si)
         else:
-            shown[parameter.name] = variable("fleet", parameter.name, np.exp(column))
+            shown[parameter.name] = layout.variable("fleet", parameter.name, np.exp(column))
     new = np.exp(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(n))
-    shown["factor"] = variable("fleet", "factor", np.exp(each.T))
-    shown["factor_of_another"] = variable("fleet", "factor_of_another", new)
-    return sample(shown, n, unit=_names(found))
+    shown["factor"] = layout.variable("fleet", "factor", np.exp(each.T))
+    shown["factor_of_another"] = layout.variable("fleet", "factor_of_another", new)
+    return layout.sample(shown, n, unit=_names(found))
 
 
 def _names(found: Population) -> np.ndarray:
@@ -337,35 +289,38 @@ def _names(found: Population) -> np.ndarray:
 
 
 def _predictions(
-    studies: Sequence[MeasuredCase], found: Population, states: list[UnitState], blanks: list[UnitState]
+    studies: Sequence[MeasuredCase],
+    found: Population,
+    states: list[UnitState],
+    blanks: list[UnitState],
 ) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
     pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
     calendars = any(study.calendar is not None for study in studies)
     for k, (study, state) in enumerate(zip(studies, states, strict=True)):
-        run, days = state.unit.run, calendar_of(study, state.unit.run, state.now)
-        row = lives(state, np.quantile(state.factor, P), run, days)
+        run, days = state.unit.run, layout.calendar_of(study, state.unit.run, state.now)
+        row = layout.lives(state, np.quantile(state.factor, layout.P), run, days)
         row |= {"end_passed": state.passed, "pace": pace[k]}
         row["worn"] = float(np.mean(state.wear(state.now)[0])) / run.level
         row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
         if calendars:
             row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
-            row.setdefault("end_of_life_quantile", np.array([""] * len(P), dtype=object))
-        advice = None if costs is None else changes(state, run, costs, PLACES)
+            row.setdefault("end_of_life_quantile", np.array([""] * len(layout.P), dtype=object))
+        advice = None if costs is None else decision.changes(state, run, costs, PLACES)
         if advice is not None:
-            one = dated(advice, days)
-            row |= {str(n): v.variable for n, v in one.data_vars.items() if not v.dims}
+            row |= {str(n): v.variable for n, v in layout.dated(advice, days).data_vars.items() if not v.dims}
         rows.append(row)
-    advised = next((row for row in rows if "best_change" in row), {})
-    for name, one in advised.items():  # of a unit whose limit has been passed nothing is advised
-        for row in (row for row in rows if name not in row):
-            row[name] = one.copy(data=np.full_like(one, "" if one.dtype == object else np.nan))
-    labels = {name: one.attrs for name, one in rows[0].items() if isinstance(one, xr.Variable)}
-    values: dict[str, Any] = {"limit": limit_of(studies[0].limit)}
-    for name, column in stacked(rows).items():
-        values[name] = xr.Variable("unit", column, labels[name]) if name in labels else column
-    return dataset("predictions", values, over="unit", unit=_names(found), quantile=P)
+    blank = {  # of a unit whose limit has been passed nothing is advised
+        name: one.copy(data=np.full_like(one, "" if one.dtype == object else np.nan))
+        for row in rows
+        for name, one in row.items()
+        if isinstance(one, xr.Variable)
+    }
+    values: dict[str, Any] = {"limit": layout.limit_of(studies[0].limit)}
+    for name, column in layout.stacked([{**blank, **row} for row in rows]).items():
+        values[name] = xr.Variable("unit", column, blank[name].attrs) if name in blank else column
+    return layout.dataset("predictions", values, over="unit", unit=_names(found), quantile=layout.P)
 
 
 def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
@@ -406,7 +361,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
                 state = replace(known, block=n)
                 row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}
                 row |= {"what": _named(unit, n), "against": ""}
-                row |= {"foreseen": state.value(cycle, P), "check_p": np.nan, "crps": np.nan}
+                row |= {"foreseen": state.value(cycle, layout.P), "check_p": np.nan, "crps": np.nan}
                 if known.block not in (None, n) and len(known.unit.cycles):
                     row["against"] = _named(unit, known.block)
                 if np.isfinite(value):
@@ -416,7 +371,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
                 last = cycle, value
     if not rows:
         return xr.Dataset()
-    told = stacked(rows)
+    told = layout.stacked(rows)
     at, seen, block = told["cycle"], told["value"], told["block"]
     before, worn = told.pop("before"), told.pop("worn")
     first = np.isinf(before)
@@ -427,11 +382,13 @@ def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generat
     for k, name in enumerate(told["unit_name"]):
         others = pace[(told["unit_name"] != name) & (block == block[k]) & np.isfinite(pace)]
         rate[k] = np.median(others) if len(others) else np.nan
-    told |= {"first": first, "flagged": told["check_p"] < ALARM / len(rows), "by_a_line": line * at}
+    told |= {"first": first, "flagged": told["check_p"] < sampling.ALARM / len(rows), "by_a_line": line * at}
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
     si = found.units[0].blocks[_main(block)].data.si
-    labelled = {n: variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()}
-    return dataset("fleet", labelled, quantile=P)
+    labelled = {
+        n: layout.variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()
+    }
+    return layout.dataset("fleet", labelled, quantile=layout.P)
 
 
 def _named(unit: FleetMember, number: int) -> str:
@@ -473,11 +430,13 @@ def _notes(studies: Sequence[MeasuredCase], found: Population) -> list[str]:
             "oddities": [
                 odd
                 for n, block in enumerate(unit.blocks)
-                for odd in (oddities(n, block, unit.run) if len(block.rows) else ())
+                for odd in (answers.oddities(n, block, unit.run) if len(block.rows) else ())
             ],
             "ends": unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12),
         }
         for one, unit in zip(studies, found.units, strict=True)
     ]
     nothing = not any(len(unit.cycles) for unit in found.units)
-    return rendered("fleet_notes.txt", {"units": units, "nothing": nothing, "resolved": found.resolved})
+    return layout.rendered(
+        "fleet_notes.txt", {"units": units, "nothing": nothing, "resolved": found.resolved}
+    )

@@ -18,21 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from wearlab import sources
 from wearlab.arrays import Array
-from wearlab.campaign import Campaign
-from wearlab.campaign.distributions import written
+from wearlab.campaign import Campaign, distributions
 from wearlab.scene import Scene, SceneError
-from wearlab.sources import hash_of
-from wearlab.updating.clocks import changing, clock_of
-from wearlab.updating.fleet import fleet_groups, fleet_of
-from wearlab.updating.lives import Answer
-from wearlab.updating.measurements import UpdateError
-from wearlab.updating.outcome import UpdateOutcome, answered, blocks_of, outcome
-from wearlab.updating.posterior import Posterior, posterior
-from wearlab.updating.replacement import renewed
-from wearlab.updating.run_curves import RunHistory, StoredRun, history_of
-from wearlab.updating.study import MeasuredCase, conditions_of, histories, plain, stored, studies
-from wearlab.updating.tree import tree_of, tree_of_groups
+from wearlab.updating import answers, cases, clocks, fleet, grids, lives, measurements, run_curves, tree
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -79,10 +69,9 @@ def update(
     UpdateError : nothing was measured, a file cannot be read, or no run has data
     StoreError : the store cannot be read or written
     """
-    from wearlab.store.netcdf import SEAL
-    from wearlab.store.updates import keep_update, seal_of
+    from wearlab.store import netcdf, updates
 
-    wanted = studies(campaign)
+    wanted = cases.studies(campaign)
     if (known := kept(wanted, store, replay=replay, check=check)) is not None:
         return known
     about = subject(wanted)
@@ -90,25 +79,27 @@ def update(
     runner = Runner(campaign.title, store, progress, workers)
     if wanted[0].spec.fleet is not None:
         if check:
-            raise UpdateError(
+            raise measurements.UpdateError(
                 "--check: twins are made of one unit; of a fleet, --replay scores what it foresaw"
             )
         runs = [runs[0] for runs, _ in runner.run(wanted)]
-        tree = tree_of_groups(campaign, wanted, fleet_groups(wanted, fleet_of(wanted, runs), replay=replay))
-        each = tree["predictions"].to_dataset()
+        made = tree.tree_of_groups(
+            campaign, wanted, fleet.fleet_groups(wanted, fleet.fleet_of(wanted, runs), replay=replay)
+        )
+        each = made["predictions"].to_dataset()
         told = list(zip(each["unit"].values, each["now"].values, each[REST].values[:, ::2], strict=True))
     else:
         outcomes = [updated(study, runner) for study in wanted]
-        tree = tree_of(campaign, outcomes, replay=replay, check=check)
+        made = tree.tree_of(campaign, outcomes, replay=replay, check=check)
         runs = [run for outcome in outcomes for run in outcome.posterior.histories]
         told = [(o.study.label, o.answer.now, o.answer.remaining(ENDS)) for o in outcomes]
     keys = ("now", "remaining_5", "remaining_50", "remaining_95")
     summary = {str(n): dict(zip(keys, map(float, (now, *q)), strict=True)) for n, now, q in told}
     ids = list(dict.fromkeys(run.id for run in runs))
-    tree.attrs |= {"id": name, "subject": about, "runs": " ".join(ids), "summary": json.dumps(summary)}
-    tree.attrs[SEAL] = seal_of(tree)
-    keep_update(store, tree, campaign.title, ids, summary)
-    return tree
+    made.attrs |= {"id": name, "subject": about, "runs": " ".join(ids), "summary": json.dumps(summary)}
+    made.attrs[netcdf.SEAL] = updates.seal_of(made)
+    updates.keep_update(store, made, campaign.title, ids, summary)
+    return made
 
 
 class Runner(NamedTuple):
@@ -127,96 +118,81 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(self, wanted: Sequence[MeasuredCase]) -> list[tuple[tuple[RunHistory, ...], NDArray[np.intp]]]:
+    def run(
+        self, wanted: Sequence[cases.MeasuredCase]
+    ) -> list[tuple[tuple[run_curves.RunHistory, ...], NDArray[np.intp]]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
         self._compute(wanted, [scene for study in wanted for scene in study.scenes])
-        conditions = [{} if study.record is None else conditions_of(study) for study in wanted]
+        conditions = [{} if study.record is None else cases.conditions_of(study) for study in wanted]
         if any(conditions):
             self._compute(wanted, [scene for scenes in conditions for scene in scenes.values()])
         found = []
         for study, scenes in zip(wanted, conditions, strict=True):
-            runs, which = histories(study, self.store)
+            runs, which = cases.histories(study, self.store)
             if scenes:
-                read = zip(stored(study, scenes, self.store), scenes.values(), strict=True)
+                read = zip(cases.stored(study, scenes, self.store), scenes.values(), strict=True)
                 each = [
-                    history_of(run, one.id, one.model_dump(), study.seen, study.limit) for run, one in read
+                    run_curves.history_of(run, one.id, one.model_dump(), study.seen, study.limit)
+                    for run, one in read
                 ]
-                runs = (_clocked(study, runs[0], each),)
+                runs = (clocks.clocked_run(study, runs[0], each),)
             found.append((runs, which))
         return found
 
-    def stored(self, study: MeasuredCase, scenes: Mapping[str, Scene]) -> list[StoredRun]:
+    def stored(self, study: cases.MeasuredCase, scenes: Mapping[str, Scene]) -> list[run_curves.StoredRun]:
         """Return what is stored of scenes, each under what it is called; those that are missing are run."""
         self._compute([study], tuple(scenes.values()))
-        return stored(study, scenes, self.store)
+        return cases.stored(study, scenes, self.store)
 
-    def _compute(self, wanted: Sequence[MeasuredCase], scenes: Sequence[Scene]) -> None:
-        from wearlab.runner import run
+    def _compute(self, wanted: Sequence[cases.MeasuredCase], scenes: Sequence[Scene]) -> None:
+        from wearlab import runner
 
         campaign = wanted[0].campaign(self.title, list({scene.id: scene for scene in scenes}.values()))
         campaign = campaign if len(wanted) == 1 else replace(campaign, title=self.title)
-        run(campaign, self.store, progress=self.progress, workers=self.workers)
+        runner.run(campaign, self.store, progress=self.progress, workers=self.workers)
 
 
-def _clocked(study: MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
-    """Return a run with the clock of its record, at the factor that the measurements tell with it."""
-    assert study.record is not None
-    factors = np.ones(3)
-    weighed = [n for n, seen in enumerate(study.seen) if seen.data.quantity == "worn_mass" and len(seen)]
-    for _ in range(3 if any(len(seen) for seen in study.seen) else 1):
-        clocks = [clock_of(study.record, own, conditions, float(factor)) for factor in factors]
-        ends = [clock.equal[-2] - own.start for clock in clocks]
-        off = float(abs(ends[2] - ends[0]) / max(ends[1], 1e-300))
-        asked = list(own.asked)
-        for n in weighed:
-            by_mass = clock_of(study.record, own, conditions, float(factors[1]), n)
-            asked[n] = asked[n]._replace(clock=by_mass)
-        clocked = replace(own, clock=clocks[1]._replace(off=off), asked=tuple(asked))
-        factors = answered(study, (clocked,), blocks_of(study, (clocked,))).factor(ENDS)
-    return clocked
-
-
-def updated(study: MeasuredCase, runner: Runner) -> UpdateOutcome:
+def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     ((runs, which),) = runner.run([study])
     if study.spec.replaced:
 
-        def compute(scene: Scene) -> StoredRun:
+        def compute(scene: Scene) -> run_curves.StoredRun:
             return runner.stored(study, {"update.replaced: its run with worn mates": scene})[0]
 
-        study, history = renewed(study, compute(study.first), compute)
-        return outcome(study, (history,), which)
-    known: Answer | None
+        study, history = clocks.renewed(study, compute(study.first), compute)
+        return answers.outcome(study, (history,), which)
+    known: lives.Answer | None
     while True:
-        answer = answered(study, runs, blocks_of(study, runs))
+        answer = answers.answered(study, runs, answers.blocks_of(study, runs))
         if answer.beyond <= ENOUGH or study.longer >= MOST_LONGER:
             break
         try:
             longer = replace(study, longer=2.0 * study.longer)
             (after,) = runner.run([longer])
-        except (SceneError, UpdateError):
+        except (SceneError, measurements.UpdateError):
             break
         if after[0][0].end <= runs[0].end * 1.01:
             break
         study, (runs, which) = longer, after
     proposal, known = None, answer
     if study.spec.change != "none":
-        blocks, asked = blocks_of(study, runs), study
+        blocks, asked = answers.blocks_of(study, runs), study
 
-        def judge(some: tuple[RunHistory, ...]) -> Posterior:
-            return posterior(some, blocks, asked.prior)
+        def judge(some: tuple[run_curves.RunHistory, ...]) -> grids.Posterior:
+            return grids.posterior(some, blocks, asked.prior)
 
-        runs, proposal = changing(runs[0], study.spec.change, judge)
+        runs, proposal = clocks.changing(runs[0], study.spec.change, judge)
         which, known = np.zeros(len(runs), np.intp), None
     elif len(runs) > 1 and answer.posterior.effective_runs < min(FEWEST, 0.5 * len(runs)):
         study, runs, which, proposal = _again(study, answer.posterior.weight, which, runner)
         known = None
-    return outcome(study, runs, which, proposal, known)
+    return answers.outcome(study, runs, which, proposal, known)
 
 
 def _again(
-    study: MeasuredCase, weight: Array, which: NDArray[np.intp], runner: Runner
-) -> tuple[MeasuredCase, tuple[RunHistory, ...], NDArray[np.intp], Array]:
+    study: cases.MeasuredCase, weight: Array, which: NDArray[np.intp], runner: Runner
+) -> tuple[cases.MeasuredCase, tuple[run_curves.RunHistory, ...], NDArray[np.intp], Array]:
     """Return the study with a second round of draws, its runs, and how they were drawn."""
     from scipy.stats import qmc
 
@@ -228,7 +204,7 @@ def _again(
     inside = qmc.Sobol(len(mean), rng=study.spec.seed + 1).random(size)[:first]
     more = mean + ndtri(np.clip(inside, 1e-9, 1.0 - 1e-9)) @ np.linalg.cholesky(covariance).T
     values = {
-        key: (*old, *(written(float(x), prior.unit) for x in prior.at(ndtr(column))))
+        key: (*old, *(distributions.written(float(x), prior.unit) for x in prior.at(ndtr(column))))
         for (key, old), prior, column in zip(study.drawn.items(), study.costly.values(), more.T, strict=True)
     }
     both = replace(study, drawn=values)
@@ -236,9 +212,11 @@ def _again(
     return both, runs, which, log_mixture(scores_of(both)[which], mean, covariance)
 
 
-def scores_of(study: MeasuredCase) -> Array:
+def scores_of(study: cases.MeasuredCase) -> Array:
     """Return the standard scores of a study's draws, (draws, keys), 0 at the prior's median."""
-    columns = [prior.below(np.array([*map(plain, study.drawn[key])])) for key, prior in study.costly.items()]
+    columns = [
+        prior.below(np.array([*map(cases.plain, study.drawn[key])])) for key, prior in study.costly.items()
+    ]
     return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
 
 
@@ -261,7 +239,7 @@ def identity(about: str, *, replay: bool, check: int) -> str:
     return _hash([FORMAT, code(), replay, check, about])
 
 
-def subject(wanted: Sequence[MeasuredCase]) -> str:
+def subject(wanted: Sequence[cases.MeasuredCase]) -> str:
     """Return the identity of what an update is of: its runs, the files' contents, its words.
 
     A campaign's title is none of it: what is kept belongs to whatever asks the same, and to nothing else.
@@ -284,7 +262,7 @@ def subject_of(campaign: Campaign) -> str:
     ------
     UpdateError : it has no [update], or a file cannot be read
     """
-    return subject(studies(campaign))
+    return subject(cases.studies(campaign))
 
 
 def _hash(parts: list[Any]) -> str:
@@ -295,11 +273,13 @@ def _hash(parts: list[Any]) -> str:
 @cache
 def code() -> str:
     """Return the hash of the sources of this room."""
-    return hash_of(sorted(file for file in Path(__file__).parent.iterdir() if file.is_file()))
+    return sources.hash_of(sorted(file for file in Path(__file__).parent.iterdir() if file.is_file()))
 
 
-def kept(wanted: Sequence[MeasuredCase], store: "Store", *, replay: bool, check: int) -> "xr.DataTree | None":
+def kept(
+    wanted: Sequence[cases.MeasuredCase], store: "Store", *, replay: bool, check: int
+) -> "xr.DataTree | None":
     """Return the update when it was made before, None otherwise."""
-    from wearlab.store.updates import read_update
+    from wearlab.store import updates
 
-    return read_update(store, identity(subject(wanted), replay=replay, check=check))
+    return updates.read_update(store, identity(subject(wanted), replay=replay, check=check))

@@ -1,7 +1,8 @@
-"""Labelled variables of an update: units and meaning of each stand in `variables.toml`."""
+"""How an update is laid out: labelled variables by `variables.toml`, texts by the templates beside it."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,12 +12,12 @@ import xarray as xr
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import Limit
 from wearlab.schema import VARIABLES
-from wearlab.updating.calendar import Calendar
-from wearlab.updating.lives import QUANTILES
-from wearlab.updating.run_curves import RunHistory
-from wearlab.updating.study import MeasuredCase
+from wearlab.store.outcome import hours_text
+from wearlab.updating import cases, run_curves
+from wearlab.updating.calendar import NEVER, Calendar
 
-P = np.array(QUANTILES)
+P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
+TINY = 1e-15  # probability below which none is told
 TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
 
 
@@ -74,7 +75,9 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.stack([np.asarray(row[name]) for row in rows]) for name in names}
 
 
-def lives(known: Lives, factor: Array, run: RunHistory, calendar: Calendar | None) -> dict[str, Any]:
+def lives(
+    known: Lives, factor: Array, run: run_curves.RunHistory, calendar: Calendar | None
+) -> dict[str, Any]:
     """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
     life = known.life(P)
     rest = np.maximum(life - known.now, 0.0)
@@ -87,7 +90,7 @@ def lives(known: Lives, factor: Array, run: RunHistory, calendar: Calendar | Non
     return found if calendar is None else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
 
 
-def calendar_of(study: MeasuredCase, run: RunHistory, now: float) -> Calendar | None:
+def calendar_of(study: cases.MeasuredCase, run: run_curves.RunHistory, now: float) -> Calendar | None:
     """Return the calendar of a unit in cycles of its run."""
     return study.calendar and study.calendar.in_cycles(run.start, now, run.seconds_per_cycle)
 
@@ -115,3 +118,40 @@ def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
             about = {"long_name": f"day of: {found[name].attrs['long_name']}"}
             found[f"{name}_day"] = xr.Variable(found[name].dims, on.reshape(found[name].shape), about)
     return found
+
+
+@cache
+def _templates() -> Any:
+    from jinja2 import Environment, FileSystemLoader
+
+    found = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), trim_blocks=True, lstrip_blocks=True, autoescape=False
+    )
+    found.filters |= {
+        "g": digits,
+        "p": lambda value, count: f"p = {digits(value, count)}" if value > TINY else f"p < {TINY:g}",
+        "n": lambda value: f"{value:,.0f}",
+        "finite": lambda value: isinstance(value, float) and np.isfinite(value),
+        "chance": lambda p: (
+            f"chance alone: once in {1.0 / max(p, 1e-6):,.0f} times{' or less' if p < 1e-6 else ''}"
+        ),
+        "spread": _spread,
+        "time": lambda seconds: (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER,
+    }
+    return found
+
+
+def rendered(name: str, values: Mapping[str, Any]) -> list[str]:
+    """Return the lines of a template, with its values put in."""
+    return str(_templates().get_template(name).render(values)).splitlines()
+
+
+def digits(value: float, count: int = 4) -> str:
+    """Return a number with so many digits."""
+    return f"{value:.{count}g}"
+
+
+def _spread(five: Array, unit: str = "") -> str:
+    """Return a median with its 50 and 90 % interval, from five quantiles."""
+    low, quarter, middle, three, high = (each if isinstance(each, str) else f"{each:.4g}" for each in five)
+    return f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: {low} to {high})"

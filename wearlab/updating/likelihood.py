@@ -13,7 +13,7 @@ tenth. A bin in which it changes by more, or in which a state of the run falls, 
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,17 +25,7 @@ from wearlab.arrays import Array
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
-from wearlab.updating.kalman import (
-    LOG_TWO_PI,
-    Filtered,
-    Hidden,
-    Innovation,
-    Inspection,
-    filtered,
-    gain_after,
-    with_gain,
-)
-from wearlab.updating.measurements import Observed
+from wearlab.updating import kalman, measurements
 from wearlab.updating.run_curves import Asked, RunHistory
 
 PER = 1e6  # cycles over which ``drift`` is said
@@ -44,7 +34,6 @@ PIECE, NUMBERS = 2000, 400_000  # values, and numbers, that are worked on at onc
 SIZE = 128  # values of a bin, at least; of more than its square, as many as there are bins
 NODES = 12  # of a bin: exact for a cubic squared times a variance that goes with it
 SMOOTH = 0.1  # relative change of the model in a bin up to which its variance is smooth
-INNOVATION = tuple(field.name for field in fields(Innovation))[1:]  # each a value a lane, after the count
 MATTERS = 0.1  # numerical over measuring error from which it counts
 
 
@@ -98,7 +87,7 @@ class Block:
     numerical : relative error of the runs, 0 where it is of no weight
     """
 
-    seen: Observed
+    seen: measurements.Observed
     rows: NDArray[np.intp]
     sd: Spread
     drift: Spread | None
@@ -156,7 +145,7 @@ def held(
     return tuple(replace(block, rows=block.rows[holds(at, cycle)]) for block, at in both)
 
 
-def block_of(seen: Observed, *, accumulating: bool) -> Block:
+def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
     """Return a block with all its observations."""
     error, data = seen.data.error, seen.data
 
@@ -179,7 +168,7 @@ def numerical_share(block: Block, history: RunHistory) -> float:
     return float(history.numerical_of(block.data.quantity) * value / own) if own > 0.0 else 0.0
 
 
-def inspections_of(block: Block, history: RunHistory, number: int) -> list[Inspection]:
+def inspections_of(block: Block, history: RunHistory, number: int) -> list[kalman.Inspection]:
     """Return the times of a block's values that count, each with the places of its values among those."""
     times, inverse = np.unique(history.asked[number].cycle[block.rows], return_inverse=True)
     if not len(times):
@@ -187,7 +176,7 @@ def inspections_of(block: Block, history: RunHistory, number: int) -> list[Inspe
     order = np.argsort(inverse, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(inverse, minlength=len(times)))[:-1])
     own, offset = zip(times, parts, strict=True), block.data.error.offset_sd**2
-    return [Inspection(float(t), part.astype(np.intp), offset) for t, part in own]
+    return [kalman.Inspection(float(t), part.astype(np.intp), offset) for t, part in own]
 
 
 class Lanes(NamedTuple):
@@ -216,7 +205,7 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
     return np.asarray(depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column))
 
 
-def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, Hidden | None]:
+def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, kalman.Hidden | None]:
     """Return measured minus model, the variance of independent errors, and what is known by a limit alone.
 
     Parameters
@@ -234,7 +223,7 @@ def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, Hidde
     if not which.any():
         return residual, variance, None
     room = np.where(which, seen.below[rows], 0.0) - model
-    return np.where(which, 0.0, residual), variance, Hidden(which, room)
+    return np.where(which, 0.0, residual), variance, kalman.Hidden(which, room)
 
 
 def _previous(cycle: Array, start: float) -> Array:
@@ -242,106 +231,78 @@ def _previous(cycle: Array, start: float) -> Array:
     return np.asarray(np.append(start, times[:-1])[np.searchsorted(times, cycle)])
 
 
-def log_likelihood_of_runs(
-    block: Block, pairs: OfRuns, number: int, lanes: Lanes, *, steps: bool = False
-) -> Filtered:
-    """Return how probable the block is where lanes, along their first dimension, have runs of their own.
+def log_likelihood(
+    block: Block, runs: RunHistory | OfRuns, number: int, lanes: Lanes, *, steps: bool = False
+) -> kalman.Filtered:
+    """Return how probable the block is, and what is known of its drift or gain.
 
     Parameters
     ----------
     block, number : what was measured, and its place
-    pairs : each run with the lanes that are its own
-    lanes, steps : as for one run, the lanes' shapes of equal length
-    """
-    run = pairs[0][0]
-    first, begin, size = run.asked[number], run.begin(number), max(map(len, lanes))
-    shared = all(
-        (one.asked[number].cycle is first.cycle or np.array_equal(one.asked[number].cycle, first.cycle))
-        and one.begin(number) == begin
-        for one, _ in pairs
-    )
-    factor = np.broadcast_to(lanes.factor, (size, *np.shape(lanes.factor)[1:]))
-    if shared and not (condenses(block, first, lanes.sd) and not steps):
-        model = np.empty((*factor.shape, len(block.rows)))
-        for one, mine in pairs:
-            model[mine] = modelled(block, one, number, factor[mine])
-        return log_likelihood(block, run, number, lanes, steps=steps, model=model)
-    parts = []
-    for one, mine in pairs:
-        own, sd, drift = (each[mine] if len(each) > 1 else each for each in lanes)
-        parts.append(log_likelihood(block, one, number, Lanes(own, sd, drift), steps=steps))
-    order = np.argsort(np.concatenate([mine for _, mine in pairs]), kind="stable")
-
-    def joined(name: str, each: Sequence[Any]) -> Array:
-        return np.concatenate([getattr(one, name) for one in each])[order]
-
-    steps_of = zip(*(part.steps for part in parts), strict=True)
-    told = [Innovation(each[0].count, *(joined(name, each) for name in INNOVATION)) for each in steps_of]
-    last = [np.broadcast_to(part.cycle, len(mine)) for part, (_, mine) in zip(parts, pairs, strict=True)]
-    cycle = np.concatenate(last)[order].reshape(-1, *np.ones(parts[0].mean.ndim - 1, int))
-    total, mean, variance = (joined(name, parts) for name in ("log_likelihood", "mean", "variance"))
-    return Filtered(total, mean, variance, cycle, told)
-
-
-def log_likelihood(
-    block: Block,
-    run: RunHistory,
-    number: int,
-    lanes: Lanes,
-    *,
-    steps: bool = False,
-    model: Array | None = None,
-) -> Filtered:
-    """Return how probable the block is, and what is known of its drift.
-
-    Parameters
-    ----------
-    block, run, number : what was measured, the run, the block's place
+    runs : the run; or several, each with those lanes along their first dimension that are its own
     lanes : coefficients and errors
     steps : whether each inspection's surprise is kept
-    model : what the model says of each value [that of the run]
     """
-    factor, sd, drift = lanes
+    pairs: OfRuns = [(runs, ...)] if isinstance(runs, RunHistory) else runs
+    (factor, sd, drift), data, rows = lanes, block.data, block.rows
     rate = drift**2 / PER
-    data, rows, asked, start = block.data, block.rows, run.asked[number], run.begin(number)
-    cycle = asked.cycle[rows]
-    last = float(cycle.max(initial=start))
+    shape = np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape)
+
+    def of_lanes(each: Sequence[Any]) -> Any:
+        """Return what runs have in common, else an array of what the run of each lane has."""
+        if all(one is each[0] or np.array_equal(one, each[0]) for one in each):
+            return each[0]
+        found = np.empty((shape[0], *np.ones(len(shape) - 1, int), *np.shape(each[0])))
+        for (_, mine), one in zip(pairs, each, strict=True):
+            found[mine] = one
+        return found
+
+    asked = [run.asked[number] for run, _ in pairs]
+    cycles = [one.cycle[rows] for one in asked]
+    begins = [run.begin(number) for run, _ in pairs]
+    last = of_lanes([own.max(initial=begin) for own, begin in zip(cycles, begins, strict=True)])
     shares = bool(np.any(rate > 0.0)) or data.error.offset_sd > 0.0
-    if not steps and not shares and model is None and condenses(block, asked, sd):
-        zero = np.zeros(np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape))
-        total, gain, spread = (part + zero for part in _condensed(block, run, asked, factor, sd))
-        return Filtered(total, gain, spread, last)
-    model = modelled(block, run, number, factor) if model is None else model
+    if not steps and not shares and condenses(block, asked[0], sd):
+        sums = np.empty((3, *shape))
+        for run, mine in pairs:
+            sums[:, mine] = _condensed(block, run, run.asked[number], factor[mine], sd[mine])
+        return kalman.Filtered(sums[0], sums[1], sums[2], last)
+    model = np.empty((*np.shape(factor), len(rows)))
+    for run, mine in pairs:
+        model[mine] = modelled(block, run, number, factor[mine])
     residual, variance, hidden = compared(block, model, sd)
+    start = of_lanes(begins)
     if data.since == PREVIOUS:
-        variance = variance + rate[..., None] * (cycle - _previous(cycle, start))
+        gone = [own - _previous(own, begin) for own, begin in zip(cycles, begins, strict=True)]
+        variance = variance + rate[..., None] * of_lanes(gone)
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
-    if unknown_gain := data.error.gain_sd:
-        at_once = [Inspection(last, np.arange(len(rows)))][: len(rows)]
-        times = inspections_of(block, run, number) if steps else at_once
-        return with_gain(block.seen.value[rows], model, variance, times, unknown_gain, data.error.relative)
-    if not steps and not shares:
+    if not (steps or shares or data.error.gain_sd):
         total = _independent(residual, variance, hidden)
-        zero = np.zeros_like(total)
-        return Filtered(total, zero, zero, last)
-    times = inspections_of(block, run, number)
-    return filtered(residual, variance, times, rate, start, hidden=hidden, steps=steps)
+        return kalman.Filtered(total, np.zeros_like(total), np.zeros_like(total), last)
+    cycle, times = of_lanes(cycles), inspections_of(block, pairs[0][0], number)
+    times = [own._replace(cycle=cycle[..., own.values[0]]) for own in times]
+    if unknown_gain := data.error.gain_sd:
+        times = times if steps else [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
+        return kalman.with_gain(
+            block.seen.value[rows], model, variance, times, unknown_gain, data.error.relative
+        )
+    return kalman.filtered(residual, variance, times, rate, start, hidden=hidden, steps=steps)
 
 
-def _independent(residual: Array, variance: Array, hidden: Hidden | None) -> Array:
+def _independent(residual: Array, variance: Array, hidden: kalman.Hidden | None) -> Array:
     """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
     n = residual.shape[-1]
     if variance.shape[-1] == 1 and hidden is None:
         square = np.einsum("...i,...i->...", residual, residual)
         v = variance[..., 0]
-        return np.asarray(-0.5 * (square / v + n * (np.log(v) + LOG_TWO_PI)))
+        return np.asarray(-0.5 * (square / v + n * (np.log(v) + kalman.LOG_TWO_PI)))
     total = np.zeros(np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1]))
     for part in (slice(begin, begin + PIECE) for begin in range(0, n, PIECE)):
         r = residual[..., part]
         v = variance if variance.shape[-1] == 1 else variance[..., part]
-        each = -0.5 * (r**2 / v + np.log(v) + LOG_TWO_PI)
+        each = -0.5 * (r**2 / v + np.log(v) + kalman.LOG_TWO_PI)
         if hidden is not None:
             each = np.where(hidden.which[part], log_ndtr(hidden.room[..., part] / np.sqrt(v)), each)
         total = total + each.sum(axis=-1)
@@ -421,7 +382,7 @@ def condensed(cycle: Array, column: NDArray[np.intp], value: Array, weight: Arra
     return Condensed(column[place[:, :1]], cycles, values, weights, real, node, centre, moment, count)
 
 
-def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array) -> tuple[Array, ...]:
+def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: Array) -> Array:
     """Return the log likelihood of very many values, and mean and variance of what the gain is more than 1.
 
     Factors go along the first of the lanes only.
@@ -433,11 +394,11 @@ def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: A
     pieces = np.array_split(np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1))
     parts = [_of_factors(bins, run, asked, flat[some], spread[some], block) for some in pieces]
     logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
-    g = variance = np.zeros(())
+    g = variance = np.zeros(shape)
     if more:
-        chi, log_scale, g, variance = gain_after(0.0, block.data.error.gain_sd**2, chi, *more)
+        chi, log_scale, g, variance = kalman.gain_after(0.0, block.data.error.gain_sd**2, chi, *more)
         logs = logs + log_scale
-    return -0.5 * (chi + logs + constant), g, variance
+    return np.stack([-0.5 * (chi + logs + constant), g, variance])
 
 
 def _of_factors(

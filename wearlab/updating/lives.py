@@ -14,11 +14,10 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
+from wearlab.updating.grids import Posterior
 from wearlab.updating.likelihood import PER, Block
-from wearlab.updating.posterior import Posterior
 from wearlab.updating.run_curves import RunHistory, risen
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
 DROPPED = 1e-6  # probability of all states of a run that do not
 STATES = 5  # points over the present state

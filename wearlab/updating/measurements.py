@@ -14,13 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
+from wearlab import files, units
 from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.update_options import WHEN, WHERE, Data, Days, RecordBlock
-from wearlab.files import read_regular
-from wearlab.scene import Scene
-from wearlab.scene.problems import Refusal
+from wearlab.scene import Scene, problems
 from wearlab.tables import LARGEST_FILE, ReadTable, TableError, in_unit, read_table
-from wearlab.units import HOUR
 from wearlab.updating.calendar import DAYS_A_YEAR, HOURS_A_YEAR, Calendar, Dates, day_number, day_text
 
 SECOND = np.timedelta64(1, "s")
@@ -36,7 +34,7 @@ def toml_key(name: str) -> str:
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
 
 
-class UpdateError(Refusal):
+class UpdateError(problems.Refusal):
     """An update cannot be done; its problems tell place and remedy."""
 
 
@@ -57,7 +55,7 @@ class MeasuredColumns:
         self.names: dict[str, str] = {}
         try:
             self.table: ReadTable = read_table(self.path)
-            self.fingerprint = hashlib.sha256(read_regular(self.path, LARGEST_FILE)).hexdigest()
+            self.fingerprint = hashlib.sha256(files.read_regular(self.path, LARGEST_FILE)).hexdigest()
         except (TableError, OSError) as error:
             raise UpdateError(f"{block.place}.file: {self.path}: cannot be read ({error})") from None
 
@@ -263,7 +261,7 @@ def _seconds(columns: MeasuredColumns, calendar: Calendar | None, recorded: bool
     if recorded:
         said = "lies outside update.record: let it begin earlier, or give update.calendar for what follows"
     columns.refuse(~(hours >= 0.0), "time", said, hours)
-    return hours * HOUR
+    return hours * units.HOUR
 
 
 def units_of(data: Data) -> list[str]:
@@ -291,7 +289,7 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
     columns, *_ = columns_of(data, unit)
     if "date" not in columns.names or not len(columns):
         return None
-    day, hours = day_number(columns.dates("date")), columns.numbers("time", "s") / HOUR
+    day, hours = day_number(columns.dates("date")), columns.numbers("time", "s") / units.HOUR
     order = np.lexsort((day, hours))
     day, hours, lines = day[order], hours[order], columns.lines[order]
     if (back := np.diff(day) < 0.0).any():
@@ -365,14 +363,14 @@ class OperatingRecord:
         """Return its calendar, which goes on at so many hours a year, else at its own; None without dates."""
         if self.dates is None:
             return None
-        day, hours = day_number(self.dates), self.time / HOUR
+        day, hours = day_number(self.dates), self.time / units.HOUR
         return Calendar(day, hours, a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR)
 
     def excess(self, a_year: float | None) -> tuple[float, float] | None:
         """Return its hours, every one between its dates, and those at so many a year, where they differ."""
         if self.dates is None or a_year is None or self.share < 1.0:
             return None
-        hours = float(self.time[-1]) / HOUR
+        hours = float(self.time[-1]) / units.HOUR
         told = float(np.ptp(day_number(self.dates))) / DAYS_A_YEAR * a_year
         return None if abs(hours - told) <= UNLIKE * told else (hours, told)
 
@@ -413,7 +411,7 @@ def read_record(
             raise UpdateError(f"{columns.path}: line {columns.lines[0]}: {said}")
         columns.refuse(np.append(False, np.diff(time) <= 0.0), "time", "is not after the row before it")
         columns.refuse(time < 0.0, "time", "is before the first hour")
-        begins = f"the record begins after {time[0] / HOUR:g} h: begin at 0 with what ran until then"
+        begins = f"the record begins after {time[0] / units.HOUR:g} h: begin at 0 with what ran until then"
         columns.refuse((time > 0.0) & (np.arange(len(time)) == 0), "time", begins)
         torque, speed = torque[:-1], speed[:-1]
         # hours in operation: a standstill has none

@@ -24,10 +24,11 @@ from scipy.special import logsumexp, ndtri
 from scipy.stats import qmc
 
 from wearlab.arrays import Array, Index
-from wearlab.campaign.distributions import Distribution
+from wearlab.campaign import distributions, update_options
+from wearlab.units import HOUR
+from wearlab.updating import grids, measurements
 from wearlab.updating.kalman import Filtered, Hidden, Inspection, filtered
 from wearlab.updating.likelihood import Block, compared, held, inspections_of, log_density
-from wearlab.updating.posterior import even_weights, peak
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
@@ -38,6 +39,7 @@ RADIUS = 4.5  # of the lattice, in standard deviations
 SPACING = {1: 0.1, 2: 0.25, 3: 0.5, 4: 0.8, 5: 1.0}  # of the lattice, by its dimensions
 BETWEEN, WIDER = 2**15, 1.3  # points between the lattice's; times as wide as the fitted law they lie
 EDGE = 0.03  # probability at the lattice's edge from which it does not hold the posterior
+MOST = 5  # unknowns that all units share
 SOME = 12  # units that the law is fitted to first
 GUIDES, ROUNDS, FIT = 64, 12, 16.0  # points that the law is fitted with, rounds, effective points of each
 
@@ -46,7 +48,7 @@ class Parameter(NamedTuple):
     """Something positive that all units share: its name, its prior, and the SI value of the prior's unit."""
 
     name: str
-    prior: Distribution
+    prior: distributions.Distribution
     scale: float = 1.0
 
     @property
@@ -164,7 +166,9 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
     return filtered(residual, variance, times, shared.rate, 0.0, hidden=hidden, steps=steps)
 
 
-def _side_by_side(parts: Sequence[tuple[Array, Array, Hidden | None]]) -> tuple[Array, Array, Hidden | None]:
+def _side_by_side(
+    parts: Sequence[tuple[Array, Array, Hidden | None]],
+) -> tuple[Array, Array, Hidden | None]:
     """Return residuals, variances and limits of several blocks as those of one."""
     shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part[:2]))
 
@@ -216,6 +220,37 @@ def sd_name(number: int) -> str:
     return f"sd_{number}"
 
 
+def law_of(
+    fleet: update_options.Fleet, prior: distributions.Distribution, units: Sequence[FleetMember]
+) -> Law:
+    """Return what is unknown of all units together.
+
+    Raises
+    ------
+    UpdateError : that is more than five numbers
+    """
+    given = {POWER: fleet.power, STRAYING: fleet.straying}
+    unknown = {n: one for n, one in given.items() if isinstance(one, distributions.Distribution)}
+    known = {n: one for n, one in given.items() if not isinstance(one, distributions.Distribution)}
+    errors = [block.sd for block in units[0].blocks]
+    parameters = [
+        *(Parameter(n, one) for n, one in unknown.items()),
+        *(Parameter(sd_name(n), sd.prior, sd.scale) for n, sd in enumerate(errors) if sd.prior is not None),
+        Parameter(SPREAD, fleet.spread),
+        Parameter(MEDIAN, prior),
+    ]
+    if len(parameters) > MOST:
+        raise measurements.UpdateError(
+            f"update.population: {len(parameters)} numbers are unknown to all units, at most {MOST} can be: "
+            "give power or straying as a number, or an error.sd"
+        )
+    seen, run = np.concatenate([unit.run.equal(unit.cycles) for unit in units]), units[0].run
+    reference = float(np.median(seen[seen > 0.0])) if (seen > 0.0).any() else run.end - run.start
+    if fleet.reference is not None:
+        reference = fleet.reference * HOUR / run.seconds_per_cycle
+    return Law(tuple(parameters), reference, sd=tuple(sd.known for sd in errors), **known)
+
+
 def _table(
     unit: FleetMember, shared: Shared, ends: tuple[float, float], cycles: Array | None
 ) -> tuple[Array, Array]:
@@ -233,14 +268,14 @@ def _table(
 
     low, high = ends
     middle = shared.middle  # the top moves little with what the units share
-    found = peak(lambda u, _: log_likelihood(middle, u), np.array([low]), np.array([high]))
+    found = grids.peak(lambda u, _: log_likelihood(middle, u), np.array([low]), np.array([high]))
     centre, width = float(found[0][0]), float(np.clip(found[1][0], 1e-4, 0.25 * (high - low)))
     first, last = (float(np.arcsinh((end - centre) / width)) for end in ends)
     coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
     logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
     logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1)(fine)
     held = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
-    spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * even_weights(len(fine))
+    spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * grids.even_weights(len(fine))
     return (centre + width * np.sinh(fine))[held], (logs + np.log(spacing))[..., held]
 
 
@@ -330,7 +365,7 @@ class Population:
         Each value of the errors takes a likelihood of its own: those of the lattice are few.
         """
         points, probability = self._between
-        z = points[equally(probability, n, rng)]
+        z = points[grids.equally(probability, n, rng)]
         spacing, errors = SPACING[z.shape[1]], z.shape[1] - 2
         theta, near = (self.mean + each @ self.root.T for each in (z, spacing * np.round(z / spacing)))
         return theta, np.hstack([near[:, :errors], theta[:, errors:]])
@@ -410,26 +445,10 @@ def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
     return np.asarray(weight @ theta, float), np.asarray(root, float)
 
 
-def equally(probability: Array, n: int, rng: np.random.Generator) -> Index:
-    """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
-    below = np.cumsum(probability)
-    return np.minimum(np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1)
-
-
 def factors(unit: FleetMember, law: Law, theta: Array, rng: np.random.Generator) -> Array:
     """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
     if not len(unit.cycles):
         return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))
     points, which = np.unique(theta, axis=0, return_inverse=True)
     u, mass, _ = masses(unit, law, points)
-    return along(u, mass, which.ravel(), rng)
-
-
-def along(u: Array, mass: Array, rows: Index, rng: np.random.Generator) -> Array:
-    """Return draws from laws on one grid, (n,), each from its row of the masses (p, grid)."""
-    below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
-    at = rng.random(len(rows)) * below[rows, -1]
-    i = np.minimum((below[rows] < at[:, None]).sum(axis=1), below.shape[1] - 1)
-    before = np.where(i > 0, below[rows, i - 1], 0.0)
-    share = (at - before) / np.maximum(below[rows, i] - before, 1e-300)
-    return np.asarray(u[i] + share * (u[i + 1] - u[i]))
+    return grids.along(u, mass, which.ravel(), rng)

@@ -12,8 +12,8 @@ from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert, shown_unit
 from wearlab.updating.calendar import DAYS_A_YEAR, LAST_DAY, NEVER, Calendar, day_number, day_text
-from wearlab.updating.draws import ALARM
-from wearlab.updating.templates import digits, rendered
+from wearlab.updating.layout import digits, rendered
+from wearlab.updating.sampling import ALARM
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
 WITHOUT = "remaining_without_"

@@ -83,7 +83,7 @@ def read_runs(
     ------
     StoreError : a file is gone or was altered, or the catalogue does not describe it
     """
-    from wearlab.store.reading import read_variables
+    from wearlab.store import reading
 
     found = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
     placed = {run_id: found[run_id] for run_id in ids if run_id in found}
@@ -93,7 +93,7 @@ def read_runs(
         layout, path = layouts[str(run.layout)], str(store.file_of(run_id))
         wanted = names if runs else {*names, *once}
         dims = {name: layout["variables"][name]["dims"] for name in wanted if name in layout["variables"]}
-        arrays = read_variables(path, dims, run.sha256)
+        arrays = reading.read_variables(path, dims, run.sha256)
         if wrong := [name for name, values in arrays.items() if values.ndim != len(dims[name])]:
             raise StoreError(f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' mends it")
         runs[run_id] = {n: StoredVariable(v, tuple(dims[n]), layout["labels"]) for n, v in arrays.items()}

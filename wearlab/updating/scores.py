@@ -5,18 +5,16 @@ inspection left out is foretold exactly, without a sampling error: ln p(y_i | th
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.updating.draws import checks, drawn
-from wearlab.updating.layout import P, dataset, stacked
-from wearlab.updating.likelihood import held
-from wearlab.updating.outcome import ACCUMULATING, UpdateOutcome, answered, unseen
-from wearlab.updating.posterior import Posterior, posterior
-from wearlab.updating.study import MeasuredCase
+from wearlab.updating import answers, layout, likelihood, sampling
+from wearlab.updating.cases import MeasuredCase
+from wearlab.updating.grids import Posterior
 
 MOST = 200  # inspections that are replayed; of more, evenly many
 DRAWS = 1000
@@ -89,21 +87,23 @@ def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Da
     if len(cycles) > MOST:
         cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
     rng = np.random.default_rng([study.spec.seed, 3])
-    prior = answered(study, post.histories, unseen(post.blocks), post.log_proposal)
-    known, middle = drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
+    prior = answers.answered(study, post.histories, answers.unseen(post.blocks), post.log_proposal)
+    known, middle = sampling.drawn(prior, DRAWS, rng), float(prior.life(np.array([0.5]))[0])
     rows: list[dict[str, Any]] = []
     for cycle in map(float, cycles):
-        until = held(post.blocks, run, np.less_equal, cycle)
-        answer = answered(study, post.histories, until, post.log_proposal)
-        last = [check.p for check in checks(answer.posterior, known)[0] if check.cycle == cycle]
-        known, life = drawn(answer, DRAWS, rng), answer.life(P)
-        row: dict[str, Any] = {"life_quantile": life, "factor_quantile": answer.factor(P)}
+        until = likelihood.held(post.blocks, run, np.less_equal, cycle)
+        answer = answers.answered(study, post.histories, until, post.log_proposal)
+        last = [check.p for check in sampling.checks(answer.posterior, known)[0] if check.cycle == cycle]
+        known, life = sampling.drawn(answer, DRAWS, rng), answer.life(layout.P)
+        row: dict[str, Any] = {"life_quantile": life, "factor_quantile": answer.factor(layout.P)}
         row |= {"remaining_useful_life_quantile": np.maximum(life - answer.now, 0.0)}
         row |= {"log_evidence": answer.posterior.evidence, "check_p_forward": min(last, default=np.nan)}
         row |= {"crps": crps(answer.life(EVEN), end) if cycle < end else np.nan}
         rules = (*simple_rules(study, post, cycle), middle - cycle)
         rows.append(row | dict(zip(RULES, rules, strict=True)))
-    return dataset("replay", stacked(rows), over="inspection", inspection=cycles, quantile=P)
+    return layout.dataset(
+        "replay", layout.stacked(rows), over="inspection", inspection=cycles, quantile=layout.P
+    )
 
 
 def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
@@ -132,19 +132,19 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
         has = np.isfinite(off)
         for name, each in (("error", off), ("own", own)):  # of the inspections that have the rule
             score[f"replay_{name}_{rule}"] = np.mean(each[has]) if has.any() else np.nan
-    return dataset("statistics", score)
+    return layout.dataset("statistics", score)
 
 
 MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left out
 
 
-Model = tuple[Any, ...]  # its name, and what its posterior is of
+Model = tuple[str, Posterior, Sequence[likelihood.Block]]  # name, a posterior of its runs, observations
 
 
-def models_of(outcome: UpdateOutcome) -> Iterator[Model]:
+def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
     """Yield the model that was asked for, and those that differ from it in one thing."""
     post, study = outcome.posterior, outcome.study
-    accumulates, changes = study.spec.discrepancy == ACCUMULATING, study.spec.change != "none"
+    accumulates, changes = study.spec.discrepancy == answers.ACCUMULATING, study.spec.change != "none"
     drifts = any(block.data.error.drift is not None for block in post.blocks)
     errors = ["accumulating noise", "independent errors"][:: 1 if accumulates else -1] if drifts else ["", ""]
     change = f"k changes ({study.spec.change})" if changes else ""
@@ -152,13 +152,12 @@ def models_of(outcome: UpdateOutcome) -> Iterator[Model]:
     def name(*parts: str) -> str:
         return ", ".join(filter(None, (study.label, *parts)))
 
-    often = post.log_proposal
-    yield name(errors[0], change), post.histories, post.blocks, study.prior, often
+    yield name(errors[0], change), post, post.blocks
     if drifts:
-        other = [block.drifting(not accumulates) for block in post.blocks]
-        yield name(errors[1], change), post.histories, other, study.prior, often
+        yield name(errors[1], change), post, [block.drifting(not accumulates) for block in post.blocks]
     if changes:
-        yield name(errors[0], "k constant"), post.histories[:1], post.blocks, study.prior, np.zeros(1)
+        constant = replace(post, histories=post.histories[:1], log_proposal=np.zeros(1))
+        yield name(errors[0], "k constant"), constant, post.blocks
 
 
 def left_out(post: Posterior) -> Array:
@@ -168,18 +167,17 @@ def left_out(post: Posterior) -> Array:
         return np.full(1, np.nan)
     cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
     for cycle in np.unique(np.concatenate(cycles)):
-        rest = held(post.blocks, run, np.not_equal, cycle)
-        less = posterior(post.histories, rest, post.prior, post.log_proposal)
+        less = post.by(likelihood.held(post.blocks, run, np.not_equal, cycle))
         found.append(post.evidence - less.evidence)
     return np.array(found)
 
 
-def compared(outcomes: Sequence[UpdateOutcome]) -> xr.Dataset | None:
+def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
     """Return the models beside each other, the most probable first; None of a single one."""
     each = [model for outcome in outcomes for model in models_of(outcome)]
     if len(each) < 2 or not any(len(block.rows) for block in each[0][2]):
         return None
-    known = [(name, posterior(*model)) for name, *model in each]
+    known = [(name, post.by(blocks)) for name, post, blocks in each]
     found = [(post.evidence, name, left_out(post)) for name, post in known]
     found.sort(key=lambda one: -one[0])
     best = found[0][2]
@@ -190,4 +188,4 @@ def compared(outcomes: Sequence[UpdateOutcome]) -> xr.Dataset | None:
         "left_out_difference": [float(np.sum(o)) for o in off],
         "left_out_error": [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off],
     }
-    return dataset("comparison", values, model=np.array([name for _, name, _ in found], dtype=object))
+    return layout.dataset("comparison", values, model=np.array([name for _, name, _ in found], dtype=object))

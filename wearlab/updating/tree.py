@@ -7,32 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearlab import schema, sources, units, version
 from wearlab.arrays import Array
-from wearlab.campaign import Campaign
-from wearlab.campaign.update_options import THICKNESS
-from wearlab.schema import VARIABLES, attributes
-from wearlab.sources import source_hash
+from wearlab.campaign import Campaign, update_options
 from wearlab.store.export import credited
-from wearlab.units import HOUR, KINDS, convert
-from wearlab.updating.decision import before_change, decided, virtual_inspection
-from wearlab.updating.draws import gains, over_cycles, replicated
-from wearlab.updating.layout import (
-    P,
-    calendar_of,
-    dataset,
-    dated,
-    limit_of,
-    lives,
-    places_of,
-    sample,
-    variable,
-)
-from wearlab.updating.likelihood import Block, condenses, log_likelihood
-from wearlab.updating.outcome import UpdateOutcome
-from wearlab.updating.scores import compared, replayed, scored
-from wearlab.updating.study import FACTOR, MeasuredCase, plain
-from wearlab.updating.twins import calibrated
-from wearlab.version import __version__
+from wearlab.updating import answers, cases, decision, layout, likelihood, sampling, scores, twins
 
 MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observation
 MOST_STEPS = 500  # inspections whose log likelihoods are told apart
@@ -42,7 +21,7 @@ MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 
 
 def tree_of(
-    campaign: Campaign, outcomes: Sequence[UpdateOutcome], *, replay: bool, check: int
+    campaign: Campaign, outcomes: Sequence[answers.UpdateOutcome], *, replay: bool, check: int
 ) -> xr.DataTree:
     """Return the tree of an update; several cases stand along the dimension ``case``.
 
@@ -65,7 +44,7 @@ def tree_of(
         }
         joined = {name: group.assign_coords(case=labels) for name, group in joined.items()}
     same = len({tuple(seen.fingerprint for seen in outcome.study.seen) for outcome in outcomes}) == 1
-    beside = compared(outcomes if same else outcomes[:1])
+    beside = scores.compared(outcomes if same else outcomes[:1])
     joined |= {} if beside is None else {"comparison": beside}
     tree = tree_of_groups(campaign, [outcome.study for outcome in outcomes], joined)
     tree.attrs |= {f"notes_{n}": " | ".join(one.notes) for n, one in enumerate(outcomes) if one.notes}
@@ -73,7 +52,7 @@ def tree_of(
 
 
 def tree_of_groups(
-    campaign: Campaign, studies: Sequence[MeasuredCase], groups: Mapping[str, xr.Dataset]
+    campaign: Campaign, studies: Sequence[cases.MeasuredCase], groups: Mapping[str, xr.Dataset]
 ) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
     spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")
@@ -84,16 +63,16 @@ def tree_of_groups(
         "summary": f"What is known of {', '.join(spec.unknown)} and of the remaining life after measurements "
         f"of {', '.join(measured) or 'nothing'}: prior, posterior and predictions, in groups after ArviZ.",
         "keywords": ", ".join(["gears", "tooth wear", "remaining useful life", "Bayesian update", *measured]),
-        "history": f"{now} wearlab {__version__}: updated from stored runs and measurements",
+        "history": f"{now} wearlab {version.__version__}: updated from stored runs and measurements",
         "references": campaign.reference or "",
         **{str(key): str(value) for key, value in (campaign.metadata or {}).items()},
         **credited(campaign.metadata or {}),
         "processing_level": "posterior: model output updated with measurements",
-        "source": f"wearlab {__version__}, sources {source_hash()}",
+        "source": f"wearlab {version.__version__}, sources {sources.source_hash()}",
         **dict.fromkeys(("created_at", "date_created"), now),
         "inference_library": "wearlab",
-        **dict.fromkeys(("inference_library_version", "wearlab_version"), __version__),
-        "source_hash": source_hash(),
+        **dict.fromkeys(("inference_library_version", "wearlab_version"), version.__version__),
+        "source_hash": sources.source_hash(),
         "discrepancy": spec.discrepancy,
         "seed": spec.seed,
         "same_measurements": int(len(same) == 1),
@@ -103,7 +82,7 @@ def tree_of_groups(
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
 
 
-def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
+def _groups(outcome: answers.UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
     spec, post, now = outcome.study.spec, outcome.posterior, outcome.answer.now
     rng = np.random.default_rng([spec.seed, 1])
     groups = {
@@ -116,22 +95,22 @@ def _groups(outcome: UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Da
     if told := [n for n, block in enumerate(post.blocks) if len(block.rows)]:
         groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **MERGED)
         groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **MERGED)
-    days = calendar_of(outcome.study, post.histories[0], now)
-    advice = {"virtual_inspection": virtual_inspection(outcome, rng)}
-    advice["decision"] = None if spec.decision is None else decided(outcome, spec.decision, rng)
+    days = layout.calendar_of(outcome.study, post.histories[0], now)
+    advice = {"virtual_inspection": decision.virtual_inspection(outcome, rng)}
+    advice["decision"] = None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
     look, change = advice.values()
     if look is not None and change is not None:
-        advice["virtual_inspection"] = before_change(look, float(change["best_change"]))
+        advice["virtual_inspection"] = decision.before_change(look, float(change["best_change"]))
     for name, found in advice.items():
-        groups |= {} if found is None else {name: dated(found, days)}
+        groups |= {} if found is None else {name: layout.dated(found, days)}
     if replay:
         end = float(groups["observed_data"]["observed_life"])
-        again = replayed(outcome.study, post, end)
+        again = scores.replayed(outcome.study, post, end)
         kept = groups["predictions"].drop_vars(list(again.data_vars), errors="ignore")
         groups["predictions"] = kept.merge(again)
-        groups["sample_stats"] = groups["sample_stats"].merge(scored(again, end))
+        groups["sample_stats"] = groups["sample_stats"].merge(scores.scored(again, end))
     if check:
-        groups["calibration"] = calibrated(outcome.study, post, check)
+        groups["calibration"] = twins.calibrated(outcome.study, post, check)
     return groups
 
 
@@ -144,106 +123,113 @@ def names_of(keys: Sequence[str]) -> dict[str, str]:
     }
 
 
-def block_name(outcome: UpdateOutcome, number: int) -> str:
+def block_name(outcome: answers.UpdateOutcome, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
     return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"
 
 
-def _units(block: Block) -> dict[str, str]:
+def _units(block: likelihood.Block) -> dict[str, str]:
     """Return the unit of a measured quantity, and the one in which it is shown."""
     name = block.data.quantity
-    shown = "um" if name == THICKNESS else VARIABLES[name].display_units
+    shown = "um" if name == update_options.THICKNESS else schema.VARIABLES[name].display_units
     return {"units": block.data.si, "display_units": shown}
 
 
-def _sample(outcome: UpdateOutcome, *, before: bool = False) -> xr.Dataset:
+def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life, after or before."""
     post, draws = outcome.posterior, outcome.draws
     if before:
         post, draws = outcome.prior.posterior, outcome.prior_draws
     found: dict[str, xr.Variable] = {}
     for key, name in names_of(list(outcome.study.spec.unknown)).items():
-        if key == FACTOR:
-            found[name] = variable("sample", "factor", draws.factor)
+        if key == cases.FACTOR:
+            found[name] = layout.variable("sample", "factor", draws.factor)
             continue
         written, own = outcome.study.drawn[key], outcome.study.spec.unknown[key].unit
-        values = np.array([plain(written[i]) for i in outcome.which])[draws.run]
-        unit = next((kind.unit for kind in KINDS.values() if own in kind.units), own or "1")
-        scale = 1.0 if own in (None, unit) else convert(1.0, str(own), unit)
+        values = np.array([cases.plain(written[i]) for i in outcome.which])[draws.run]
+        unit = next((kind.unit for kind in units.KINDS.values() if own in kind.units), own or "1")
+        scale = 1.0 if own in (None, unit) else units.convert(1.0, str(own), unit)
         shown = {"units": unit, "long_name": key, "display_units": own or "1"}
-        found[name] = variable("sample", "unknown", scale * values, **shown)
+        found[name] = layout.variable("sample", "unknown", scale * values, **shown)
     derived = {
         "wear_coefficient": np.array([run.coefficient for run in post.histories])[draws.run] * draws.factor,
         "life": draws.life,
         "remaining_useful_life": np.maximum(draws.life - outcome.answer.now, 0.0),
     }
-    found |= {name: variable("sample", name, one) for name, one in derived.items()}
+    found |= {name: layout.variable("sample", name, one) for name, one in derived.items()}
     for block, sd, drift in zip(post.blocks, draws.sd, draws.drift, strict=True):
         for name, spread, values in (("sd", block.sd, sd), ("drift", block.drift, drift)):
             if spread is not None and spread.prior is not None:
-                found[spread.name] = variable("sample", name, values, **_units(block))
+                found[spread.name] = layout.variable("sample", name, values, **_units(block))
     rng = np.random.default_rng([outcome.study.spec.seed, 4])
     for number, block in enumerate(post.blocks):
         if block.data.error.gain_sd:
             name = f"gain_{block.data.label}"
-            found[name] = variable("sample", "gain", gains(post, draws, number, rng, known=not before))
-    return sample(found, len(draws))
+            found[name] = layout.variable(
+                "sample", "gain", sampling.gains(post, draws, number, rng, known=not before)
+            )
+    return layout.sample(found, len(draws))
 
 
-def _replicas(outcome: UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
+def _replicas(outcome: answers.UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
     block, name = outcome.posterior.blocks[number], block_name(outcome, number)
     most = max(len(each.rows) for each in outcome.posterior.blocks)
     draws = outcome.draws[: max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)]
-    values, _ = replicated(outcome.posterior, draws, number, rng)
-    return sample({name: variable("sample", "replica", values, name, **_units(block))}, len(draws))
+    values, _ = sampling.replicated(outcome.posterior, draws, number, rng)
+    return layout.sample(
+        {name: layout.variable("sample", "replica", values, name, **_units(block))}, len(draws)
+    )
 
 
-def _pointwise(outcome: UpdateOutcome, number: int) -> xr.Dataset:
+def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
     post, draws, name = outcome.posterior, outcome.draws, block_name(outcome, number)
     block = post.blocks[number]
     cycles = np.unique(post.histories[0].asked[number].cycle[block.rows])
     if len(cycles) > MOST_STEPS:
-        whole = np.empty(len(draws))
-        for run, mine in draws.by_run(post):
-            one_by_one = not condenses(block, run.asked[number], draws.sd[number][mine])
-            for some in np.array_split(mine, max(one_by_one * len(mine) * len(block.rows) // MOST_VALUES, 1)):
-                whole[some] = log_likelihood(block, run, number, draws.lanes(number, some)).log_likelihood
-        return sample({name: variable("sample", "log_likelihood_of_all", whole)}, len(draws))
+        condensed = likelihood.condenses(block, post.histories[0].asked[number], draws.sd[number])
+        pieces = 1 if condensed else max(len(draws) * len(block.rows) // MOST_VALUES, 1)
+        parts = [draws[some] for some in np.array_split(np.arange(len(draws)), pieces)]
+        whole = np.concatenate([part.seen(post, number).log_likelihood for part in parts])
+        return layout.sample({name: layout.variable("sample", "log_likelihood_of_all", whole)}, len(draws))
     values = np.stack([step.log_likelihood for step in draws.seen(post, number, steps=True).steps], axis=-1)
-    found = sample({name: variable("sample", "log_likelihood", values, name)}, len(draws))
-    return found.assign_coords({f"cycle_{name}": variable("statistics", "cycle_*", cycles, name)})
+    found = layout.sample({name: layout.variable("sample", "log_likelihood", values, name)}, len(draws))
+    return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
 
 
-def _predictions(outcome: UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
+def _predictions(outcome: answers.UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
     post, answer, limit = outcome.posterior, outcome.answer, outcome.study.limit
-    run, life = post.histories[0], answer.life(P)
+    run, life = post.histories[0], answer.life(layout.P)
     end = life[-1] if np.isfinite(life[-1]) else life[2]
     last = AHEAD * float(min(end, 4.0 * life[2])) if np.isfinite(end) else run.end
     cycles = np.linspace(run.start, max(last, answer.now, run.start + 1.0), PLACES)
-    days, prior = calendar_of(outcome.study, run, answer.now), outcome.prior
-    found = lives(answer, answer.factor(P), run, days) | {"limit": limit_of(limit)}
-    found |= {"prior_life_quantile": prior.life(P), "prior_factor_quantile": prior.factor(P)}
+    days, prior = layout.calendar_of(outcome.study, run, answer.now), outcome.prior
+    found = layout.lives(answer, answer.factor(layout.P), run, days) | {"limit": layout.limit_of(limit)}
+    found |= {"prior_life_quantile": prior.life(layout.P), "prior_factor_quantile": prior.factor(layout.P)}
     if days is not None:
-        found |= places_of(days, run.start)
+        found |= layout.places_of(days, run.start)
         at = "day on which the limit is reached, that of the last inspection where it was before, at "
-        at += f"{days.a_year * run.seconds_per_cycle / HOUR:g} operating hours a year"
+        at += f"{days.a_year * run.seconds_per_cycle / units.HOUR:g} operating hours a year"
         ends = found["end_of_life_quantile"]
-        found["end_of_life_quantile"] = variable("predictions", "end_of_life_quantile", ends, long_name=at)
+        found["end_of_life_quantile"] = layout.variable(
+            "predictions", "end_of_life_quantile", ends, long_name=at
+        )
     both = (("", post, outcome.draws), ("prior_", prior.posterior, outcome.prior_draws))
     for name in run.beside:
-        drifting, own = answer.drifting if name == limit.quantity else None, VARIABLES[name]
+        drifting, own = answer.drifting if name == limit.quantity else None, schema.VARIABLES[name]
         shown = {"units": own.units, "display_units": own.display_units, "long_name": own.long_name}
         for prefix, of, draws in both:
-            values = np.quantile(over_cycles(of, draws, name, cycles, drifting, rng), P, axis=1).T
-            found[f"{prefix}{name}_quantile"] = variable("predictions", "wear", values, **shown)
-    return dataset("predictions", found, quantile=P, cycle=cycles)
+            values = np.quantile(
+                sampling.over_cycles(of, draws, name, cycles, drifting, rng), layout.P, axis=1
+            ).T
+            found[f"{prefix}{name}_quantile"] = layout.variable("predictions", "wear", values, **shown)
+    return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
 
 
-def _observed_data(outcome: UpdateOutcome) -> xr.Dataset:
+def _observed_data(outcome: answers.UpdateOutcome) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
     parts, run = [], outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
@@ -253,19 +239,23 @@ def _observed_data(outcome: UpdateOutcome) -> xr.Dataset:
         sd: Array = np.sqrt(np.sum([np.broadcast_to(part, len(seen)) ** 2 for part in own], axis=0))
         told = {"*": seen.value, "sd_*": sd, **({"below_*": seen.below} if seen.censored.any() else {})}
         shown = {**_units(block), "file": block.data.file.name}
-        found = {key: variable("observed", key, one, name, **shown) for key, one in told.items()}
+        found = {key: layout.variable("observed", key, one, name, **shown) for key, one in told.items()}
         found["*"].attrs |= {"long_name": f"measured: {name.replace('_', ' ')}"}
         found["*"].attrs |= {"accumulating": int(block.drift is not None)}
-        part = dataset("observed", {**found, "cycle_*": run.asked[number].cycle}, name)
+        part = layout.dataset("observed", {**found, "cycle_*": run.asked[number].cycle}, name)
         coords = [f"cycle_{name}"]
         if seen.place_kind is not None:
             coords.append(f"{seen.place_kind}_{name}")
-            part[coords[-1]] = xr.Variable(f"observation_{name}", seen.place, attributes(seen.place_kind))
+            part[coords[-1]] = xr.Variable(
+                f"observation_{name}", seen.place, schema.attributes(seen.place_kind)
+            )
         parts.append(part.set_coords(coords))
-    return xr.merge([*parts, dataset("observed", {"observed_life": _observed_life(outcome)})], **MERGED)
+    return xr.merge(
+        [*parts, layout.dataset("observed", {"observed_life": _observed_life(outcome)})], **MERGED
+    )
 
 
-def _observed_life(outcome: UpdateOutcome) -> float:
+def _observed_life(outcome: answers.UpdateOutcome) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit, run = outcome.study.limit, outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
@@ -280,14 +270,14 @@ def _observed_life(outcome: UpdateOutcome) -> float:
     return float("nan")
 
 
-def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
+def _statistics(outcome: answers.UpdateOutcome) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
     values: dict[str, Any] = {**outcome.stats, "notes": " | ".join(outcome.notes)}
     values |= {"replaced": outcome.study.renewals} if outcome.study.renewals else {}
     if outcome.study.costly:
         values["run_weight"] = outcome.posterior.weight
         values["run_id"] = [run.id for run in outcome.posterior.histories]
-    parts = [dataset("statistics", values)]
+    parts = [layout.dataset("statistics", values)]
     for number in range(len(outcome.posterior.blocks)):
         own, name = [check for check in outcome.checks if check.block == number], block_name(outcome, number)
         told: dict[str, Any] = {}
@@ -297,6 +287,6 @@ def _statistics(outcome: UpdateOutcome) -> xr.Dataset:
         if number in outcome.courses:
             told["course_p_*"] = outcome.courses[number]
         if number in outcome.sources:
-            told["remaining_without_*"] = outcome.sources[number].remaining(P[[0, 2, 4]])
-        parts.append(dataset("statistics", told, name).set_coords([f"cycle_{name}"] if own else []))
+            told["remaining_without_*"] = outcome.sources[number].remaining(layout.P[[0, 2, 4]])
+        parts.append(layout.dataset("statistics", told, name).set_coords([f"cycle_{name}"] if own else []))
     return xr.merge(parts, **MERGED)

@@ -18,20 +18,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearlab import tables, units
 from wearlab.campaign import Campaign, load
 from wearlab.campaign.update_options import TrueModel
-from wearlab.tables import read_table
-from wearlab.units import convert
-from wearlab.updating.draws import Draws, drawn, replicated
-from wearlab.updating.layout import dataset
-from wearlab.updating.likelihood import PER, Block, block_of
-from wearlab.updating.lives import Answer, passage_time, present_state
+from wearlab.updating import answers, cases, grids, layout, likelihood, lives, run_curves, sampling, scores
 from wearlab.updating.measurements import Observed, UpdateError
-from wearlab.updating.outcome import answered, unseen
-from wearlab.updating.posterior import Posterior, posterior
-from wearlab.updating.run_curves import Clock, RunHistory, history_of, variables_of
-from wearlab.updating.scores import EVEN, RULES, scores_of, simple_rules
-from wearlab.updating.study import MeasuredCase, studies
 
 MADE = "# Made by: "
 DIGITS = 5
@@ -39,7 +30,7 @@ SKILLS = ("life_skill", "life_interval_skill")
 
 
 def calibrated(
-    study: MeasuredCase, post: Posterior, n: int, *, told: Sequence[Block] | None = None
+    study: cases.MeasuredCase, post: grids.Posterior, n: int, *, told: Sequence[likelihood.Block] = ()
 ) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 
@@ -53,10 +44,10 @@ def calibrated(
     if true is not None:
         runs = tuple(_bent(run, true.power) for run in post.histories)
         source, told = replace(post, histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
-    before = answered(study, source.histories, unseen(source.blocks), post.log_proposal)
-    truths, unmeasured = drawn(before, n, rng), before.life(EVEN)
+    before = answers.answered(study, source.histories, answers.unseen(source.blocks), post.log_proposal)
+    truths, unmeasured = sampling.drawn(before, n, rng), before.life(scores.EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
-    scores: list[tuple[tuple[float, float], ...]] = []
+    scored: list[tuple[tuple[float, float], ...]] = []
     foreseen: list[tuple[float, ...]] = []
     for t in range(n):
         made, life = twin(source, truths[t : t + 1], before, rng)
@@ -67,44 +58,45 @@ def calibrated(
         kept = np.ones(len(post.histories), bool)
         kept[truths.run[t]] = not study.costly  # its own run knows too much
         runs = tuple(run for run, held in zip(post.histories, kept, strict=True) if held)
-        answer = answered(study, runs, made, post.log_proposal[kept])
+        answer = answers.answered(study, runs, made, post.log_proposal[kept])
         if study.prior is not None:
             ranks["factor"].append(answer.factor_below(float(truths.factor[t])))
         over = life <= answer.now and answer.drifting is not None
         ranks["life"].append(float(rng.random() * answer.passed if over else answer.life_below(life)[0]))
         if np.isfinite(life):
-            scores.append((scores_of(answer.life(EVEN), life), scores_of(unmeasured, life)))
+            both = (answer.life(scores.EVEN), unmeasured)
+            scored.append(tuple(scores.scores_of(each, life) for each in both))
         if answer.now < life < np.inf:
             middle, before_any = (float(one.life(np.array([0.5]))[0]) for one in (answer, before))
-            rules = (*simple_rules(study, answer.posterior, answer.now), before_any - answer.now)
+            rules = (*scores.simple_rules(study, answer.posterior, answer.now), before_any - answer.now)
             foreseen.append((life - answer.now, middle - answer.now, *rules))
     values: dict[str, Any] = {f"{name}_rank": each for name, each in ranks.items() if each}
     for name, each in ranks.items():
         off = np.abs(np.array(each) - 0.5)
         values |= {f"{name}_coverage_{w}": np.mean(off <= 0.005 * w) for w in (50, 90) if each}
-    if scores:
-        mine, theirs = np.sum(scores, axis=0)
+    if scored:
+        mine, theirs = np.sum(scored, axis=0)
         values |= dict(zip(SKILLS, 1.0 - mine / np.maximum(theirs, 1e-300), strict=True))
     if foreseen:
         rest, *each_rule = np.array(foreseen).T
-        for name, told_rest in zip(("", *RULES), each_rule, strict=True):
+        for name, told_rest in zip(("", *scores.RULES), each_rule, strict=True):
             if (ok := np.isfinite(told_rest)).any():
                 off_by = np.abs(told_rest - rest)[ok].sum() / rest[ok].sum()
                 values[f"life_error_{name}".rstrip("_")] = off_by
-    found = dataset("twins", values, twin=np.arange(n))
+    found = layout.dataset("twins", values, twin=np.arange(n))
     return found if true is None else found.assign_attrs(true_model=repr(true))
 
 
-def _bent(run: RunHistory, power: float) -> RunHistory:
+def _bent(run: run_curves.RunHistory, power: float) -> run_curves.RunHistory:
     """Return a run whose wear goes as the cycles to a power, and is its own at the last inspection."""
     ends = [float(asked.cycle.max()) for asked in run.asked if len(asked.cycle)]
     last = max(ends, default=run.end) - run.start
     share = np.concatenate([np.linspace(0.0, 2.0, 401), np.geomspace(2.1, 1e4, 400)])
     bent = run.start + run.equal(run.start + last * share**power)
-    return run if power == 1.0 else replace(run, clock=Clock(run.start + last * share, bent))
+    return run if power == 1.0 else replace(run, clock=run_curves.Clock(run.start + last * share, bent))
 
 
-def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:
+def _true_blocks(post: grids.Posterior, true: TrueModel) -> tuple[likelihood.Block, ...]:
     """Return the blocks with the errors that are true of twins."""
     made = []
     for block in post.blocks:
@@ -115,8 +107,8 @@ def _true_blocks(post: Posterior, true: TrueModel) -> tuple[Block, ...]:
 
 
 def twin(
-    post: Posterior, truth: Draws, before: Answer, rng: np.random.Generator
-) -> tuple[tuple[Block, ...], float]:
+    post: grids.Posterior, truth: sampling.Draws, before: lives.Answer, rng: np.random.Generator
+) -> tuple[tuple[likelihood.Block, ...], float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters
@@ -130,14 +122,15 @@ def twin(
     last = [run.asked[n].cycle[b.rows].max(initial=run.start) for n, b in enumerate(post.blocks)]
     now = float(max(last))
     for number, block in enumerate(post.blocks):
-        value, w = replicated(post, truth, number, rng, known=False)
+        value, w = sampling.replicated(post, truth, number, rng, known=False)
         values, below = block.seen.value.copy(), block.seen.below[block.rows]
         values[block.rows] = np.where(value[0] < below, np.nan, value[0])  # a file says the limit alone
         made.append(replace(block, seen=replace(block.seen, value=values)))
         if number == before.drifting:
-            rate = truth.drift[number] ** 2 / PER
+            rate = truth.drift[number] ** 2 / likelihood.PER
             w = w + np.sqrt(rate * (now - last[number])) * rng.standard_normal(1)
-            life = now + float(passage_time(*present_state(run, truth.factor, w, now), rate, rng)[0])
+            gap, ahead = lives.present_state(run, truth.factor, w, now)
+            life = now + float(lives.passage_time(gap, ahead, rate, rng)[0])
     return tuple(made), life
 
 
@@ -158,32 +151,33 @@ def twin_files(
     """
     from wearlab.simulation import simulate
 
-    cases = studies(campaign)
+    wanted = cases.studies(campaign)
     found: dict[tuple[object, ...], Observed] = {}  # those of all cases, each once
-    for seen in (seen for study in cases for seen in study.seen):
+    for seen in (seen for study in wanted for seen in study.seen):
         found.setdefault((seen.data.file, seen.data.columns.value, seen.data.label), seen)
-    scene = cases[0].scene
+    scene = wanted[0].scene
     for key, true in truth.items():
         scene = scene.replace(key, true)
     measured = tuple(found.values())
-    run = history_of(variables_of(simulate(scene)), "twin", scene.model_dump(), measured, cases[0].limit)
+    true_run = run_curves.variables_of(simulate(scene))
+    run = run_curves.history_of(true_run, "twin", scene.model_dump(), measured, wanted[0].limit)
     for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
-    blocks = tuple(block_of(seen, accumulating=True) for seen in measured)
-    sd, drift = (
-        tuple(np.full(1, 0.0 if one is None else one.known) for one in each)
-        for each in zip(*((block.sd, block.drift) for block in blocks), strict=True)
-    )
-    true_run = Draws(np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, np.full(1, run.limit_cycle))
-    before = Answer(replace(posterior((run,), unseen(blocks), None), blocks=blocks), run.start, None)
-    made, life = twin(before.posterior, true_run, before, np.random.default_rng(seed))
+    blocks = tuple(likelihood.block_of(seen, accumulating=True) for seen in measured)
+    known = [[np.full(1, 0.0 if one is None else one.known) for one in (b.sd, b.drift)] for b in blocks]
+    sd, drift = zip(*known, strict=True)
+    life = np.full(1, run.limit_cycle)
+    true_draw = sampling.Draws(np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, life)
+    unmeasured = grids.posterior((run,), answers.unseen(blocks), None)
+    before = lives.Answer(replace(unmeasured, blocks=blocks), run.start, None)
+    made, true_life = twin(before.posterior, true_draw, before, np.random.default_rng(seed))
     texts: dict[Path, str] = {}
     for block in made:
         file = Path(block.data.file)
         text = texts.get(file, file.read_text(encoding="utf-8"))
         texts[file] = _with(text, block.seen, block.seen.value)
-    return texts, life
+    return texts, true_life
 
 
 def _with(text: str, seen: Observed, value: np.ndarray) -> str:
@@ -191,8 +185,8 @@ def _with(text: str, seen: Observed, value: np.ndarray) -> str:
     data = seen.data
     column = data.columns.value or data.quantity
     own = data.units.get(column)
-    shown = value if own is None else value / convert(1.0, own, data.si)
-    table = read_table(Path(data.file))
+    shown = value if own is None else value / units.convert(1.0, own, data.si)
+    table = tables.read_table(Path(data.file))
     at = table.names.index(str(table.find(column)))
     lines = text.splitlines()
     for row, number in zip(seen.row, shown, strict=True):

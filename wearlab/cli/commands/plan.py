@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from wearlab.campaign import Campaign, Case
     from wearlab.runner.plan import Plan
-    from wearlab.updating.study import MeasuredCase
+    from wearlab.updating.cases import MeasuredCase
 
 
 MOST_VALUES = 20
@@ -155,7 +155,7 @@ def _tell_update(campaign: "Campaign") -> None:
     UpdateError : its data cannot be read, or it cannot be updated
     """
     from wearlab.schema import VARIABLES
-    from wearlab.updating.study import studies
+    from wearlab.updating.cases import studies
 
     for some in _told_together(studies(campaign)):
         study = some[0]
@@ -305,8 +305,8 @@ def _tell(planned: "Plan") -> None:
 def _tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
     """Say which runs `wearlab update` would need, and whether its answer is there already."""
     from wearlab.runner.plan import WORDS, plan
+    from wearlab.updating.cases import studies
     from wearlab.updating.inference import kept
-    from wearlab.updating.study import studies
 
     wanted = studies(campaign)
     if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from wearlab import nearest, schema, units
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import WHERE
 from wearlab.figures import plot, wording
 from wearlab.figures.kind import Ask, Curves, FigureError, Kind, kind
-from wearlab.nearest import choices
-from wearlab.schema import VARIABLES
-from wearlab.units import HOUR, convert
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -45,17 +43,16 @@ class Updated:
     def hours_per_cycle(self) -> float | None:
         """Operating hours of a cycle, None where the update does not say."""
         cycle = self["predictions"].get("seconds_per_cycle")
-        return None if cycle is None else float(cycle) / HOUR
+        return None if cycle is None else float(cycle) / units.HOUR
 
     @property
     def calendar(self) -> Callable[[Array], Array] | None:
         """What tells the days since 1970 at cycles; None without a calendar, or where it is left behind."""
-        from wearlab.updating.calendar import LAST_DAY
-        from wearlab.updating.report_text import calendar_of
+        from wearlab.updating import calendar, report_text
 
-        found = calendar_of(self["predictions"])
+        found = report_text.calendar_of(self["predictions"])
         longest = finite(self["predictions"]["cycle"])
-        if found is None or not len(longest) or abs(found.days(2.0 * longest.max())) >= LAST_DAY:
+        if found is None or not len(longest) or abs(found.days(2.0 * longest.max())) >= calendar.LAST_DAY:
             return None
         return found.days
 
@@ -68,7 +65,7 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
     FigureError : none is kept that has it
     """
     from wearlab.store import updates
-    from wearlab.updating.report_text import cases_of
+    from wearlab.updating import report_text
 
     for update in updates.updates_of(store, subject):
         tree = updates.read_update(store, update.id)
@@ -78,7 +75,7 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
             continue
         updated = [
             Updated({"case": wording.Label(label, label)} if label else {}, groups)
-            for label, groups in cases_of(tree).items()
+            for label, groups in report_text.cases_of(tree).items()
         ]
         wanted = ask.select.get("case")
         labels = [wanted] if isinstance(wanted, str) else wanted
@@ -185,7 +182,9 @@ def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
     known = [str(name) for name in data.data_vars]
     for name in ask.y:
         if name not in known:
-            raise FigureError(f"{ask.name}: y = {name!r} is nothing the update knows; {choices(name, known)}")
+            raise FigureError(
+                f"{ask.name}: y = {name!r} is nothing the update knows; {nearest.choices(name, known)}"
+            )
     return list(ask.y) or [name for name in known if name not in NOT_DRAWN]
 
 
@@ -193,7 +192,7 @@ def logs(values: xr.DataArray) -> tuple[Array, plot.Scale]:
     """Return the common logarithms of a variable as it is shown, those that have one, and their scale."""
     unit, shown = values.attrs.get("units", "1"), values.attrs.get("display_units", "1")
     held = np.asarray(values.values, float).ravel()
-    scale = convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
+    scale = units.convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
     told = f" in {wording.typeset(shown)}" if shown not in ("1", "") else ""
     return np.log10(np.maximum(scale * held, 1e-300)), plot.Scale(
         f"log₁₀ of {spelled(str(values.name))}{told}", "1"
@@ -311,9 +310,9 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         raise FigureError(
             f"{ask.name}: y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept"
         )
-    declared = VARIABLES[name]
+    declared = schema.VARIABLES[name]
     up = plot.Scale(declared.long_name, declared.display_units)
-    scale = convert(1.0, declared.units, declared.display_units)
+    scale = units.convert(1.0, declared.units, declared.display_units)
     x = predictions["cycle"].values
     q = predictions[f"{name}_quantile"].transpose("quantile", "cycle").values * scale
     before = predictions[f"prior_{name}_quantile"].transpose("quantile", "cycle").values * scale
@@ -356,7 +355,7 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
 )  # fmt: skip
 def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
-    from wearlab.updating.calendar import day_text
+    from wearlab.updating import calendar
 
     observed, made = update["observed_data"], update["posterior_predictive"]
     for name in map(str, made.data_vars):
@@ -364,11 +363,11 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         if where is None:
             continue
         place, cycle = observed[f"{where}_{name}"], observed[f"cycle_{name}"].values
-        across = plot.Scale(VARIABLES[where].long_name, VARIABLES[where].display_units)
+        across = plot.Scale(schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units)
         up = plot.Scale(f"{spelled(name)}", str(observed[name].attrs["display_units"]))
-        x = convert(place.values, str(place.attrs["units"]), across.units)
+        x = units.convert(place.values, str(place.attrs["units"]), across.units)
         y, drawn = (
-            convert(one.values, str(observed[name].attrs["units"]), up.units)
+            units.convert(one.values, str(observed[name].attrs["units"]), up.units)
             for one in (observed[name], made[name])
         )
         expected = np.quantile(drawn.reshape(-1, drawn.shape[-1]), [0.05, 0.5, 0.95], axis=0)
@@ -376,7 +375,7 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             some = np.flatnonzero(cycle == at)
             some = some[np.argsort(x[some], kind="stable")]
             days = update.calendar
-            day = None if days is None else day_text(float(days(at)))
+            day = None if days is None else calendar.day_text(float(days(at)))
             told = wording.cycles(float(at)) if day is None else wording.Label(float(at), day)
             own, (low, middle, high) = update.of("variable", name), expected[:, some]
             own = replace(own, key={**own.key, "inspection": told})
@@ -426,13 +425,13 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 @update_kind("remaining-life", "Remaining life after the last inspection", ("posterior", "predictions"))
 def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """Density of the remaining life with its 5, 50 and 95 % quantiles."""
-    from wearlab.updating.report_text import latest
+    from wearlab.updating import report_text
 
     rest = finite(update["posterior"]["remaining_useful_life"])
     x, y = density(rest)
     yield area(update, x, np.zeros_like(y), y, REST, DENSITY)
     yield line(update, (x, REST), (y, DENSITY))
-    last = latest(update["predictions"]["remaining_useful_life_quantile"])
+    last = report_text.latest(update["predictions"]["remaining_useful_life_quantile"])
     days = update["predictions"].get("end_of_life_quantile")
     for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
@@ -486,12 +485,12 @@ ANSWERS = {"predictions": "all inspections", "predictions_without": "without tho
 @update_kind("fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer"))
 def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     """When each unit of a fleet reaches the limit: median, 50 and 90 %; also without what is flagged."""
-    from wearlab.updating.report_text import MAYBE, ends_of
+    from wearlab.updating import report_text
 
     data = update["predictions"]
-    _, ends, dated = ends_of(data)
+    _, ends, dated = report_text.ends_of(data)
     across = ENDS if dated else ENDS_IN_HOURS
-    passed = np.where(data["end_passed"].values > MAYBE, data["worn"].values, 0.0)
+    passed = np.where(data["end_passed"].values > report_text.MAYBE, data["worn"].values, 0.0)
     order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
     start = ends[:, 0].min()
@@ -499,7 +498,7 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     answers = [name for name in ANSWERS if name in update.groups]
     for (answer, below), (rank, k) in product(zip(answers, (0.0, BELOW), strict=False), enumerate(order, 1)):
         own = update.of("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update
-        low, quarter, middle, three, high = np.minimum(ends_of(update[answer])[1][k], top)
+        low, quarter, middle, three, high = np.minimum(report_text.ends_of(update[answer])[1][k], top)
         looks: tuple[tuple[plot.Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
             ("line", [quarter, three], "50 %, thin 90 %"),

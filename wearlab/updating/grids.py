@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
-from wearlab.arrays import Array, Flags
+from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import (
@@ -29,7 +29,7 @@ from wearlab.updating.likelihood import (
     Range,
     Spread,
     log_density,
-    log_likelihood_of_runs,
+    log_likelihood,
     range_of,
 )
 from wearlab.updating.run_curves import RunHistory, risen
@@ -129,6 +129,10 @@ class Posterior:
 
         return np.exp(risen(smaller, np.asarray(p, float), ends.min() - 1e-9, ends.max() + 1e-9))
 
+    def by(self, blocks: Sequence[Block]) -> "Posterior":
+        """Return what is known after other observations."""
+        return posterior(self.histories, blocks, self.prior, self.log_proposal)
+
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
         sd, drift = (grid[i : i + 1] for grid in self.spreads[number])
@@ -155,6 +159,22 @@ def even_weights(n: int) -> Array:
     return weights
 
 
+def equally(probability: Array, n: int, rng: np.random.Generator) -> Index:
+    """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
+    below = np.cumsum(probability)
+    return np.minimum(np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1)
+
+
+def along(u: Array, mass: Array, rows: Index, rng: np.random.Generator) -> Array:
+    """Return draws from laws on one grid, (n,), each from its row of the masses (p, grid)."""
+    below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
+    at = rng.random(len(rows)) * below[rows, -1]
+    i = np.minimum((below[rows] < at[:, None]).sum(axis=1), below.shape[1] - 1)
+    before = np.where(i > 0, below[rows, i - 1], 0.0)
+    share = (at - before) / np.maximum(below[rows, i] - before, 1e-300)
+    return np.asarray(u[i] + share * (u[i + 1] - u[i]))
+
+
 def conditional(
     runs: Sequence[RunHistory], block: Block, number: int, log_factor: Array, spreads: SpreadGrids
 ) -> tuple[Array, Filtered]:
@@ -168,7 +188,7 @@ def conditional(
     """
     sd, drift = map(np.exp, spreads)
     lanes = Lanes(np.exp(log_factor)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :])
-    seen = log_likelihood_of_runs(block, [(run, [i]) for i, run in enumerate(runs)], number, lanes)
+    seen = log_likelihood(block, [(run, [i]) for i, run in enumerate(runs)], number, lanes)
     priors = [_log_prior(s, grid) for s, grid in zip((block.sd, block.drift), spreads, strict=True)]
     return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][:, None, None, :], seen
 
@@ -201,18 +221,8 @@ def posterior(
     grids = _Grids(runs, some, prior)
     place, logs = grids.fine(FINER * (grids.nodes.shape[1] - 1) + 1)
     often = np.zeros(len(runs)) if log_proposal is None else log_proposal
-    return Posterior(
-        histories=runs,
-        blocks=some,
-        prior=prior,
-        nodes=grids.nodes,
-        spreads=grids.spreads,
-        centre=grids.centre,
-        width=grids.width,
-        log_proposal=often,
-        resolved=grids.resolved,
-        **_normed(place, logs, often),
-    )
+    own = {name: getattr(grids, name) for name in ("nodes", "spreads", "centre", "width", "resolved")}
+    return Posterior(runs, some, prior, log_proposal=often, **own, **_normed(place, logs, often))
 
 
 def _normed(place: Array, logs: Array, often: Array) -> dict[str, Any]:
@@ -353,11 +363,8 @@ class _Grids:
 
         some = self.all
         for _ in range(ROUNDS):
-            now = Range(*(end[some] for end in self.factor))
-            points = np.linspace(now.low, now.high, COARSE, axis=1)
-            now, moved = _fitted(now, points, logs_at(points, some))
-            self.factor.low[some], self.factor.high[some] = now.low, now.high
-            some = some[moved]
+            points = np.linspace(self.factor.low[some], self.factor.high[some], COARSE, axis=1)
+            some = some[_narrowed(self.factor, some, points, logs_at(points, some))]
             if not len(some):
                 break
         self.centre, self.width = peak(logs_at, *self.factor[:2])
@@ -378,9 +385,7 @@ class _Grids:
             if number in tables:
                 table = tables[number] + (together - alone[number])[:, :, None, None]
                 margin = logsumexp(table, axis=(1, 3 - side)) - np.log(even_weights(grid.shape[1]))
-                now, more = _fitted(Range(*(end[some] for end in axis)), grid[some], margin)
-                axis.low[some], axis.high[some] = now.low, now.high
-                moved |= more
+                moved |= _narrowed(axis, some, grid[some], margin)
         self.spreads = self._spreads(COARSE_SPREAD)
         return moved
 
@@ -440,15 +445,15 @@ def _between(values: Array, at: Array) -> Array:
     return np.asarray(CubicSpline(np.arange(values.shape[1]), safe, axis=1)(at))
 
 
-def _fitted(now: Range, points: Array, logs: Array) -> tuple[Range, Flags]:
-    """Return the ranges that hold all within `DEPTH` of the top, and which moved; (runs, points)."""
-    rows, end = np.arange(len(logs)), logs.shape[1] - 1
+def _narrowed(axis: Range, some: NDArray[np.intp], points: Array, logs: Array) -> Flags:
+    """Fit ranges of some runs to all within `DEPTH` of the top of logs, (some, points); say which moved."""
+    rows, end, (low, high, least, most) = np.arange(len(some)), logs.shape[1] - 1, (e[some] for e in axis)
     held, top = logs > logs.max(axis=1, keepdims=True) - DEPTH, np.argmax(logs, axis=1)
     first, last = held.argmax(axis=1), end - held[:, ::-1].argmax(axis=1)
-    width = (now.high - now.low) * np.where((top == 0) | (top == end), 4.0, 1.0)
-    low, high = points[rows, np.maximum(first - 1, 0)], points[rows, np.minimum(last + 1, end)]
-    down = (first == 0) & (low > now.least + 1e-9)
-    up = (last == end) & (high < now.most - 1e-9)
-    moved = (high - low < 0.6 * (now.high - now.low)) | down | up
-    low = np.where(down, np.maximum(now.least, low - width), low)
-    return now._replace(low=low, high=np.where(up, np.minimum(now.most, high + width), high)), moved
+    width = (high - low) * np.where((top == 0) | (top == end), 4.0, 1.0)
+    left, right = points[rows, np.maximum(first - 1, 0)], points[rows, np.minimum(last + 1, end)]
+    down = (first == 0) & (left > least + 1e-9)
+    up = (last == end) & (right < most - 1e-9)
+    axis.low[some] = np.where(down, np.maximum(least, left - width), left)
+    axis.high[some] = np.where(up, np.minimum(most, right + width), right)
+    return (right - left < 0.6 * (high - low)) | down | up

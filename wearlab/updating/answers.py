@@ -6,18 +6,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from wearlab.arrays import Array
-from wearlab.updating.clocks import facts_of
-from wearlab.updating.draws import Check, Draws, checks, drawn, replicated
-from wearlab.updating.likelihood import MATTERS, Block, block_of, numerical_share, one_by_one
-from wearlab.updating.lives import Answer, drifting_block
-from wearlab.updating.measurements import UpdateError
-from wearlab.updating.posterior import Posterior, posterior, widened
+from wearlab.updating import grids, layout, likelihood, lives, measurements, sampling
+from wearlab.updating.cases import MeasuredCase
+from wearlab.updating.grids import Posterior
+from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import RunHistory
-from wearlab.updating.study import MeasuredCase
-from wearlab.updating.templates import rendered
 
 ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
@@ -26,6 +23,8 @@ MOST_ONE_BY_ONE = 200_000  # values whose errors cannot be condensed
 FEWEST, CARRIED = 100.0, 0.5  # effective runs, and their share of all, below which the answer leans on few
 HARDLY = 0.01  # prior predictive probability below which the prior excludes the data
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
+ENDS = (0.05, 0.5, 0.95)
+WITHIN = 30  # cycles that a point of the grid is spread over when their interval is told
 WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
 
 
@@ -48,10 +47,10 @@ class UpdateOutcome:
 
     study: MeasuredCase
     answer: Answer
-    draws: Draws
+    draws: sampling.Draws
     prior: Answer
-    prior_draws: Draws
-    checks: tuple[Check, ...]
+    prior_draws: sampling.Draws
+    checks: tuple[sampling.Check, ...]
     courses: dict[int, float]
     sources: dict[int, Answer]
     which: NDArray[np.intp]
@@ -64,7 +63,7 @@ class UpdateOutcome:
         return self.answer.posterior
 
 
-def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[Block, ...]:
+def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[likelihood.Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts.
 
     Raises
@@ -73,11 +72,13 @@ def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[Block, .
     """
     blocks = []
     for n, seen in enumerate(study.seen):
-        block = block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
-        counts = len(seen) > 0 and numerical_share(block, runs[0]) > MATTERS
+        block = likelihood.block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
+        counts = len(seen) > 0 and likelihood.numerical_share(block, runs[0]) > likelihood.MATTERS
         blocks.append(replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0))
-        if len(seen) > MOST_ONE_BY_ONE and (study.spec.fleet or one_by_one(blocks[-1], runs[0], n)):
-            raise UpdateError(
+        if len(seen) > MOST_ONE_BY_ONE and (
+            study.spec.fleet or likelihood.one_by_one(blocks[-1], runs[0], n)
+        ):
+            raise measurements.UpdateError(
                 f"{seen.data.place}: {len(seen):,} values that share an error, or have each its own besides "
                 f"another, are compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of each "
                 "inspection, or thin them out"
@@ -88,26 +89,26 @@ def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[Block, .
 def answered(
     study: MeasuredCase,
     runs: Sequence[RunHistory],
-    blocks: Sequence[Block],
+    blocks: Sequence[likelihood.Block],
     log_proposal: Array | None = None,
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     last = [runs[0].asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
-    drifting = drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
-    post = posterior(runs, blocks, study.prior, log_proposal)
+    drifting = lives.drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
+    post = grids.posterior(runs, blocks, study.prior, log_proposal)
     answer = Answer(post, float(max(last, default=runs[0].start)), drifting)
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     if len(told) < 2 or study.prior is None:
         return answer
-    each = [posterior(runs, unseen(blocks, but=[n]), study.prior, log_proposal) for n in told]
+    each = [post.by(unseen(blocks, but=[n])) for n in told]
     apart, *pair = contradiction(each)
     answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
     if answer.contradiction > TENSION and _widens(answer, runs):
-        return replace(answer, posterior=widened(post, each))
+        return replace(answer, posterior=grids.widened(post, each))
     return answer
 
 
-def unseen(blocks: Sequence[Block], but: Collection[int] = ()) -> tuple[Block, ...]:
+def unseen(blocks: Sequence[likelihood.Block], but: Collection[int] = ()) -> tuple[likelihood.Block, ...]:
     """Return blocks of which nothing counts, but of those with such numbers; of none: the prior."""
     none = np.zeros(0, np.intp)
     return tuple(b if n in but else replace(b, rows=none) for n, b in enumerate(blocks))
@@ -132,16 +133,16 @@ def outcome(
     rng = np.random.default_rng(study.spec.seed)
     answer = known or answered(study, runs, blocks_of(study, runs), log_proposal)
     blocks = answer.posterior.blocks
-    draws = drawn(answer, study.spec.draws, rng)
+    draws = sampling.drawn(answer, study.spec.draws, rng)
     before = answered(study, runs, unseen(blocks), log_proposal)
-    prior_draws = drawn(before, study.spec.draws, rng)
-    each, courses = checks(answer.posterior, draws)
+    prior_draws = sampling.drawn(before, study.spec.draws, rng)
+    each, courses = sampling.checks(answer.posterior, draws)
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     sources = {}
     for n in told if len(told) > 1 else ():
         rest = unseen(blocks, but={*told} - {n})
         sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
-    stats = _stats(study, answer, blocks, log_proposal)
+    stats = _stats(study, answer)
     stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
     notes = _notes(study, runs, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
     return UpdateOutcome(
@@ -149,10 +150,8 @@ def outcome(
     )
 
 
-def _stats(
-    study: MeasuredCase, answer: Answer, blocks: tuple[Block, ...], log_proposal: Array | None
-) -> dict[str, float]:
-    post = answer.posterior
+def _stats(study: MeasuredCase, answer: Answer) -> dict[str, float]:
+    post, blocks = answer.posterior, answer.posterior.blocks
     seen = [block for block in blocks if len(block.seen)]
     run = post.histories[0]
     stats = {
@@ -162,18 +161,37 @@ def _stats(
         "beyond_the_runs": answer.beyond,
         "end_passed": answer.passed,
         "numerical_error": max((run.numerical_of(b.data.quantity) for b in seen), default=0.0),
-        "numerical_share": max((numerical_share(b, run) for b in seen), default=0.0),
+        "numerical_share": max((likelihood.numerical_share(b, run) for b in seen), default=0.0),
         "contradiction": answer.contradiction,
     }
     stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
         other = [block.drifting(block.drift is None) for block in blocks]
-        gain = post.evidence - posterior(post.histories, other, study.prior, log_proposal).evidence
+        gain = post.evidence - post.by(other).evidence
         stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
     return stats
 
 
-def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.random.Generator) -> float:
+def facts_of(post: Posterior) -> dict[str, float]:
+    """Return how much the data prefer a change, and its ratio and cycle, with 90 %, given one."""
+    changed = np.array([run.change is not None for run in post.histories])
+    if not changed.any():
+        return {}
+    relative = post.log_evidence - post.log_proposal
+    gain = float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))
+    at, ratio, width = np.array([run.change for run in post.histories if run.change is not None]).T
+    found = {"log_evidence_of_change": gain}
+    inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)
+    for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
+        weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
+        for p, value in zip((5, 50, 95), grids.weighted_quantiles(values.ravel(), weight, ENDS), strict=True):
+            found[f"{name}_{p}"] = float(value)
+    return found
+
+
+def _prior_p(
+    before: Answer, draws: sampling.Draws, blocks: Sequence[likelihood.Block], rng: np.random.Generator
+) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
     least = 1.0
     for number, block in enumerate(blocks):
@@ -185,7 +203,7 @@ def _prior_p(before: Answer, draws: Draws, blocks: Sequence[Block], rng: np.rand
         alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
         prior = replace(before.posterior, blocks=alone)
         value = float(block.seen.value[latest.rows][0])
-        made = replicated(prior, draws, number, rng, known=False)[0][:, 0]
+        made = sampling.replicated(prior, draws, number, rng, known=False)[0][:, 0]
         below = (np.sum(made <= value) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))
     return float(least)
@@ -218,7 +236,13 @@ def _notes(
     silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
     few = stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0))
     values = {
-        **{"stats": stats, "hardly": HARDLY, "tension": TENSION, "matters": MATTERS, "larger": larger},
+        **{
+            "stats": stats,
+            "hardly": HARDLY,
+            "tension": TENSION,
+            "matters": likelihood.MATTERS,
+            "larger": larger,
+        },
         "nothing": not any(len(block.rows) for block in blocks),
         "at_odds": [blocks[n].data for n in answer.at_odds],
         "widened": _widens(answer, runs),
@@ -233,10 +257,12 @@ def _notes(
         "few": stats["runs"] > 1.0 and few,
         "runs": len(runs),
     }
-    return tuple(rendered("notes.txt", values))
+    return tuple(layout.rendered("notes.txt", values))
 
 
-def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> Iterator[tuple[str, float]]:
+def _larger_errors(
+    blocks: Sequence[likelihood.Block], draws: sampling.Draws, before: sampling.Draws
+) -> Iterator[tuple[str, float]]:
     """Yield which unknown errors came out far from what was thought, and how many times that."""
     for n, block in enumerate(blocks):
         for spread, side in ((block.sd, "sd"), (block.drift, "drift")):
@@ -247,7 +273,7 @@ def _larger_errors(blocks: Sequence[Block], draws: Draws, before: Draws) -> Iter
                 yield spread.name.replace("_", " "), middle / float(np.median(prior))
 
 
-def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
+def oddities(number: int, block: likelihood.Block, run: RunHistory) -> Iterator[dict[str, Any]]:
     """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
     seen, data, error = block.seen, block.data, block.data.error
     if not len(seen):

@@ -18,17 +18,8 @@ from wearlab.scene.build.contact import thickest
 from wearlab.scene.build.sets import build_set
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
+from wearlab.updating import measurements, run_curves
 from wearlab.updating.calendar import Calendar
-from wearlab.updating.measurements import (
-    Observed,
-    OperatingRecord,
-    UpdateError,
-    calendar_of,
-    read_observations,
-    read_record,
-    units_of,
-)
-from wearlab.updating.run_curves import RunHistory, StoredRun, history_of, read_runs, refuse_stages
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -62,10 +53,10 @@ class MeasuredCase:
     scene: Scene
     spec: UpdateSpec
     limit: Limit
-    seen: tuple[Observed, ...]
+    seen: tuple[measurements.Observed, ...]
     drawn: Mapping[str, tuple[Any, ...]]
     longer: float = 1.0
-    record: OperatingRecord | None = None
+    record: measurements.OperatingRecord | None = None
     renewals: str = ""
     calendar: Calendar | None = None
 
@@ -115,7 +106,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     """
     spec = campaign.update
     if spec is None:
-        raise UpdateError("update: the campaign has no [update] section: nothing was measured")
+        raise measurements.UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
     seen, record, calendar = _measured(spec, None, spec.calendar)
@@ -129,7 +120,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record, calendar=calendar)
         if study.costly and record is not None:
             key = next(iter(study.costly))
-            raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
+            raise measurements.UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
         if study.costly:
             drawn = draw(Sample("sobol", spec.draws, spec.seed), study.costly, "update.unknown")
             study = replace(study, drawn=drawn)
@@ -137,7 +128,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     return tuple(made)
 
 
-def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> None:
+def refuse_too_deep(scene: Scene, seen: Sequence[measurements.Observed], limit: Limit) -> None:
     """Refuse wear, measured or a limit, that is deeper than the teeth are thick: it is in another unit.
 
     Raises
@@ -152,7 +143,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
     except GearError:
         return  # the run says so
     if limit.quantity == "max_wear_depth" and limit.value >= (most := thickest(gears, limit.where)):
-        raise UpdateError(
+        raise measurements.UpdateError(
             f"update.limit.depth: {1e3 * limit.value:.4g} mm is deeper than a tooth is thick, "
             f"{1e3 * most:.4g} mm: look at its unit, or give less"
         )
@@ -160,7 +151,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
         most, i = thickest(gears, block.data.where), int(np.argmax(np.nan_to_num(block.value)))
         if block.value[i] >= most:
             value = f"{block.data.quantity} of {1e3 * block.value[i]:.4g} mm"
-            raise UpdateError(
+            raise measurements.UpdateError(
                 f"{block.data.file}: line {block.row[i]}: {value} is deeper than a tooth is thick, "
                 f"{1e3 * most:.4g} mm: look at its unit, {block.data.place}.units"
             )
@@ -169,9 +160,11 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
     """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
     if FACTOR not in spec.unknown:
-        raise UpdateError(f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before")
+        raise measurements.UpdateError(
+            f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before"
+        )
     own = {unit.name: unit for unit in fleet.units}
-    names = dict.fromkeys([*(name for data in spec.data for name in units_of(data)), *own])
+    names = dict.fromkeys([*(name for data in spec.data for name in measurements.units_of(data)), *own])
     made = []
     for name in names:
         unit = own.get(name, UnitBlock(name=name))
@@ -185,19 +178,21 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
 
 def _measured(
     spec: UpdateSpec, unit: str | None, days: Days | None
-) -> tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]:
+) -> tuple[tuple[measurements.Observed, ...], measurements.OperatingRecord | None, Calendar | None]:
     """Return the observations, the record and the calendar of an [update], or of one unit."""
     given, a_year = (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
-    record = None if spec.record is None else read_record(spec.record, unit, a_year)
+    record = None if spec.record is None else measurements.read_record(spec.record, unit, a_year)
     own = None if record is None else record.calendar(a_year)
     counted: Calendar | None
     if recorded := own is not None:  # of what follows it nothing is told without hours of a year
         counted = own._replace(a_year=np.nan if a_year is None else a_year)
     else:
-        tables = [own for data in spec.data if (own := calendar_of(data, unit, days)) is not None]
+        tables = [
+            own for data in spec.data if (own := measurements.calendar_of(data, unit, days)) is not None
+        ]
         own = tables[0].joined(tables[1:]) if tables else given
         counted = own if days is None or days.hours is None else given
-    seen = tuple(read_observations(data, counted, unit, recorded=recorded) for data in spec.data)
+    seen = tuple(measurements.read_observations(data, counted, unit, recorded=recorded) for data in spec.data)
     return seen, record, own
 
 
@@ -205,18 +200,20 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
     """Return what ends the life of a scene; refuse one from which no coefficient can be inferred."""
     until = None if scene.wear is None else scene.wear.until
     if scene.wear is None or until is None:
-        raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
+        raise measurements.UpdateError(
+            f"{about}wear.until: required: a run that wears is what k is inferred from"
+        )
     try:
-        refuse_stages(scene.model_dump())
-    except UpdateError as error:
-        raise UpdateError(f"{about}{error}") from None
+        run_curves.refuse_stages(scene.model_dump())
+    except measurements.UpdateError as error:
+        raise measurements.UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        raise UpdateError(
+        raise measurements.UpdateError(
             f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
             'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
         )
     if spec.limit is None and until.depth is None:
-        raise UpdateError(
+        raise measurements.UpdateError(
             f'{about}update.limit: required: wear.until has no depth; such as limit = {{ depth = "200 um" }}'
         )
     return spec.limit or Limit("max_wear_depth", float(until.depth or 0.0), until.flank)
@@ -238,7 +235,7 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     return scene.replace(longer)
 
 
-def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
+def needed(seen: Sequence[measurements.Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
     names = (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
@@ -257,7 +254,9 @@ def wanted_of(study: MeasuredCase) -> set[str]:
     return wanted - {"verdict", "end_reason"}  # those are for people
 
 
-def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ...], NDArray[np.intp]]:
+def histories(
+    study: MeasuredCase, store: "Store"
+) -> tuple[tuple[run_curves.RunHistory, ...], NDArray[np.intp]]:
     """Return what the stored runs of a study say, and which draw each is.
 
     Raises
@@ -266,40 +265,44 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[tuple[RunHistory, ..
     """
     scenes, wanted = study.scenes, wanted_of(study)
     ids = [scene.id for scene in scenes]
-    runs = read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
+    runs = run_curves.read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
         why = None if entry is None else store.find(ids[0]).reason
         state = "is not there" if entry is None else entry.state
-        raise UpdateError(f"{study.label}: its run {state} {last_line(why)}".strip())
+        raise measurements.UpdateError(f"{study.label}: its run {state} {last_line(why)}".strip())
     read, which = [], []
     for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
         if run_id not in runs:
             continue
         try:
             read.append(
-                history_of(runs[run_id], run_id, scene.model_dump(include=SCALES), study.seen, study.limit)
+                run_curves.history_of(
+                    runs[run_id], run_id, scene.model_dump(include=SCALES), study.seen, study.limit
+                )
             )
             which.append(i)
-        except UpdateError:
+        except measurements.UpdateError:
             if i == 0:
                 raise
     if not read:
-        raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
+        raise measurements.UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
     return tuple(read), np.array(which, np.intp)
 
 
-def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> list[StoredRun]:
+def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> list[run_curves.StoredRun]:
     """Return what is stored of scenes, each under what it is called.
 
     Raises
     ------
     UpdateError : one of them has no data
     """
-    found = read_runs(store, dict.fromkeys(scene.id for scene in scenes.values()), wanted_of(study))
+    found = run_curves.read_runs(
+        store, dict.fromkeys(scene.id for scene in scenes.values()), wanted_of(study)
+    )
     for name, scene in scenes.items():
         if scene.id not in found:
-            raise UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
+            raise measurements.UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
     return [found[scene.id] for scene in scenes.values()]
 
 

@@ -13,10 +13,8 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import PREVIOUS
-from wearlab.updating.kalman import Filtered, smoothed_paths
-from wearlab.updating.likelihood import PER, Lanes, inspections_of, log_likelihood_of_runs, modelled
-from wearlab.updating.lives import Answer, passage_time, present_state
-from wearlab.updating.posterior import Posterior, even_weights
+from wearlab.updating import kalman, likelihood, lives
+from wearlab.updating.grids import Posterior, along, equally, even_weights
 from wearlab.updating.run_curves import RunHistory
 
 PIECE = 400  # draws whose errors are drawn at once
@@ -44,7 +42,7 @@ class Draws:
     def __len__(self) -> int:
         return len(self.run)
 
-    def __getitem__(self, some: slice) -> "Draws":
+    def __getitem__(self, some: slice | NDArray[np.intp]) -> "Draws":
         """Return some of them."""
         sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
         return Draws(self.run[some], self.factor[some], sd, drift, self.life[some])
@@ -53,18 +51,18 @@ class Draws:
         """Return each run that was drawn, with its draws."""
         return [(post.histories[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
 
-    def lanes(self, block: int, some: Any = slice(None)) -> Lanes:
+    def lanes(self, block: int, some: Any = slice(None)) -> likelihood.Lanes:
         """Return what some draws ask the likelihood of a block; all of them without ``some``."""
-        return Lanes(self.factor[some], self.sd[block][some], self.drift[block][some])
+        return likelihood.Lanes(self.factor[some], self.sd[block][some], self.drift[block][some])
 
-    def seen(self, post: Posterior, number: int, *, steps: bool = False) -> Filtered:
+    def seen(self, post: Posterior, number: int, *, steps: bool = False) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
-        return log_likelihood_of_runs(
+        return likelihood.log_likelihood(
             post.blocks[number], self.by_run(post), number, self.lanes(number), steps=steps
         )
 
 
-def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
+def drawn(answer: lives.Answer, n: int, rng: np.random.Generator) -> Draws:
     """Return draws of everything unknown, and of the life that follows.
 
     Parameters
@@ -74,9 +72,7 @@ def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
     rng : of the draws
     """
     post = answer.posterior
-    places = (np.arange(n) + rng.random()) / n
-    run = np.minimum(np.searchsorted(np.cumsum(post.weight), places), len(post.weight) - 1)
-    log_factor = np.empty(n)
+    run, log_factor = equally(post.weight, n, rng), np.empty(n)
     for i in np.unique(run):
         mine = np.flatnonzero(run == i)
         if post.prior is None:
@@ -92,12 +88,12 @@ def drawn(answer: Answer, n: int, rng: np.random.Generator) -> Draws:
         for history, mine in alive.by_run(post):
             alive.life[mine] = history.life(alive.factor[mine])
         return alive
-    seen, rate = alive.seen(post, number), drift[number] ** 2 / PER
+    seen, rate = alive.seen(post, number), drift[number] ** 2 / likelihood.PER
     spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))
     present = seen.mean + spread * rng.standard_normal(n)
     for history, mine in alive.by_run(post):
-        gap, ahead = present_state(history, alive.factor[mine], present[mine], answer.now)
-        alive.life[mine] = answer.now + passage_time(gap, ahead, rate[mine], rng)
+        gap, ahead = lives.present_state(history, alive.factor[mine], present[mine], answer.now)
+        alive.life[mine] = answer.now + lives.passage_time(gap, ahead, rate[mine], rng)
     return alive
 
 
@@ -121,25 +117,22 @@ def _errors(
             weight = np.exp(own - own.max(axis=(1, 2), keepdims=True))
             place = np.zeros(len(some))
             if unknown[0]:
-                sd[some], place = _along(sd_grid, weight.sum(axis=2), rng)
+                sd[some], place = _of_logs(sd_grid, weight.sum(axis=2), rng)
             if unknown[1]:
                 j = np.minimum(place.astype(np.intp), max(weight.shape[1] - 2, 0))
                 share, which = (place - j)[:, None], np.arange(len(some))
                 after = np.minimum(j + 1, weight.shape[1] - 1)
-                drift[some], _ = _along(
-                    drift_grid, (1.0 - share) * weight[which, j] + share * weight[which, after], rng
-                )
+                between = (1.0 - share) * weight[which, j] + share * weight[which, after]
+                drift[some], _ = _of_logs(drift_grid, between, rng)
     return sd, drift
 
 
-def _along(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+def _of_logs(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Array, Array]:
     """Return draws from laws known on a grid of logs, one a row, and where on the grid."""
     logs = np.log(np.maximum(weight, 1e-290)) - np.log(even_weights(len(grid)))
     places = np.linspace(0.0, len(grid) - 1.0, FINE * (len(grid) - 1) + 1)
     fine = np.exp(CubicSpline(np.arange(len(grid)), logs, axis=1)(places))
-    below = np.insert(np.cumsum(0.5 * (fine[:, 1:] + fine[:, :-1]), axis=1), 0, 0.0, axis=1)
-    u = rng.random(len(weight)) * below[:, -1]
-    at = np.array([np.interp(p, row, places) for p, row in zip(u, below, strict=True)])
+    at = along(places, fine, np.arange(len(fine)), rng)
     return np.exp(np.interp(at, np.arange(len(grid)), grid)), at
 
 
@@ -175,11 +168,13 @@ def over_cycles(
     if drifting is None:
         return depths
     block, n, start = post.blocks[drifting], len(draws), post.histories[0].begin(drifting)
-    rate = draws.drift[drifting] ** 2 / PER
+    rate = draws.drift[drifting] ** 2 / likelihood.PER
     known, paths = [start], [np.zeros(n)]
     if len(block.rows):
-        times = [inspection.cycle for inspection in inspections_of(block, post.histories[0], drifting)]
-        smooth = smoothed_paths(draws.seen(post, drifting, steps=True).steps, times, rate, rng)
+        times = [
+            inspection.cycle for inspection in likelihood.inspections_of(block, post.histories[0], drifting)
+        ]
+        smooth = kalman.smoothed_paths(draws.seen(post, drifting, steps=True).steps, times, rate, rng)
         first = 1 if times[0] <= start else 0
         known, paths = known + times[first:], paths + list(smooth[first:])
     at, w, after = known[0], paths[0], 1
@@ -212,7 +207,7 @@ def replicated(
     block, n, strayed = post.blocks[number], len(draws), np.zeros(len(draws))
     model = np.empty((n, len(block.rows)))
     for history, mine in draws.by_run(post):
-        model[mine] = modelled(block, history, number, draws.factor[mine])
+        model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
     model = model * gains(post, draws, number, rng, known=known)[:, None]
     spread = np.sqrt(
         draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2 + (block.relative * model) ** 2
@@ -220,11 +215,11 @@ def replicated(
     values = model + spread * rng.standard_normal(model.shape)
     offset, since = block.data.error.offset_sd, block.data.since
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
-    times = inspections_of(block, post.histories[0], number) if drifts or offset else []
+    times = likelihood.inspections_of(block, post.histories[0], number) if drifts or offset else []
     if drifts:
-        rate, cycles = draws.drift[number] ** 2 / PER, [t.cycle for t in times]
+        rate, cycles = draws.drift[number] ** 2 / likelihood.PER, [t.cycle for t in times]
         if known and since != PREVIOUS:
-            paths = smoothed_paths(draws.seen(post, number, steps=True).steps, cycles, rate, rng)
+            paths = kalman.smoothed_paths(draws.seen(post, number, steps=True).steps, cycles, rate, rng)
         else:
             begin = since if isinstance(since, float) else post.histories[0].begin(number)
             steps = rng.standard_normal((len(times), n))
@@ -337,7 +332,7 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
         own = replace(block, rows=rows)
         count[g] = len(rows)
         for history, mine in few.by_run(post):
-            model = modelled(own, history, number, few.factor[mine])
+            model = likelihood.modelled(own, history, number, few.factor[mine])
             model = gain[mine, None] * model
             square = few.sd[number][mine, None] ** 2 + (block.relative * model) ** 2
             each = (block.seen.value[rows] - model) / np.sqrt(square + block.seen.sd[rows] ** 2)
