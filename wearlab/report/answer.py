@@ -168,8 +168,11 @@ def _ends(until: Any) -> Iterator[str]:
 
 
 def _span(values: list[float]) -> str:
-    low, high = min(values), max(values)
-    return _number(low) if low == high else f"{_number(low)} to {_number(high)}"
+    return _ends_of(_number(min(values)), _number(max(values)))
+
+
+def _ends_of(low: str, high: str) -> str:
+    return low if low == high else f"{low} to {high}"
 
 
 def _number(value: float) -> str:
@@ -307,8 +310,7 @@ def _deepest_point(cases: Sequence[CaseTold]) -> Iterator[str]:
         if case.diameter:
             places.setdefault(case.flank, []).append(1e3 * case.diameter)
     for flank, diameters in places.items():
-        low, high = f"{min(diameters):.2f}", f"{max(diameters):.2f}"
-        span = low if low == high else f"{low} to {high}"
+        span = _ends_of(f"{min(diameters):.2f}", f"{max(diameters):.2f}")
         yield f"The {flank} is worn deepest at diameter {span} mm."
 
 
@@ -322,9 +324,8 @@ def _begun(cases: Sequence[CaseTold], asked: Sequence[Case]) -> Iterator[str]:
             whence = initial_wear(given) if given else ""
             told.setdefault((known_case.flank, whence), []).append(known_case.begins)
     for (flank, whence), depths in told.items():
-        low, high = (f"{1e6 * depth:.3g}" for depth in (min(depths), max(depths)))
-        span = f"up to {high} µm" if low == high else f"up to {low} to {high} µm"
-        said = f"{span}, {whence}" if whence else span
+        span = _ends_of(f"{1e6 * min(depths):.3g}", f"{1e6 * max(depths):.3g}")
+        said = f"up to {span} µm{f', {whence}' if whence else ''}"
         yield f"The wear that the {flank} begins with ({said}) is part of these depths."
 
 
@@ -379,8 +380,9 @@ def _sentences(
     flanks = {case.flank for case in cases if case.share and case.flank}
     if len(flanks) == 1 and len(cases) == count and " on the " not in limit:
         limit = f"{limit} on the {next(iter(flanks))}"
+    reached = f"{limit[0].upper()}{limit[1:]} is reached after"
     if len(lives) == 1:
-        yield f"{limit[0].upper()}{limit[1:]} is reached after {hours_text(lives[0])} of operation."
+        yield f"{reached} {hours_text(lives[0])} of operation."
     elif count <= MOST_CASES:
         texts = [hours_text(min(lives)), hours_text(max(lives))]
         if texts[0] == texts[1]:
@@ -388,13 +390,11 @@ def _sentences(
         else:
             named = [f"{text} ({next(c.case for c in cases if c.hours == text)})" for text in texts]
             span = f"{named[0]} to {named[1]} of operation"
-        yield f"{limit[0].upper()}{limit[1:]} is reached after {span}."
+        yield f"{reached} {span}."
     else:
         low, middle, high = (hours_text(float(q)) for q in np.quantile(lives, QUANTILES))
-        yield (
-            f"{limit[0].upper()}{limit[1:]} is reached after {middle} of operation in the middle of "
-            f"{len(lives)} runs; 90 % of them take {low} to {high}."
-        )
+        middle = f"{middle} of operation in the middle of {len(lives)} runs"
+        yield f"{reached} {middle}; 90 % of them take {low} to {high}."
     if len(lives) < count:
         yield f"{count - len(lives)} of {count} cases do not reach it in the time that was asked for."
     if factor is not None:

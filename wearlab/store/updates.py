@@ -98,8 +98,8 @@ def keep_update(
     sha256 = hashlib.sha256(image).hexdigest()
     with store.presence() as presence:
         files.write([Image(update_id, image, sha256)], presence.token)
-    told = (title, tree.attrs["subject"], len(image), sha256, now())
-    _record(store, KeptUpdate(update_id, *told, tuple(runs), dict(summary)))
+    told = (update_id, title, tree.attrs["subject"], len(image), sha256, now())
+    _record(store, KeptUpdate(*told, tuple(runs), dict(summary)))
     return files.path(update_id)
 
 
@@ -131,9 +131,7 @@ def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
 
 
 def _entry(row: tuple[Any, ...]) -> KeptUpdate:
-    name, title, subject, size, sha256, when, runs, summary = row
-    told = tuple(json.loads(runs)), dict(json.loads(summary))
-    return KeptUpdate(name, title, subject, size, sha256, when, *told)
+    return KeptUpdate._make([*row[:-2], tuple(json.loads(row[-2])), dict(json.loads(row[-1]))])
 
 
 def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:

@@ -144,7 +144,7 @@ def outcome(
         sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
     stats = _stats(study, answer)
     stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
-    notes = _notes(study, runs, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
+    notes = _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
     return UpdateOutcome(
         study, answer, draws, before, prior_draws, tuple(each), courses, sources, which, notes, stats
     )
@@ -225,37 +225,29 @@ def _widens(answer: Answer, runs: Sequence[RunHistory]) -> bool:
 
 
 def _notes(
-    study: MeasuredCase,
-    runs: tuple[RunHistory, ...],
-    answer: Answer,
-    stats: dict[str, float],
-    larger: tuple[tuple[str, float], ...],
+    study: MeasuredCase, answer: Answer, stats: dict[str, float], larger: Sequence[tuple[str, float]]
 ) -> tuple[str, ...]:
     """Return what a reader must know, most important first."""
-    blocks, a_year = answer.posterior.blocks, study.calendar and study.calendar.a_year
+    blocks, runs = answer.posterior.blocks, answer.posterior.histories
+    a_year = study.calendar and study.calendar.a_year
     silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
     few = stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0))
+    bounds = {"hardly": HARDLY, "tension": TENSION, "matters": likelihood.MATTERS}
     values = {
-        **{
-            "stats": stats,
-            "hardly": HARDLY,
-            "tension": TENSION,
-            "matters": likelihood.MATTERS,
-            "larger": larger,
-        },
+        **bounds,
+        "stats": stats,
+        "larger": larger,
         "nothing": not any(len(block.rows) for block in blocks),
         "at_odds": [blocks[n].data for n in answer.at_odds],
         "widened": _widens(answer, runs),
         "endless": np.isinf(runs[0].limit_cycle),
-        "scene": study.scene,
-        "draws": study.spec.draws,
-        "resolved": answer.posterior.resolved,
+        "study": study,
+        "posterior": answer.posterior,
         "oddities": [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])],
         "hours": study.record and study.record.excess(a_year),
         "no_drift": study.limit.quantity if silent else "",
         "record_off": 0.0 if runs[0].clock is None else runs[0].clock.off,
         "few": stats["runs"] > 1.0 and few,
-        "runs": len(runs),
     }
     return tuple(layout.rendered("notes.txt", values))
 

@@ -56,12 +56,12 @@ def virtual_inspection(outcome: answers.UpdateOutcome, rng: np.random.Generator)
     present = float(np.ptp(grids.weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
     if not present > 0.0:
         return None
-    expected = np.empty((len(INSTRUMENTS), len(looks)))
-    for k, (look, (value, life, sd)) in enumerate(
-        zip(looks, states_at(outcome, draws, number, looks, rng), strict=True)
-    ):
-        for j, times in enumerate(INSTRUMENTS):
-            expected[j, k] = expected_width(value, life - look, times * sd, rng) / present
+    states = zip(looks, states_at(outcome, draws, number, looks, rng), strict=True)
+    widths = [
+        [expected_width(value, life - look, times * sd, rng) / present for times in INSTRUMENTS]
+        for look, (value, life, sd) in states
+    ]
+    expected = np.array(widths).T
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
     found = {"expected_width": expected, "present_width": present, "recommended": best}
@@ -229,12 +229,7 @@ def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
 
 
 def with_a_look(
-    rest: Array,
-    value: Array,
-    sd: Array,
-    look: float,
-    asked: tuple[float, Decision],
-    rng: np.random.Generator,
+    rest: Array, value: Array, sd: Array, look: float, asked: tuple[float, Decision], rng: np.random.Generator
 ) -> float:
     """Return the least cost per hour with a look, after which the change is chosen.
 

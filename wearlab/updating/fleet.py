@@ -289,10 +289,7 @@ def _names(found: Population) -> np.ndarray:
 
 
 def _predictions(
-    studies: Sequence[MeasuredCase],
-    found: Population,
-    states: list[UnitState],
-    blanks: list[UnitState],
+    studies: Sequence[MeasuredCase], found: Population, states: list[UnitState], blanks: list[UnitState]
 ) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])

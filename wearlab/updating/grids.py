@@ -23,15 +23,7 @@ from scipy.special import logsumexp
 from wearlab.arrays import Array, Flags, Index
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import (
-    Block,
-    Lanes,
-    Range,
-    Spread,
-    log_density,
-    log_likelihood,
-    range_of,
-)
+from wearlab.updating.likelihood import Block, Lanes, Range, Spread, log_density, log_likelihood, range_of
 from wearlab.updating.run_curves import RunHistory, risen
 
 COARSE, COARSE_SPREAD, CENTRED = 101, 21, 41  # points while ranges are narrowed, and the top is found

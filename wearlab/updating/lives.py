@@ -76,21 +76,16 @@ class Answer:
         if self._passage is not None:
             return np.array([self._passage.below(end) for end in cycle])
         post = self.posterior
-        start, span, clocked = self._spans
+        passed = np.stack([run.equal(cycle) for run in post.histories])
         with np.errstate(divide="ignore", invalid="ignore"):
-            passed = cycle - start[:, None]
-            for i in clocked:
-                passed[i] = post.histories[i].equal(cycle)
-            needed = np.log(span[:, None] / np.maximum(passed, 0.0))
+            needed = np.log(self._spans[:, None] / np.maximum(passed, 0.0))
         return np.asarray(post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf))))
 
     @cached_property
-    def _spans(self) -> tuple[Array, Array, list[int]]:
-        """Start of each run, its cycles to the limit at factor 1, and which have a clock."""
+    def _spans(self) -> Array:
+        """Cycles of each run to the limit at factor 1."""
         runs = self.posterior.histories
-        spans = [max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs]
-        clocked = [i for i, run in enumerate(runs) if run.clock is not None]
-        return np.array([run.start for run in runs]), np.array(spans), clocked
+        return np.array([max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs])
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed."""

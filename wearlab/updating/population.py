@@ -20,7 +20,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
-from scipy.special import logsumexp, ndtri
+from scipy.special import logsumexp, ndtri, softmax
 from scipy.stats import qmc
 
 from wearlab.arrays import Array, Index
@@ -166,9 +166,7 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
     return filtered(residual, variance, times, shared.rate, 0.0, hidden=hidden, steps=steps)
 
 
-def _side_by_side(
-    parts: Sequence[tuple[Array, Array, Hidden | None]],
-) -> tuple[Array, Array, Hidden | None]:
+def _side_by_side(parts: Sequence[tuple[Array, Array, Hidden | None]]) -> tuple[Array, Array, Hidden | None]:
     """Return residuals, variances and limits of several blocks as those of one."""
     shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part[:2]))
 
@@ -338,8 +336,7 @@ class Population:
         logs = self.log_prior + self.log_marginal.sum(axis=0)
         if without is not None:
             logs = logs - self.log_marginal[without]
-        weight = np.exp(logs - logs.max())
-        return np.asarray(weight / weight.sum())
+        return np.asarray(softmax(logs))
 
     @cached_property
     def _between(self) -> tuple[Array, Array]:
@@ -356,8 +353,7 @@ class Population:
         points = WIDER * ndtri(np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5))
         logs = map_coordinates(table, (points / SPACING[d] + reach).T, order=3, mode="nearest")
         logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
-        probability = np.exp(logs - logs.max())
-        return points, probability / probability.sum()
+        return points, softmax(logs)
 
     def parameters(self, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
         """Return draws of ln of the parameters, (n, parameters), and these with errors on the lattice.
@@ -432,14 +428,12 @@ def lattice(d: int) -> Array:
 
 
 def _effective(logs: Array) -> float:
-    weight = np.exp(logs - logs.max())
-    return float(weight.sum() ** 2 / np.sum(weight**2))
+    return float(1.0 / np.sum(softmax(logs) ** 2))
 
 
 def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
     """Return mean and Cholesky root of the covariance of weighted points."""
-    weight = np.exp(logs - logs.max())
-    weight = weight / weight.sum()
+    weight = softmax(logs)
     covariance = np.atleast_2d(np.cov(theta.T, aweights=weight, bias=True))
     root = np.linalg.cholesky(covariance + 1e-10 * np.eye(len(covariance)))
     return np.asarray(weight @ theta, float), np.asarray(root, float)

@@ -12,7 +12,7 @@ from wearlab.arrays import Array
 from wearlab.schema import VARIABLES
 from wearlab.units import HOUR, convert, shown_unit
 from wearlab.updating.calendar import DAYS_A_YEAR, LAST_DAY, NEVER, Calendar, day_number, day_text
-from wearlab.updating.layout import digits, rendered
+from wearlab.updating.layout import P, digits, rendered
 from wearlab.updating.sampling import ALARM
 
 DERIVED = ("wear_coefficient", "life", "remaining_useful_life")
@@ -133,7 +133,7 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         "now": float(predictions["now"]),
         "life": life,
         "rest": rest,
-        "coefficient": _quantiles(sample["wear_coefficient"]),
+        "coefficient": np.quantile(sample["wear_coefficient"], P),
         "unknowns": list(_unknowns(groups["prior"], sample, predictions)),
         "checks": list(_checks(stats)),
         "alarm": ALARM,
@@ -193,10 +193,6 @@ def _foreseen(cycle: float, rest: Array, calendar: Calendar | None) -> str:
     return f"limit on {told[1]}, 90 %: {told[0]} to {told[2]}"
 
 
-def _quantiles(values: xr.DataArray) -> Array:
-    return np.quantile(values.values, [0.05, 0.25, 0.5, 0.75, 0.95])
-
-
 def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Yield what is known of every unknown, after and before."""
     for name in map(str, sample.data_vars):
@@ -204,7 +200,7 @@ def _unknowns(prior: xr.Dataset, sample: xr.Dataset, predictions: xr.Dataset) ->
             continue
         unit, shown = (sample[name].attrs.get(key, "1") for key in ("units", "display_units"))
         scale = convert(1.0, unit, shown) if shown not in ("1", unit) else 1.0
-        after, before = (scale * _quantiles(each[name]) for each in (sample, prior))
+        after, before = (scale * np.quantile(each[name], P) for each in (sample, prior))
         if name == "factor":
             after, before = (_last(predictions[f"{p}factor_quantile"]) for p in ("", "prior_"))
         if not before[4] > before[0]:
@@ -258,6 +254,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     keys = ("unit_name", "cycle", "higher", "first", "check_p", "what", "against")
     flagged = zip(*(rows[key].values[rows["flagged"].values] for key in keys if rows), strict=True)
     shown, scale = _shown(rows["value"].attrs["units"] if rows else "1")
+    (_, heads, told), *without = fleet_tables(tree)
     found: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": [*filter(None, str(stats["notes"]).split(" | "))],
@@ -266,7 +263,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
             for name, cycle, *rest in flagged
         ],
         "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
-        "table": _table([_heads(predictions), *_rows(predictions)]),
+        "table": _table([heads, *told]),
         "about": fleet_about(tree),
         "first": _first(predictions),
         "shared": list(_shared(sample)),
@@ -274,11 +271,10 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
         "shown": shown,
         "scale": scale,
     }
-    if "predictions_without" in tree.children:
-        without = tree["predictions_without"].to_dataset()
-        told = _rows(predictions)
-        both = [row for row in _rows(without) if row not in told]
-        found["without"] = [*_table([_heads(without), *both]), *_first(without)]
+    if without:
+        both = [row for row in without[0][2] if row not in told]
+        own = _first(tree["predictions_without"].to_dataset())
+        found["without"] = [*_table([without[0][1], *both]), *own]
     return found
 
 
@@ -304,11 +300,9 @@ def alerts(text: Sequence[str]) -> list[str]:
 
 def opened(tree: xr.DataTree) -> list[str]:
     """Return which units of a fleet to open first; also where what contradicts the others is wrong."""
-    found = _first(tree["predictions"].to_dataset())
-    if "predictions_without" in tree.children:
-        without = _first(tree["predictions_without"].to_dataset())
-        found += [f"{IF_WRONG}: {line}" for line in without]
-    return found
+    without = tree.get("predictions_without")
+    wrong = [] if without is None else _first(without.to_dataset())
+    return [*_first(tree["predictions"].to_dataset()), *(f"{IF_WRONG}: {line}" for line in wrong)]
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
