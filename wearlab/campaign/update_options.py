@@ -27,6 +27,11 @@ DISCREPANCIES = ("none", "accumulating")
 CHANGES = ("none", "once", "running-in")
 
 
+DATE_FORMAT: Any = option(
+    None, 'how dates are written, such as "%d/%m/%Y"', derived="found out; refused where it has two meanings"
+)
+
+
 class Strict(ClosedTable):
     """A table of ``[update]``: its numbers are finite."""
 
@@ -147,11 +152,7 @@ class DataBlock(Strict):
     units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
     error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
     select: dict[str, Any] = option({}, "dimension = label, such as harmonic, order, mesh", derived="none")
-    date_format: str | None = option(
-        None,
-        'how dates are written, such as "%d/%m/%Y"',
-        derived="found out; refused where it has two meanings",
-    )
+    date_format: str | None = DATE_FORMAT
     since: Annotated[float, Ge(0.0)] | str | None = option(
         None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
     )
@@ -354,12 +355,7 @@ class RecordBlock(Strict):
     file: Path = option(..., "CSV file: a row holds until the next one, or is a bin")
     columns: RecordColumns = option(..., "names of the columns")
     units: dict[str, str] = option({}, "unit of each column that has one", derived="those of its header")
-    date_format: str | None = option(
-        None,
-        'how dates are written, such as "%d/%m/%Y"',
-        derived="found out; refused where it has two meanings",
-    )
-
+    date_format: str | None = DATE_FORMAT
     hours_per_year: Annotated[float, POSITIVE, Le(8784.0)] | None = option(
         None,
         "operating hours in a year of those rows, by dates, in which speed is not 0",

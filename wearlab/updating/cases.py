@@ -20,6 +20,7 @@ from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
 from wearlab.updating import measurements, run_curves
 from wearlab.updating.calendar import Calendar
+from wearlab.updating.measurements import Observed, OperatingRecord, UpdateError
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -53,10 +54,10 @@ class MeasuredCase:
     scene: Scene
     spec: UpdateSpec
     limit: Limit
-    seen: tuple[measurements.Observed, ...]
+    seen: tuple[Observed, ...]
     drawn: Mapping[str, tuple[Any, ...]]
     longer: float = 1.0
-    record: measurements.OperatingRecord | None = None
+    record: OperatingRecord | None = None
     renewals: str = ""
     calendar: Calendar | None = None
 
@@ -106,7 +107,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     """
     spec = campaign.update
     if spec is None:
-        raise measurements.UpdateError("update: the campaign has no [update] section: nothing was measured")
+        raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
     seen, record, calendar = _measured(spec, None, spec.calendar)
@@ -120,7 +121,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record, calendar=calendar)
         if study.costly and record is not None:
             key = next(iter(study.costly))
-            raise measurements.UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
+            raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
         if study.costly:
             drawn = draw(Sample("sobol", spec.draws, spec.seed), study.costly, "update.unknown")
             study = replace(study, drawn=drawn)
@@ -128,7 +129,7 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
     return tuple(made)
 
 
-def refuse_too_deep(scene: Scene, seen: Sequence[measurements.Observed], limit: Limit) -> None:
+def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> None:
     """Refuse wear, measured or a limit, that is deeper than the teeth are thick: it is in another unit.
 
     Raises
@@ -143,7 +144,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[measurements.Observed], limit: 
     except GearError:
         return  # the run says so
     if limit.quantity == "max_wear_depth" and limit.value >= (most := thickest(gears, limit.where)):
-        raise measurements.UpdateError(
+        raise UpdateError(
             f"update.limit.depth: {1e3 * limit.value:.4g} mm is deeper than a tooth is thick, "
             f"{1e3 * most:.4g} mm: look at its unit, or give less"
         )
@@ -151,7 +152,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[measurements.Observed], limit: 
         most, i = thickest(gears, block.data.where), int(np.argmax(np.nan_to_num(block.value)))
         if block.value[i] >= most:
             value = f"{block.data.quantity} of {1e3 * block.value[i]:.4g} mm"
-            raise measurements.UpdateError(
+            raise UpdateError(
                 f"{block.data.file}: line {block.row[i]}: {value} is deeper than a tooth is thick, "
                 f"{1e3 * most:.4g} mm: look at its unit, {block.data.place}.units"
             )
@@ -160,9 +161,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[measurements.Observed], limit: 
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
     """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
     if FACTOR not in spec.unknown:
-        raise measurements.UpdateError(
-            f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before"
-        )
+        raise UpdateError(f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before")
     own = {unit.name: unit for unit in fleet.units}
     names = dict.fromkeys([*(name for data in spec.data for name in measurements.units_of(data)), *own])
     made = []
@@ -178,7 +177,7 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
 
 def _measured(
     spec: UpdateSpec, unit: str | None, days: Days | None
-) -> tuple[tuple[measurements.Observed, ...], measurements.OperatingRecord | None, Calendar | None]:
+) -> tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]:
     """Return the observations, the record and the calendar of an [update], or of one unit."""
     given, a_year = (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
     record = None if spec.record is None else measurements.read_record(spec.record, unit, a_year)
@@ -200,20 +199,18 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
     """Return what ends the life of a scene; refuse one from which no coefficient can be inferred."""
     until = None if scene.wear is None else scene.wear.until
     if scene.wear is None or until is None:
-        raise measurements.UpdateError(
-            f"{about}wear.until: required: a run that wears is what k is inferred from"
-        )
+        raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
     try:
         run_curves.refuse_stages(scene.model_dump())
-    except measurements.UpdateError as error:
-        raise measurements.UpdateError(f"{about}{error}") from None
+    except UpdateError as error:
+        raise UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        raise measurements.UpdateError(
+        raise UpdateError(
             f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
             'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
         )
     if spec.limit is None and until.depth is None:
-        raise measurements.UpdateError(
+        raise UpdateError(
             f'{about}update.limit: required: wear.until has no depth; such as limit = {{ depth = "200 um" }}'
         )
     return spec.limit or Limit("max_wear_depth", float(until.depth or 0.0), until.flank)
@@ -235,7 +232,7 @@ def _lengthened(scene: Scene, times: float) -> Scene:
     return scene.replace(longer)
 
 
-def needed(seen: Sequence[measurements.Observed], limit: Limit) -> set[str]:
+def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
     names = (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
@@ -270,23 +267,20 @@ def histories(
         entry = store.heads(ids).get(ids[0])
         why = None if entry is None else store.find(ids[0]).reason
         state = "is not there" if entry is None else entry.state
-        raise measurements.UpdateError(f"{study.label}: its run {state} {last_line(why)}".strip())
+        raise UpdateError(f"{study.label}: its run {state} {last_line(why)}".strip())
     read, which = [], []
     for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
         if run_id not in runs:
             continue
         try:
-            read.append(
-                run_curves.history_of(
-                    runs[run_id], run_id, scene.model_dump(include=SCALES), study.seen, study.limit
-                )
-            )
+            scales = scene.model_dump(include=SCALES)
+            read.append(run_curves.history_of(runs[run_id], run_id, scales, study.seen, study.limit))
             which.append(i)
-        except measurements.UpdateError:
+        except UpdateError:
             if i == 0:
                 raise
     if not read:
-        raise measurements.UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
+        raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
     return tuple(read), np.array(which, np.intp)
 
 
@@ -297,12 +291,11 @@ def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> 
     ------
     UpdateError : one of them has no data
     """
-    found = run_curves.read_runs(
-        store, dict.fromkeys(scene.id for scene in scenes.values()), wanted_of(study)
-    )
+    ids = dict.fromkeys(scene.id for scene in scenes.values())
+    found = run_curves.read_runs(store, ids, wanted_of(study))
     for name, scene in scenes.items():
         if scene.id not in found:
-            raise measurements.UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
+            raise UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
     return [found[scene.id] for scene in scenes.values()]
 
 

@@ -196,9 +196,8 @@ def renewed(
         for flank in flanks:
             begin, run = eras[_gear(flank)][-1]
             own = (at - begin) * factor / history.factor
-            worn[f"wear.initial.{flank}"] = (
-                None if _gear(flank) in event.members else _profile(run, flank, own)
-            )
+            new = _gear(flank) in event.members
+            worn[f"wear.initial.{flank}"] = None if new else _profile(run, flank, own)
         then = compute(scene.replace({key: one for key, one in worn.items() if one or number}))
         for gear in gears:
             begin, run = eras[gear][-1]
@@ -236,9 +235,8 @@ def _events(
         at = event.cycle
         if at is None:
             hours = _hours(event, study, place)
-            at = float(first["cycle"].values[0]) + hours * units.HOUR / run_curves.per_cycle(
-                first, "operating_hours"
-            )
+            each = run_curves.per_cycle(first, "operating_hours")
+            at = float(first["cycle"].values[0]) + hours * units.HOUR / each
         found.append((event, at))
     found.sort(key=lambda one: one[1])
     return [(number, *one) for number, one in enumerate(found)]
@@ -269,9 +267,8 @@ def _history(
     parts, asked = [], []
     for seen in study.seen:
         mine = eras[_gear_of(seen.data.where, gears, seen.data.place)]
-        which = np.searchsorted(
-            [era.begin for era in mine[1:]], run_curves.cycles_of(mine[0].run, seen), side="left"
-        )
+        cycles = run_curves.cycles_of(mine[0].run, seen)
+        which = np.searchsorted([era.begin for era in mine[1:]], cycles, side="left")
         for k in reversed(range(len(mine))):
             rows = np.flatnonzero(which == k)
             if len(rows) or k == len(mine) - 1:

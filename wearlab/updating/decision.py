@@ -112,9 +112,8 @@ def states_at(
             factor, asked = draws.factor[mine], run.asked[number]
             mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))
             if answer.drifting == number:
-                life[mine] = look + lives.passage_time(
-                    *lives.present_state(run, factor, w[mine], look), rate[mine], rng
-                )
+                state = lives.present_state(run, factor, w[mine], look)
+                life[mine] = look + lives.passage_time(*state, rate[mine], rng)
         square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
         yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
 

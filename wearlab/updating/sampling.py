@@ -57,9 +57,8 @@ class Draws:
 
     def seen(self, post: Posterior, number: int, *, steps: bool = False) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
-        return likelihood.log_likelihood(
-            post.blocks[number], self.by_run(post), number, self.lanes(number), steps=steps
-        )
+        runs, lanes = self.by_run(post), self.lanes(number)
+        return likelihood.log_likelihood(post.blocks[number], runs, number, lanes, steps=steps)
 
 
 def drawn(answer: lives.Answer, n: int, rng: np.random.Generator) -> Draws:

@@ -166,9 +166,8 @@ def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Datas
     for number, block in enumerate(post.blocks):
         if block.data.error.gain_sd:
             name = f"gain_{block.data.label}"
-            found[name] = layout.variable(
-                "sample", "gain", sampling.gains(post, draws, number, rng, known=not before)
-            )
+            gains = sampling.gains(post, draws, number, rng, known=not before)
+            found[name] = layout.variable("sample", "gain", gains)
     return layout.sample(found, len(draws))
 
 
@@ -222,9 +221,8 @@ def _predictions(outcome: answers.UpdateOutcome, rng: np.random.Generator) -> xr
         drifting, own = answer.drifting if name == limit.quantity else None, schema.VARIABLES[name]
         shown = {"units": own.units, "display_units": own.display_units, "long_name": own.long_name}
         for prefix, of, draws in both:
-            values = np.quantile(
-                sampling.over_cycles(of, draws, name, cycles, drifting, rng), layout.P, axis=1
-            ).T
+            worn = sampling.over_cycles(of, draws, name, cycles, drifting, rng)
+            values = np.quantile(worn, layout.P, axis=1).T
             found[f"{prefix}{name}_quantile"] = layout.variable("predictions", "wear", values, **shown)
     return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
 
