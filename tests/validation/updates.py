@@ -33,10 +33,10 @@ from outside import (
 )
 
 from wearlab.campaign.update_options import TrueModel
-from wearlab.updating.decision import virtual_inspection
-from wearlab.updating.sampling import ALARM, checks, drawn
 from wearlab.updating.answers import answered, outcome
+from wearlab.updating.decision import virtual_inspection
 from wearlab.updating.report_text import _twins
+from wearlab.updating.sampling import ALARM, checks, drawn
 from wearlab.updating.twins import calibrated
 
 TWINS, SETS, POWERED = 200, 20, 50

@@ -103,11 +103,8 @@ def _not_together(block: UpdateBlock, unknown: Sequence[str]) -> Iterator[str]:
     others = [key for key in ("record", "unit", "population", "check") if getattr(block, key)]
     others += ["change"] if changes else []
     if block.replaced and others:
-        remedy = "leave one of them out"
-        if others[0] == "record":
-            remedy += (
-                "; without the record, give [operation] the mean torque and speed since the gear was new"
-            )
+        mean = "; without the record, give [operation] the mean torque and speed since the gear was new"
+        remedy = f"leave one of them out{mean if others[0] == 'record' else ''}"
         yield f"{SECTION}.replaced: does not go with {SECTION}.{others[0]} yet: {remedy}"
     elif block.replaced and unknown != [FACTOR]:
         yield f"{SECTION}.replaced: {alone}: one run is made of each new gear"

@@ -135,9 +135,8 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory
     n, least = len(at), 0.0 if early else -WIDE
     low, high, moved = np.full(n, least), np.full(n, WIDE), np.arange(n)
     grid, evidence = np.empty((2, n, RATIOS))
-    inside = (
-        np.full(n, 0.5) if early else (0.5 + GOLDEN * np.arange(n)) % 1.0
-    )  # so that no ratio is preferred
+    # so that no ratio is preferred
+    inside = np.full(n, 0.5) if early else (0.5 + GOLDEN * np.arange(n)) % 1.0
     for _ in range(ROUNDS):  # each cycle has the ratios that go with it
         step = (high - low) / RATIOS
         grid[moved] = (low[:, None] + step[:, None] * (np.arange(RATIOS) + inside[:, None]))[moved]
@@ -273,13 +272,8 @@ def _history(
             rows = np.flatnonzero(which == k)
             if len(rows) or k == len(mine) - 1:
                 part, run = _rows(seen, rows), mine[k].run
-                one = run_curves.asked_of(
-                    run,
-                    part,
-                    run_curves.states_kept(run),
-                    study.limit,
-                    own.limit if run is last.run else None,
-                )
+                keep, ended = run_curves.states_kept(run), own.limit if run is last.run else None
+                one = run_curves.asked_of(run, part, keep, study.limit, ended)
                 clock = _clock(mine[k].begin, own.start, own.end)
                 parts.append(part)
                 asked.append(one._replace(clock=clock, begin=mine[k].begin))
@@ -290,9 +284,8 @@ def _history(
 def _clock(begin: float, start: float, end: float) -> Clock:
     """Return the clock of a gear that was new at a cycle."""
     ahead = FAR * (end - start)
-    return Clock(
-        np.array([min(start, begin - 1.0), begin, begin + ahead]), np.array([start, start, start + ahead])
-    )
+    cycle = np.array([min(start, begin - 1.0), begin, begin + ahead])
+    return Clock(cycle, np.array([start, start, start + ahead]))
 
 
 def _rows(seen: measurements.Observed, rows: np.ndarray) -> measurements.Observed:

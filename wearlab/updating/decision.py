@@ -96,12 +96,8 @@ def states_at(
     answer, post, n = outcome.answer, outcome.posterior, len(draws)
     block, drift = post.blocks[number], draws.drift[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    gain, runs, rate, w = (
-        sampling.gains(post, draws, number, rng),
-        draws.by_run(post),
-        drift**2 / likelihood.PER,
-        np.zeros(n),
-    )
+    gain, runs = sampling.gains(post, draws, number, rng), draws.by_run(post)
+    rate, w = drift**2 / likelihood.PER, np.zeros(n)
     last = draws.seen(post, number) if drift.any() else None
     for look in map(float, looks):
         mean, life = np.empty(n), draws.life.copy()

@@ -211,10 +211,8 @@ IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[run_curves.RunHistory]) -> Population:
     """Return what is known of a fleet, from the study and the run of every unit."""
     spec = studies[0].spec
-    units = [
-        FleetMember(one.label, run, answers.blocks_of(one, [run]))
-        for one, run in zip(studies, runs, strict=True)
-    ]
+    both = zip(studies, runs, strict=True)
+    units = [FleetMember(one.label, run, answers.blocks_of(one, [run])) for one, run in both]
     assert spec.fleet is not None and studies[0].prior is not None
     return population.population(units, population.law_of(spec.fleet, studies[0].prior, units), spec.seed)
 
@@ -241,9 +239,8 @@ def fleet_groups(
         "sample_stats": layout.dataset("statistics", stats),
     }
     if rows and rows["flagged"].values.any():
-        rest = population.population(
-            _without(found, rows.isel(observation=rows["flagged"].values)), found.law, 0
-        )
+        sound = _without(found, rows.isel(observation=rows["flagged"].values))
+        rest = population.population(sound, found.law, 0)
         states = states_now(rest, *joint(rest, DRAWS, rng))
         groups["predictions_without"] = _predictions(studies, rest, states, _blanks(rest, rng))
     return groups
@@ -262,10 +259,8 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
         cycle = unit.run.asked[n].cycle[block.rows]
         return replace(block, rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]])
 
-    return [
-        replace(unit, blocks=tuple(kept(unit, n, block) for n, block in enumerate(unit.blocks)))
-        for unit in found.units
-    ]
+    each = [tuple(kept(unit, n, one) for n, one in enumerate(unit.blocks)) for unit in found.units]
+    return [replace(unit, blocks=blocks) for unit, blocks in zip(found.units, each, strict=True)]
 
 
 def _posterior(found: Population, theta: Array, each: Array, rng: np.random.Generator) -> xr.Dataset:
@@ -434,6 +429,5 @@ def _notes(studies: Sequence[MeasuredCase], found: Population) -> list[str]:
         for one, unit in zip(studies, found.units, strict=True)
     ]
     nothing = not any(len(unit.cycles) for unit in found.units)
-    return layout.rendered(
-        "fleet_notes.txt", {"units": units, "nothing": nothing, "resolved": found.resolved}
-    )
+    values = {"units": units, "nothing": nothing, "resolved": found.resolved}
+    return layout.rendered("fleet_notes.txt", values)

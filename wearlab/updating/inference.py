@@ -130,10 +130,8 @@ class Runner(NamedTuple):
             runs, which = cases.histories(study, self.store)
             if scenes:
                 read = zip(cases.stored(study, scenes, self.store), scenes.values(), strict=True)
-                each = [
-                    run_curves.history_of(run, one.id, one.model_dump(), study.seen, study.limit)
-                    for run, one in read
-                ]
+                asked = study.seen, study.limit
+                each = [run_curves.history_of(run, one.id, one.model_dump(), *asked) for run, one in read]
                 runs = (clocks.clocked_run(study, runs[0], each),)
             found.append((runs, which))
         return found

@@ -81,12 +81,8 @@ def lives(
     """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
     life = known.life(P)
     rest = np.maximum(life - known.now, 0.0)
-    found: dict[str, Any] = {
-        "life_quantile": life,
-        "remaining_useful_life_quantile": rest,
-        "factor_quantile": factor,
-    }
-    found |= {"now": known.now, "seconds_per_cycle": run.seconds_per_cycle}
+    found: dict[str, Any] = {"life_quantile": life, "remaining_useful_life_quantile": rest}
+    found |= {"factor_quantile": factor, "now": known.now, "seconds_per_cycle": run.seconds_per_cycle}
     return found if calendar is None else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
 
 
@@ -124,9 +120,8 @@ def dated(found: xr.Dataset, calendar: Calendar | None) -> xr.Dataset:
 def _templates() -> Any:
     from jinja2 import Environment, FileSystemLoader
 
-    found = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), trim_blocks=True, lstrip_blocks=True, autoescape=False
-    )
+    here = FileSystemLoader(Path(__file__).parent)
+    found = Environment(loader=here, trim_blocks=True, lstrip_blocks=True, autoescape=False)
     found.filters |= {
         "g": digits,
         "p": lambda value, count: f"p = {digits(value, count)}" if value > TINY else f"p < {TINY:g}",

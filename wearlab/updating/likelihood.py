@@ -285,9 +285,8 @@ def log_likelihood(
     times = [own._replace(cycle=cycle[..., own.values[0]]) for own in times]
     if unknown_gain := data.error.gain_sd:
         times = times if steps else [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
-        return kalman.with_gain(
-            block.seen.value[rows], model, variance, times, unknown_gain, data.error.relative
-        )
+        value, relative = block.seen.value[rows], data.error.relative
+        return kalman.with_gain(value, model, variance, times, unknown_gain, relative)
     return kalman.filtered(residual, variance, times, rate, start, hidden=hidden, steps=steps)
 
 
@@ -417,9 +416,8 @@ def _of_factors(
     else:
         off = model - bins.centre
         sums = [twice + off * (off * zeroth - 2.0 * once)]
-    ends = np.searchsorted(
-        curve.cycle[1:], run.own_cycle(bins.cycle[:, [0, -1]], f, asked.clock), side="right"
-    )
+    outer = run.own_cycle(bins.cycle[:, [0, -1]], f, asked.clock)
+    ends = np.searchsorted(curve.cycle[1:], outer, side="right")
     smooth = ends[..., 0] == ends[..., 1]
     if block.relative:
         least, largest = np.abs(model).min(axis=-1), np.abs(model).max(axis=-1)

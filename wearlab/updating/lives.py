@@ -141,9 +141,8 @@ class Passage:
         self.held = (gap > 0.0) & np.isfinite(mean)
         self.over = float(weight[gap <= 0.0].sum())
         self.mean, self.weight = mean[self.held], weight[self.held]
-        self.shape = np.minimum(
-            gap[self.held] ** 2 / np.maximum(rate[self.held], 1e-300), STIFFEST * self.mean
-        )
+        shape = gap[self.held] ** 2 / np.maximum(rate[self.held], 1e-300)
+        self.shape = np.minimum(shape, STIFFEST * self.mean)
 
     def below(self, cycle: float, thinned: int = 1) -> float:
         """Return the probability of a shorter life; by every so manieth state only, as a first guess."""
@@ -246,6 +245,5 @@ def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Ar
 
 def drifting_block(blocks: Sequence[Block], quantity: str, where: str | None) -> int | None:
     """Return the number of the block whose drift is that of the quantity with the limit, None without one."""
-    return next(
-        (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where)), None
-    )
+    measured = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where))
+    return next(measured, None)

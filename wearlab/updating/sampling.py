@@ -170,9 +170,8 @@ def over_cycles(
     rate = draws.drift[drifting] ** 2 / likelihood.PER
     known, paths = [start], [np.zeros(n)]
     if len(block.rows):
-        times = [
-            inspection.cycle for inspection in likelihood.inspections_of(block, post.histories[0], drifting)
-        ]
+        inspections = likelihood.inspections_of(block, post.histories[0], drifting)
+        times = [inspection.cycle for inspection in inspections]
         smooth = kalman.smoothed_paths(draws.seen(post, drifting, steps=True).steps, times, rate, rng)
         first = 1 if times[0] <= start else 0
         known, paths = known + times[first:], paths + list(smooth[first:])
@@ -208,9 +207,8 @@ def replicated(
     for history, mine in draws.by_run(post):
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
     model = model * gains(post, draws, number, rng, known=known)[:, None]
-    spread = np.sqrt(
-        draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2 + (block.relative * model) ** 2
-    )
+    square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
+    spread = np.sqrt(square + (block.relative * model) ** 2)
     values = model + spread * rng.standard_normal(model.shape)
     offset, since = block.data.error.offset_sd, block.data.since
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
@@ -298,9 +296,8 @@ def _course(z: Array, chi: Array, counts: Array) -> float:
     sums = np.cumsum(z - z.mean(axis=0), axis=0) / np.sqrt(n)
     together = kolmogorov(np.abs(sums).max(axis=0) + 0.12 / np.sqrt(n))
     after, before = z[1:], z[:-1]
-    neighbours = np.sum(after * before, axis=0) / np.sqrt(
-        np.sum(after**2, axis=0) * np.sum(before**2, axis=0)
-    )
+    squares = np.sum(after**2, axis=0) * np.sum(before**2, axis=0)
+    neighbours = np.sum(after * before, axis=0) / np.sqrt(squares)
     alike = ndtr(-neighbours * np.sqrt(n))
     whole = gammaincc(0.5 * counts.sum(), 0.5 * chi.sum(axis=0))
     return float(min(1.0, 3.0 * min(np.mean(p) for p in (together, alike, whole))))

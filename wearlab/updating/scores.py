@@ -101,9 +101,8 @@ def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Da
         row |= {"crps": crps(answer.life(EVEN), end) if cycle < end else np.nan}
         rules = (*simple_rules(study, post, cycle), middle - cycle)
         rows.append(row | dict(zip(RULES, rules, strict=True)))
-    return layout.dataset(
-        "replay", layout.stacked(rows), over="inspection", inspection=cycles, quantile=layout.P
-    )
+    told = layout.stacked(rows)
+    return layout.dataset("replay", told, over="inspection", inspection=cycles, quantile=layout.P)
 
 
 def scored(replay: xr.Dataset, end: float) -> xr.Dataset:

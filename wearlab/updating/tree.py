@@ -177,9 +177,8 @@ def _replicas(outcome: answers.UpdateOutcome, number: int, rng: np.random.Genera
     most = max(len(each.rows) for each in outcome.posterior.blocks)
     draws = outcome.draws[: max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)]
     values, _ = sampling.replicated(outcome.posterior, draws, number, rng)
-    return layout.sample(
-        {name: layout.variable("sample", "replica", values, name, **_units(block))}, len(draws)
-    )
+    made = layout.variable("sample", "replica", values, name, **_units(block))
+    return layout.sample({name: made}, len(draws))
 
 
 def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
@@ -248,9 +247,8 @@ def _observed_data(outcome: answers.UpdateOutcome) -> xr.Dataset:
                 f"observation_{name}", seen.place, schema.attributes(seen.place_kind)
             )
         parts.append(part.set_coords(coords))
-    return xr.merge(
-        [*parts, layout.dataset("observed", {"observed_life": _observed_life(outcome)})], **MERGED
-    )
+    parts.append(layout.dataset("observed", {"observed_life": _observed_life(outcome)}))
+    return xr.merge(parts, **MERGED)
 
 
 def _observed_life(outcome: answers.UpdateOutcome) -> float:
