@@ -11,6 +11,7 @@ from units import LIMIT, LINERS, PRIORS, RATE, law, liners, lognormal, quantile,
 import wearlab
 from wearlab.updating import population as room
 from wearlab.updating.fleet import DRAWS, UnitState, after, joint, states_now
+from wearlab.updating.grids import equally
 from wearlab.updating.population import factors, population
 from wearlab.updating.run_curves import Asked, Clock, RunCurve
 
@@ -197,7 +198,7 @@ def test_a_population_that_is_known_gives_each_unit_its_conjugate_law():
     mass = np.exp(logs - logs.max())
     assert found.evidence == pytest.approx(np.log(np.trapezoid(mass, u)) + logs.max(), abs=1e-3)
     rng = np.random.default_rng(0)
-    mine = np.quantile(factors(one, known, found.theta[room.equally(found.weight(), 20_000, rng)], rng), P)
+    mine = np.quantile(factors(one, known, found.theta[equally(found.weight(), 20_000, rng)], rng), P)
     exact = np.interp(P, np.cumsum(mass) / mass.sum(), u)
     assert np.abs(mine - exact).max() < 0.05 * 0.02
 
