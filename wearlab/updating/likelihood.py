@@ -248,19 +248,21 @@ def log_likelihood(
     rate = drift**2 / PER
     shape = np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape)
 
-    def of_lanes(each: Sequence[Any]) -> Any:
-        """Return what runs have in common, else an array of what the run of each lane has."""
-        if all(one is each[0] or np.array_equal(one, each[0]) for one in each):
-            return each[0]
+    asked = [run.asked[number] for run, _ in pairs]
+    cycles, begins = [one.cycle[rows] for one in asked], [run.begin(number) for run, _ in pairs]
+    alike = len(set(begins)) == 1 and all(np.array_equal(own, cycles[0]) for own in cycles[1:])
+
+    def of_lanes(told: Callable[[Array, float], Any]) -> Any:
+        """Return what is told of the cycles of all runs, of each lane where they differ."""
+        if alike:
+            return told(cycles[0], begins[0])
+        each = [told(*one) for one in zip(cycles, begins, strict=True)]
         found = np.empty((shape[0], *np.ones(len(shape) - 1, int), *np.shape(each[0])))
         for (_, mine), one in zip(pairs, each, strict=True):
             found[mine] = one
         return found
 
-    asked = [run.asked[number] for run, _ in pairs]
-    cycles = [one.cycle[rows] for one in asked]
-    begins = [run.begin(number) for run, _ in pairs]
-    last = of_lanes([own.max(initial=begin) for own, begin in zip(cycles, begins, strict=True)])
+    last = of_lanes(lambda cycle, begin: cycle.max(initial=begin))
     shares = bool(np.any(rate > 0.0)) or data.error.offset_sd > 0.0
     if not steps and not shares and condenses(block, asked[0], sd):
         sums = np.empty((3, *shape))
@@ -271,18 +273,19 @@ def log_likelihood(
     for run, mine in pairs:
         model[mine] = modelled(block, run, number, factor[mine])
     residual, variance, hidden = compared(block, model, sd)
-    start = of_lanes(begins)
+    start = of_lanes(lambda cycle, begin: begin)
     if data.since == PREVIOUS:
-        gone = [own - _previous(own, begin) for own, begin in zip(cycles, begins, strict=True)]
-        variance = variance + rate[..., None] * of_lanes(gone)
+        gone = of_lanes(lambda cycle, begin: cycle - _previous(cycle, begin))
+        variance = variance + rate[..., None] * gone
         rate = np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
     if not (steps or shares or data.error.gain_sd):
         total = _independent(residual, variance, hidden)
         return kalman.Filtered(total, np.zeros_like(total), np.zeros_like(total), last)
-    cycle, times = of_lanes(cycles), inspections_of(block, pairs[0][0], number)
-    times = [own._replace(cycle=cycle[..., own.values[0]]) for own in times]
+    cycle = of_lanes(lambda cycle, begin: cycle)
+    inspections = inspections_of(block, pairs[0][0], number)
+    times = [own._replace(cycle=cycle[..., own.values[0]]) for own in inspections]
     if unknown_gain := data.error.gain_sd:
         times = times if steps else [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
         value, relative = block.seen.value[rows], data.error.relative
