@@ -54,15 +54,10 @@ def conditions(campaign: Campaign) -> Conditions:
     values = {key: list(dict.fromkeys(own.get(key, "none") for _, own in told)) for key in keys}
     varying = [key for key in keys if len(values[key]) > 1]
     beside = varying if len(told) <= MOST_CASES else []
-    return Conditions(
-        tuple(Condition(*key, _reach(values[key])) for key in keys if key not in beside),
-        tuple(f"{meaning} [{unit}]" if unit else meaning for _, meaning, unit in beside),
-        tuple(
-            (case_name(campaign, case), tuple(own.get(key, "none") for key in beside)) for case, own in told
-        )
-        if beside
-        else (),
-    )
+    shared = [Condition(*key, _reach(values[key])) for key in keys if key not in beside]
+    heads = [f"{meaning} [{unit}]" if unit else meaning for _, meaning, unit in beside]
+    each = [(case_name(campaign, c), tuple(own.get(key, "none") for key in beside)) for c, own in told]
+    return Conditions(tuple(shared), tuple(heads), tuple(each) if beside else ())
 
 
 def case_name(campaign: Campaign, case: Case) -> str:
@@ -248,17 +243,16 @@ def answer(
     longest = max(lives.values(), default=0.0)
     first = next(iter(lives.values()), None) if len(worn) > 1 else None
     range_by = None if _varies_coefficient(campaign) else factor
+    told = [(case, case_name(campaign, case), summary) for case, summary in worn[:MOST_CASES]]
     cases = [
-        _case(case_name(campaign, case), summary, lives.get(case.id), first, longest, range_by)._replace(
-            **_deepest(store, case)
-        )
-        for case, summary in worn[:MOST_CASES]
+        _case(name, own, lives.get(case.id), first, longest, range_by)._replace(**_deepest(store, case))
+        for case, name, own in told
     ]
     flanks = {known_case.flank for known_case in cases if known_case.share}
     sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, range_by))
     sentences += _deepest_point(cases)
     sentences += ended
-    sentences += _begun(cases, [case for case, _ in worn[:MOST_CASES]])
+    sentences += _begun(cases, [case for case, *_ in told])
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
     return Reply(tuple(sentences), limit, shown, len(flanks) > 1)
 
