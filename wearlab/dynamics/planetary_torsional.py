@@ -6,20 +6,9 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics import planetary, spur, supports
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.planetary import CENTRAL, MemberTorques, U, meshes_of
 from wearlab.dynamics.rigid import RigidSet, balanced_torques, effective_masses, require_held
-from wearlab.dynamics.spur import Meshing
-from wearlab.dynamics.supports import (
-    FREE,
-    MemberSupport,
-    OfMembers,
-    damping_by_ratio,
-    damping_of,
-    damping_or_ratio,
-    grounded,
-    stiffness_of,
-)
 from wearlab.dynamics.system import System
 from wearlab.gears.train import Train
 from wearlab.mesh.gear_set import Body, mesh_load
@@ -27,8 +16,8 @@ from wearlab.mesh.gear_set import Body, mesh_load
 
 def planetary_torsional(
     rigid: RigidSet,
-    held: Mapping[str, MemberSupport],
-    meshing: Mapping[str, Meshing],
+    held: Mapping[str, supports.MemberSupport],
+    meshing: Mapping[str, spur.Meshing],
     sun_torque: float,
     *,
     friction: bool = True,
@@ -63,22 +52,24 @@ def planetary_torsional(
     mass = np.full(planets + 2, bodies["planet"].equivalent)
     mass[0] = bodies["sun"].equivalent
     mass[1] = bodies["carrier"].equivalent + planets * bodies["planet"].mass
-    own = [(f"{member}.u", held.get(member, FREE)) for member in ("sun", "carrier")]
-    supports = tuple(
+    own = [(f"{member}.u", held.get(member, supports.FREE)) for member in ("sun", "carrier")]
+    springs = tuple(
         support
         for name, holding in own
-        for support in grounded(names, name, holding.tangential_stiffness, holding.tangential_damping)
+        for support in supports.grounded(
+            names, name, holding.tangential_stiffness, holding.tangential_damping
+        )
     )
     free = not any(holding.tangential_stiffness for _, holding in own)
     system = System(
         coordinates=names,
         mass=np.diag(mass),
-        damping=damping_of(supports, len(names)),
-        stiffness=stiffness_of(supports, len(names)),
+        damping=supports.damping_of(springs, len(names)),
+        stiffness=supports.stiffness_of(springs, len(names)),
         load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
-        **meshes_of(rigid.ring_at_rest, meshing, friction, _turning(angles)),
+        **planetary.meshes_of(rigid.ring_at_rest, meshing, friction, _turning(angles)),
         balance=np.eye(planets + 2)[1] if free else None,
-        supports=supports,
+        supports=springs,
     )
     require_held(system)
     return system
@@ -88,12 +79,12 @@ def _turning(angles: Array) -> Array:
     """Return the coordinates of the model with translations as the set turns, (3(N + 3), N + 2)."""
     planets = len(angles)
     turn = np.zeros((3 * (planets + 3), planets + 2))
-    turn[3 * CENTRAL.index("sun") + U, 0] = 1.0
-    turn[3 * CENTRAL.index("carrier") + U, 1] = 1.0
+    turn[3 * planetary.CENTRAL.index("sun") + planetary.U, 0] = 1.0
+    turn[3 * planetary.CENTRAL.index("carrier") + planetary.U, 1] = 1.0
     for planet, angle in enumerate(angles):
         at = 3 * (planet + 3)
         turn[at : at + 2, 1] = -np.sin(angle), np.cos(angle)
-        turn[at + U, 2 + planet] = 1.0
+        turn[at + planetary.U, 2 + planet] = 1.0
     return turn
 
 
@@ -110,46 +101,46 @@ def rigid_set(motion: InMotion) -> RigidSet:
     return RigidSet(motion.gears.bodies, angles, motion.gears.angles)
 
 
-def held(supports: OfMembers, rigid: RigidSet) -> dict[str, MemberSupport]:
+def held(given: supports.OfMembers, rigid: RigidSet) -> dict[str, supports.MemberSupport]:
     """Return what holds the members, torsional supports as springs at the members' radii."""
-    return {name: _support(support, rigid.bodies[name]) for name, support in supports.given.items()}
+    return {name: _support(support, rigid.bodies[name]) for name, support in given.given.items()}
 
 
-def _support(given: Any, body: Body) -> MemberSupport:
+def _support(given: Any, body: Body) -> supports.MemberSupport:
     radial, torsional, square = given.radial_stiffness, given.torsional_stiffness, body.radius**2
     tangential = float((given.tangential_stiffness if torsional is None else torsional / square) or 0.0)
     damping = None if given.torsional_damping is None else given.torsional_damping / square
     ratio = given.damping_ratio
-    return MemberSupport(
+    return supports.MemberSupport(
         radial or 0.0,
         tangential,
-        damping_or_ratio(given.damping, ratio, radial, body.mass),
-        damping_or_ratio(damping, ratio, tangential, body.equivalent),
+        supports.damping_or_ratio(given.damping, ratio, radial, body.mass),
+        supports.damping_or_ratio(damping, ratio, tangential, body.equivalent),
     )
 
 
-def torques(motion: InMotion, held: Mapping[str, MemberSupport]) -> MemberTorques:
+def torques(motion: InMotion, held: Mapping[str, supports.MemberSupport]) -> planetary.MemberTorques:
     """Return the torques on the members that are not held, positive where they load drive flanks [N m].
 
     Where it is not said, a torque on the output balances the input unless a torsional spring ties it to
     ground. An output that nothing grounds gets the torque that keeps its speed.
     """
     given = motion.operation
-    tied = held.get(given.output, FREE).tangential_stiffness > 0.0
+    tied = held.get(given.output, supports.FREE).tangential_stiffness > 0.0
     loaded = not tied if given.output_loaded is None else given.output_loaded
     idle = {given.fixed} if loaded else {given.fixed, given.output}
     every = balanced_torques(rigid_set(motion), motion.gears.torque)
     acting = {member: torque for member, torque in every.items() if member not in idle}
-    return MemberTorques(acting, str(given.output) if loaded and not tied else None)
+    return planetary.MemberTorques(acting, str(given.output) if loaded and not tied else None)
 
 
-def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:
+def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, spur.Meshing]:
     """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
     half, mass = len(motion.stiffness) // 2, effective_masses(rigid)
     means, always = (motion.stiffness[0], motion.stiffness[half]), motion.meshes[0].damps_always
     return {
-        kind.section: Meshing(
-            damping_by_ratio(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
+        kind.section: spur.Meshing(
+            supports.damping_by_ratio(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
             if mesh.damping is None
             else mesh.damping,
             always,

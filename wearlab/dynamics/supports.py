@@ -5,20 +5,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from wearlab import options
 from wearlab.arrays import Array
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Alternatives,
-    DampingRate,
-    Force,
-    Number,
-    Part,
-    SpringRate,
-    TorsionalDampingRate,
-    TorsionalSpringRate,
-    option,
-)
 
 AXES = "xyz"
 """Of translations; z along the axes of the gears."""
@@ -153,24 +141,24 @@ def bearing_forces(
     return force
 
 
-class TorsionalSpring(Part):
+class TorsionalSpring(options.Part):
     """A torsional spring and damper between a gear and ground."""
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives: ClassVar[options.Alternatives] = (
         (("torsional_stiffness",), ("tangential_stiffness",)),
         (("damping_ratio",), ("damping", "torsional_damping")),
     )
 
-    torsional_stiffness: Annotated[TorsionalSpringRate, POSITIVE] | None = option(
+    torsional_stiffness: Annotated[options.TorsionalSpringRate, options.POSITIVE] | None = options.option(
         None, "torsional spring to ground", derived="free to turn"
     )
-    tangential_stiffness: Annotated[SpringRate, POSITIVE] | None = option(
+    tangential_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = options.option(
         None, "the same, as a spring at the base radius", derived="torsional_stiffness"
     )
-    torsional_damping: Annotated[TorsionalDampingRate, NOT_NEGATIVE] | None = option(
+    torsional_damping: Annotated[options.TorsionalDampingRate, options.NOT_NEGATIVE] | None = options.option(
         None, "torsional damper to ground", derived="from damping_ratio, else none"
     )
-    damping_ratio: Annotated[Number, NOT_NEGATIVE] | None = option(
+    damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = options.option(
         None, "damping ratio ζ of every spring here, c = 2 ζ √(k m) of that member", derived="damping"
     )
 
@@ -191,15 +179,15 @@ class TorsionalSupport(TorsionalSpring):
 class AxialBearing(TorsionalSpring):
     """A bearing along the axis of one helical gear."""
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives: ClassVar[options.Alternatives] = (
         (("torsional_stiffness",), ("tangential_stiffness",)),
         (("damping_ratio",), ("damping", "torsional_damping", "axial_damping")),
     )
 
-    axial_stiffness: Annotated[SpringRate, POSITIVE] | None = option(
+    axial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = options.option(
         None, "bearing stiffness along the axis of a helical gear, k_z", derived="rigid"
     )
-    axial_damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+    axial_damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
         None, "bearing damping along the axis, c_z", derived="from damping_ratio"
     )
 
@@ -211,28 +199,30 @@ class PairTorsionalSupport(TorsionalSupport, AxialBearing):
 class BearingSupport(AxialBearing):
     """The bearings of one gear."""
 
-    radial_stiffness: Annotated[SpringRate, POSITIVE] = option(
+    radial_stiffness: Annotated[options.SpringRate, options.POSITIVE] = options.option(
         ..., "bearing stiffness along the line of action, k_y", source="L16 Eq. 1"
     )
-    damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
         None, "bearing damping c_y", derived="from damping_ratio; one of them is required", source="L16 Eq. 1"
     )
-    preload: Force = option(0.0, "constant radial force away from the mating gear", source="L16 Eq. 1")
+    preload: options.Force = options.option(
+        0.0, "constant radial force away from the mating gear", source="L16 Eq. 1"
+    )
 
 
 class PlanetarySupport(TorsionalSpring):
     """What holds a central member of a planetary set, or a planet on its pin."""
 
-    radial_stiffness: Annotated[SpringRate, POSITIVE] | None = option(
+    radial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = options.option(
         None, "bearing stiffness in every direction; a planet's is that on its pin", derived="free to move",
         source="W23 Table 1",
     )  # fmt: skip
-    damping: Annotated[DampingRate, NOT_NEGATIVE] | None = option(
+    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
         None, "bearing damping", derived="from damping_ratio, else none"
     )
 
 
-class OfMembers(Part):
+class OfMembers(options.Part):
     """What holds the members, each by its name."""
 
     def get(self, member: str) -> Any:
@@ -249,34 +239,34 @@ class OfMembers(Part):
 class TorsionalSupports(OfMembers):
     """What holds each gear of a pair that turns."""
 
-    pinion: PairTorsionalSupport | None = option(None, "support of the pinion")
-    gear: PairTorsionalSupport | None = option(None, "support of the gear")
-    ring: PairTorsionalSupport | None = option(None, "support of the ring")
+    pinion: PairTorsionalSupport | None = options.option(None, "support of the pinion")
+    gear: PairTorsionalSupport | None = options.option(None, "support of the gear")
+    ring: PairTorsionalSupport | None = options.option(None, "support of the ring")
 
 
 class Supports(OfMembers):
     """The bearings of both gears of a pair."""
 
-    pinion: BearingSupport = option(..., "bearings of the pinion")
-    gear: BearingSupport | None = option(None, "bearings of the gear", derived="required with a gear")
-    ring: BearingSupport | None = option(None, "bearings of the ring", derived="required with a ring")
+    pinion: BearingSupport = options.option(..., "bearings of the pinion")
+    gear: BearingSupport | None = options.option(None, "bearings of the gear", derived="required with a gear")
+    ring: BearingSupport | None = options.option(None, "bearings of the ring", derived="required with a ring")
 
 
 class PlanetarySupports(OfMembers):
     """What holds the members of a planetary set."""
 
-    sun: PlanetarySupport | None = option(None, "what holds the sun", derived="it floats")
-    ring: PlanetarySupport | None = option(None, "what holds the ring", derived="it floats")
-    carrier: PlanetarySupport | None = option(None, "what holds the carrier", derived="it floats")
-    planet: PlanetarySupport | None = option(None, "bearing of every planet on its pin")
+    sun: PlanetarySupport | None = options.option(None, "what holds the sun", derived="it floats")
+    ring: PlanetarySupport | None = options.option(None, "what holds the ring", derived="it floats")
+    carrier: PlanetarySupport | None = options.option(None, "what holds the carrier", derived="it floats")
+    planet: PlanetarySupport | None = options.option(None, "bearing of every planet on its pin")
 
 
 class PlanetaryTorsionalSupports(OfMembers):
     """What holds the rotations of a planetary set."""
 
-    sun: TorsionalSupport | None = option(None, "what holds the sun")
-    ring: TorsionalSupport | None = option(None, "what holds the ring", derived="fixed when it is")
-    carrier: TorsionalSupport | None = option(None, "what holds the carrier")
+    sun: TorsionalSupport | None = options.option(None, "what holds the sun")
+    ring: TorsionalSupport | None = options.option(None, "what holds the ring", derived="fixed when it is")
+    carrier: TorsionalSupport | None = options.option(None, "what holds the carrier")
 
 
 def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tuple[str, str]]:
