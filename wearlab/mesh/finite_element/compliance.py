@@ -29,7 +29,6 @@ from scipy.sparse.linalg import SuperLU, splu
 from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element import elements
-from wearlab.mesh.finite_element.elements import Options, Sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear, chart
 from wearlab.mesh.stiffness import HertzInSeries, SectionVanished, with_backs
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
@@ -45,7 +44,7 @@ DIGITS = 12
 DISTANCE_SLACK = 1e-9
 
 
-def wheel_compliance(sector: Sector, loads: Array, teeth_apart: int) -> Array:
+def wheel_compliance(sector: elements.Sector, loads: Array, teeth_apart: int) -> Array:
     """Return what loads on one tooth do to the same load points of teeth further on.
 
     Parameters
@@ -63,7 +62,7 @@ def wheel_compliance(sector: Sector, loads: Array, teeth_apart: int) -> Array:
     return across
 
 
-def through_cuts(sector: Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
+def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
     """Return the same in two parts: the sector held at both cuts, (m, m), and what the wheel beyond adds.
 
     Of a sector in three dimensions, under waves along the face, likewise.
@@ -81,7 +80,7 @@ def through_cuts(sector: Sector, loads: Array, teeth_apart: int) -> tuple[Array,
     return own, across
 
 
-def _reduced(sector: Sector, loads: Array) -> tuple[Array, Array, Array]:
+def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array]:
     """Eliminate everything but the two cuts: A (m, m), S (2c, 2c), g (2c, m), right cut turned.
 
     The sector is its own mirror image: what the left cut moves tells what the right one does.
@@ -160,7 +159,7 @@ def _spline(samples: tuple[float, ...]) -> Any:
     return CubicSpline(samples, np.eye(len(samples)))
 
 
-def gear_compliance(gear: Gear, options: Options) -> GearCompliance:
+def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
     """Return the compliance of an unworn gear, remembered when the same shape was solved before.
 
     Plane elasticity knows no length: gears that differ in their module alone yield alike per unit face width,
@@ -194,11 +193,11 @@ def of_unit_size(gear: Gear) -> Gear:
 
 
 @lru_cache(KEPT_IN_PROCESS)
-def _remembered(shape: Gear, options: Options) -> GearCompliance:
+def _remembered(shape: Gear, options: elements.Options) -> GearCompliance:
     return solve_gear(shape, options)
 
 
-def solve_gear(gear: Gear, options: Options, wear: Wear | None = None) -> GearCompliance:
+def solve_gear(gear: Gear, options: elements.Options, wear: Wear | None = None) -> GearCompliance:
     """Compute the compliance of a gear with finite elements.
 
     Teeth, root and body of the whole wheel yield, clamped at the bore. The local indentation is the
@@ -279,7 +278,7 @@ def pair_compliance(
     pair: GearPair,
     position: Array,
     pairs: int,
-    options: Options = Options(),  # noqa: B008
+    options: elements.Options = elements.Options(),  # noqa: B008
     solved: tuple[GearCompliance, GearCompliance] | None = None,
     recess: float = 0.0,
 ) -> tuple[Array, Array]:
