@@ -1,3 +1,5 @@
+from array import array
+
 import pytest
 
 from wearlab.query import Key, QueryError, Vocabulary, holds, read_column, read_condition
@@ -124,11 +126,16 @@ def test_hostile_lengths_and_depths_are_refused():
 
 
 def test_first_cycle_binds_its_inner_unit():
-    tree = read_condition("first_cycle(depth > 20 um) < 1e7 cycles", VOCABULARY)
-    assert tree.left.condition.right.value == pytest.approx(20e-6)
-    assert tree.right.value == 1e7
+    condition = read_condition("first_cycle(depth > 20 um) < 1e7 cycles", VOCABULARY)
+    assert [key.name for key in condition.keys] == ["depth", "depth()", "cycle()"]
+    for cycle, met in ((0.999999e7, True), (1.000001e7, False)):  # at which the line is at 20 um
+        line = {
+            "depth()": array("d", [0.0, 40e-6]).tobytes(),
+            "cycle()": array("d", [0.0, 2 * cycle]).tobytes(),
+        }
+        assert holds(condition, line) is met
     column = read_column("first_cycle(depth > 0.02 mm)", VOCABULARY)
-    assert column.condition.left.name == "depth"
+    assert column.key.name == "depth" and column.limit == pytest.approx(20e-6)
     assert read_column("torque", VOCABULARY).name == "operation.torque"
     with pytest.raises(QueryError, match="a column is a name"):
         read_column("3", VOCABULARY)

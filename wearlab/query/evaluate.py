@@ -9,12 +9,13 @@ import math
 import operator
 from array import array
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
-from wearlab.query.grammar import DAY, All, Compare, FirstCycle, Literal, Missing, Not, Some
-from wearlab.units import DIGITS, rounded
+from wearlab.query.keys import Key, quantity_at
+from wearlab.units import DIGITS, KINDS, UnitError, convert, quantity, rounded, split
 
 ROUND_OFF = 4.0 * 2.0**-52  # relative, of a number that was converted from one unit to another
 HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit is 1: there a digit is widest
@@ -92,9 +93,6 @@ def _in_units(label: Any, units: str, key: str) -> Any:
     """Return a quantity as a number in the units of an axis; anything else as it is."""
     if not isinstance(label, str):
         return label
-    from wearlab.query.keys import quantity_at
-    from wearlab.units import KINDS, UnitError, convert, quantity, split
-
     try:
         number, unit = split(label)
         try:
@@ -108,12 +106,48 @@ def _in_units(label: Any, units: str, key: str) -> Any:
         return label
 
 
+Holds = Callable[[Mapping[str, Any]], bool | None]
+"""Whether a condition, or a part of it, holds of values."""
 CYCLE = "cycle"
 HISTORY = "()"
 """After the name of a result: its values at all wear states."""
 
 
-def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
+DAY = len("2026-01-01")
+
+
+@dataclass(frozen=True)
+class Literal:
+    """A number with its unit, a text, a date, or true or false."""
+
+    value: Any
+    at: int
+    unit: str = ""
+    is_date: bool = False
+
+
+class FirstCycle(NamedTuple):
+    """The first cycle at which a history is beyond a limit, and where a condition asks for it."""
+
+    sign: str
+    key: Key
+    limit: float
+    at: int
+
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """The keys that it needs: of the result, of its history, and of the cycles."""
+        return (self.key, Key(self.key.name + HISTORY), Key(CYCLE + HISTORY))
+
+
+class Condition(NamedTuple):
+    """A condition that was read: the keys that it names, and whether it holds of values."""
+
+    keys: tuple[Key, ...]
+    holds: Holds
+
+
+def holds(condition: Condition, values: Mapping[str, Any]) -> bool | None:
     """Return whether a condition holds; None when a value it depends on is missing.
 
     Parameters
@@ -121,24 +155,40 @@ def holds(condition: Any, values: Mapping[str, Any]) -> bool | None:
     condition : as `wearlab.query.read_condition` returns it
     values : by full name, SI; a tuple has several values, of which one has to meet a comparison
     """
-    match condition:
-        case All(conditions):
-            return _joined(conditions, values, False)
-        case Some(conditions):
-            return _joined(conditions, values, True)
-        case Not(inner):
-            truth = holds(inner, values)
-            return None if truth is None else not truth
-        case Missing(operand):
-            return value_of(operand, values) in (None, ())
-        case Compare(sign, left, right):
-            value, limit = value_of(left, values), value_of(right, values)
-            if value is None or limit is None:
-                return None
-            some = value if isinstance(value, tuple) else (value,)
-            day = DAY if isinstance(right, Literal) and right.is_day else None
-            return any(compared(sign, each[:day] if day else each, limit) for each in some)
-    raise AssertionError(condition)
+    return condition.holds(values)
+
+
+def joined(parts: Sequence[Holds], decisive: bool, values: Mapping[str, Any]) -> bool | None:
+    """Return whether one of the parts is as is decisive, or all are the opposite."""
+    unknown = False
+    for part in parts:
+        truth = part(values)
+        if truth is decisive:
+            return decisive
+        unknown = unknown or truth is None
+    return None if unknown else not decisive
+
+
+def negated(part: Holds, values: Mapping[str, Any]) -> bool | None:
+    """Return the opposite."""
+    truth = part(values)
+    return None if truth is None else not truth
+
+
+def missing(operand: Any, values: Mapping[str, Any]) -> bool:
+    """Return whether an operand has no value."""
+    return value_of(operand, values) in (None, ())
+
+
+def meets(sign: str, left: Any, right: Any, values: Mapping[str, Any]) -> bool | None:
+    """Return ``left sign right``, the sign one of `COMPARED`."""
+    value, limit = value_of(left, values), value_of(right, values)
+    if value is None or limit is None:
+        return None
+    some = value if isinstance(value, tuple) else (value,)
+    # a date without a time means the whole day
+    day = DAY if isinstance(right, Literal) and right.is_date and len(str(limit)) == DAY else None
+    return any(compared(sign, each[:day] if day else each, limit) for each in some)
 
 
 def compared(sign: str, value: Any, other: Any) -> bool:
@@ -150,12 +200,11 @@ def compared(sign: str, value: Any, other: Any) -> bool:
 
 def value_of(operand: Any, values: Mapping[str, Any]) -> Any:
     """Return the value of a key, a literal or a ``first_cycle(…)``, None where the run has none."""
-    match operand:
-        case Literal(value):
-            return value
-        case FirstCycle(Compare(sign, left, right)):
-            history, cycles = values.get(left.name + HISTORY), values.get(CYCLE + HISTORY)
-            return first_cycle(sign, float(right.value), history, cycles)
+    if isinstance(operand, Literal):
+        return operand.value
+    if isinstance(operand, FirstCycle):
+        _, history, cycles = (values.get(key.name) for key in operand.keys)
+        return first_cycle(operand.sign, operand.limit, history, cycles)
     return values.get(operand.name)
 
 
@@ -189,13 +238,3 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
-
-
-def _joined(conditions: tuple[Any, ...], values: Mapping[str, Any], decisive: bool) -> bool | None:
-    unknown = False
-    for condition in conditions:
-        truth = holds(condition, values)
-        if truth is decisive:
-            return decisive
-        unknown = unknown or truth is None
-    return None if unknown else not decisive

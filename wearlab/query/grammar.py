@@ -13,10 +13,12 @@
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from wearlab import units
+from wearlab.query.evaluate import Condition, FirstCycle, Holds, Literal, joined, meets, missing, negated
 from wearlab.query.keys import PLAIN, Key, QueryError, Vocabulary, listed
 
 LONGEST = 4000
@@ -87,86 +89,25 @@ def tokens(text: str) -> list[Token]:
 
 
 DEEPEST = 40
-DAY = len("2026-01-01")
 COMPARISONS = ("<", "<=", ">", ">=", "=", "!=")
 MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 FIRST_CYCLE = "first_cycle"
 
 
-@dataclass(frozen=True)
-class Literal:
-    """A number with its unit, a text, a date, or true or false."""
-
-    value: float | str | bool
-    at: int
-    unit: str = ""
-    is_date: bool = False
-
-    @property
-    def is_day(self) -> bool:
-        """Whether it is a date without a time, and so means the whole day."""
-        return self.is_date and len(str(self.value)) == DAY
-
-
-@dataclass(frozen=True)
-class FirstCycle:
-    """The first cycle at which a comparison holds along a life."""
-
-    condition: "Compare"
-    at: int
-
-
-@dataclass(frozen=True)
-class Compare:
-    """``left sign right``; the sign is one of `COMPARISONS` or "contains"."""
-
-    sign: str
-    left: Any
-    right: Any
-
-
-@dataclass(frozen=True)
-class Missing:
-    """The operand has no value."""
-
-    operand: Any
-
-
-@dataclass(frozen=True)
-class Not:
-    """The opposite."""
-
-    condition: Any
-
-
-@dataclass(frozen=True)
-class All:
-    """Every condition holds."""
-
-    conditions: tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class Some:
-    """At least one condition holds."""
-
-    conditions: tuple[Any, ...]
-
-
-def read_condition(text: str, vocabulary: Vocabulary) -> Any:
-    """Return the tree of a condition with keys for names and SI values for quantities.
+def read_condition(text: str, vocabulary: Vocabulary) -> Condition:
+    """Return a condition with keys for names and SI values for quantities.
 
     Raises
     ------
     QueryError : it cannot be read, a name is unknown, or a value does not fit
     """
     reader = _Grammar(text, vocabulary)
-    tree = reader.condition(0)
+    answer = reader.condition(0)
     reader.expect_end()
-    return tree
+    return Condition(tuple(reader.keys), answer)
 
 
-def read_column(text: str, vocabulary: Vocabulary) -> Any:
+def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:
     """Return the key, or the ``first_cycle(…)`` of a key, that a column shows."""
     reader = _Grammar(text, vocabulary)
     operand = reader.operand()
@@ -181,6 +122,7 @@ class _Grammar:
 
     def __init__(self, text: str, vocabulary: Vocabulary) -> None:
         self.text, self.vocabulary, self.words, self.place = text, vocabulary, tokens(text), 0
+        self.keys: dict[Key, None] = {}
 
     @property
     def word(self) -> Token:
@@ -206,69 +148,73 @@ class _Grammar:
         if self.word.kind != "end":
             raise self.fail("'and', 'or' or the end")
 
-    def condition(self, depth: int) -> Any:
-        return self._joined("or", Some, lambda: self._joined("and", All, lambda: self.negation(depth)))
+    def condition(self, depth: int) -> Holds:
+        return self._joined("or", lambda: self._joined("and", lambda: self.negation(depth)))
 
-    def _joined(self, word: str, of: type, part: Callable[[], Any]) -> Any:
+    def _joined(self, word: str, part: Callable[[], Holds]) -> Holds:
         parts = [part()]
         while self.take("keyword", word):
             parts.append(part())
-        return parts[0] if len(parts) == 1 else of(tuple(parts))
+        return parts[0] if len(parts) == 1 else partial(joined, parts, word == "or")
 
-    def negation(self, depth: int) -> Any:
+    def negation(self, depth: int) -> Holds:
         if depth > DEEPEST:
             raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.word.at)
         if self.take("keyword", "not"):
-            return Not(self.negation(depth + 1))
+            return partial(negated, self.negation(depth + 1))
         if self.take("sign", "("):
             inner = self.condition(depth + 1)
             self.expect(")", "')'")
             return inner
         return self.comparison()
 
-    def comparison(self) -> Any:
+    def comparison(self) -> Holds:
         left = self.operand()
         if sign := self.take("sign", *COMPARISONS):
             middle = self.operand()
             first = self._compared(sign.text, left, middle)
             if then := self.take("sign", *COMPARISONS):  # 100 N*m < torque < 200 N*m
-                return All((first, self._compared(then.text, middle, self.operand())))
+                return partial(joined, (first, self._compared(then.text, middle, self.operand())), False)
             return first
-        negated = bool(self.take("keyword", "not"))
-        worded = self._worded(left, negated)
-        return Not(worded) if negated else worded
+        opposite = bool(self.take("keyword", "not"))
+        worded = self._worded(left, opposite)
+        return partial(negated, worded) if opposite else worded
 
-    def _worded(self, left: Any, negated: bool) -> Any:
+    def _worded(self, left: Any, opposite: bool) -> Holds:
         if self.take("keyword", "in"):
             items = self._list()
-            return Some(tuple(self._compared("=", left, item) for item in items))
+            return partial(joined, [self._compared("=", left, item) for item in items], True)
         if self.take("keyword", "between"):
             low = self.operand()
             if not self.take("keyword", "and"):
                 raise self.fail("'and' of between")
-            return All((self._compared(">=", left, low), self._compared("<=", left, self.operand())))
+            within = (self._compared(">=", left, low), self._compared("<=", left, self.operand()))
+            return partial(joined, within, False)
         if self.take("keyword", "contains"):
             return self._compared("contains", left, self.operand())
-        if not negated and self.take("keyword", "is"):
+        if not opposite and self.take("keyword", "is"):
             other = bool(self.take("keyword", "not"))
             if not self.take("keyword", "missing"):
                 raise self.fail("'missing'")
-            missing = Missing(self.bound(left))
-            return Not(missing) if other else missing
+            absent = partial(missing, self.bound(left))
+            return partial(negated, absent) if other else absent
         alone = self.word.kind == "end" or self.word.text in (")", "and", "or")
-        if alone and not negated and isinstance(left, Token):  # a switch by itself
+        if alone and not opposite and isinstance(left, Token):  # a switch by itself
             return self._compared("=", left, Literal(True, left.at))
         raise self.fail("a comparison (<, <=, >, >=, =, !=, in, between, contains, is missing)")
 
-    def _compared(self, sign: str, left: Any, right: Any) -> Compare:
-        """Return a comparison with the literal on the right."""
+    def _compared(self, sign: str, left: Any, right: Any) -> Holds:
+        return partial(meets, *self._sides(sign, left, right))
+
+    def _sides(self, sign: str, left: Any, right: Any) -> tuple[str, Any, Any]:
+        """Return sign and both sides of a comparison, the literal on the right."""
         if isinstance(left, Literal) and not isinstance(right, Literal) and sign in MIRRORED:
             sign, left, right = MIRRORED[sign], right, left
         bound = self.bound(left)
         key = Key("cycle") if isinstance(bound, FirstCycle) else bound
         if sign == "contains" and key.kind == "number":
             raise QueryError(f"{key.name!r} is a number and contains no text", self.text, left.at)
-        return Compare(sign, bound, self.value(right, key))
+        return sign, bound, self.value(right, key)
 
     def _list(self) -> list[Any]:
         opened = self.take("sign", "[", "(")
@@ -295,17 +241,22 @@ class _Grammar:
         raise self.fail("a name or a value")
 
     def _first_cycle(self, word: Token) -> FirstCycle:
-        inner = self.comparison()
-        if not isinstance(inner, Compare) or inner.sign not in ("<", "<=", ">", ">="):
+        left = self.operand()
+        sign = self.take("sign", "<", "<=", ">", ">=")
+        sides = None if sign is None else self._sides(sign.text, left, self.operand())
+        if sides is None or self.word.text in COMPARISONS:
             raise QueryError("first_cycle(…) holds one comparison with < or >", self.text, word.at)
         self.expect(")", "')'")
-        if not isinstance(inner.left, Key) or not isinstance(inner.right, Literal):
+        beyond, key, limit = sides
+        if not isinstance(key, Key) or not isinstance(limit, Literal):
             raise QueryError("first_cycle(…) compares a name with a value", self.text, word.at)
-        if not inner.left.history:
+        if not key.history:
             known = sorted(key.name for key in self.vocabulary.keys.values() if key.history)
             remedy = f"there are {listed(known, 'and')}" if known else "no run has any"
-            raise QueryError(f"{inner.left.name!r} is not kept along a life; {remedy}", self.text, word.at)
-        return FirstCycle(inner, word.at)
+            raise QueryError(f"{key.name!r} is not kept along a life; {remedy}", self.text, word.at)
+        found = FirstCycle(beyond, key, float(limit.value), word.at)
+        self.keys |= dict.fromkeys(found.keys)
+        return found
 
     def bound(self, operand: Any) -> Any:
         """Return the key that a name means, or a ``first_cycle(…)`` as it is."""
@@ -313,7 +264,9 @@ class _Grammar:
             raise QueryError("nothing is asked: one side must be a name", self.text, operand.at)
         if isinstance(operand, FirstCycle):
             return operand
-        return self.vocabulary.find(operand.text, operand.at, self.text)
+        key = self.vocabulary.find(operand.text, operand.at, self.text)
+        self.keys[key] = None
+        return key
 
     def value(self, given: Any, key: Key) -> Any:
         """Return what a key is compared with: a literal in its unit, or another key of the same unit."""

@@ -11,7 +11,8 @@ from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
 
-from wearlab.query import Key, QueryError, Vocabulary, evaluate, grammar, holds, read_column, read_condition
+from wearlab.query import Key, QueryError, Vocabulary, evaluate, holds, read_column, read_condition
+from wearlab.query.evaluate import Condition, FirstCycle
 from wearlab.sources import present_hashes
 from wearlab.store import catalogue, database, remarks
 from wearlab.store.table import Column, Table
@@ -115,25 +116,24 @@ class CatalogueSearch:
         """Return some of the runs that meet a condition, and how many do; as `table`, some skipped."""
         condition = read_condition(where, self.vocabulary) if where.strip() else None
         asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
-        named = keys_of(condition)
-        if columns is None:
-            asked = [(key.name, key) for key in named if not key.name.endswith(evaluate.HISTORY)]
+        if columns is None and condition is not None:
+            asked = [(key.name, key) for key in condition.keys if not key.name.endswith(evaluate.HISTORY)]
         by = read_column(sort.lstrip("-"), self.vocabulary) if sort else None
         first = [(name, self.vocabulary.keys[name]) for name in ("id", "status")]
         shown = dict(first + asked)
         descending = bool(sort and sort.startswith("-"))
-        if condition is None and (by is None or self._is_of_tables(by)):
+        if condition is None and not isinstance(by, FirstCycle) and self._is_of_tables(by):
             some, count = self._in_order(by, descending, limit, skip)
         else:
             found = self._found(condition, by, descending)
             some, count = found[skip:] if limit is None else found[skip : skip + limit], len(found)
-        values = self._values([key for column in shown.values() for key in keys_of(column)], some)
+        values = self._values([key for column in shown.values() for key in _keys_of(column)], some)
         heads = tuple(_column(text, column) for text, column in shown.items())
         rows = [tuple(_cell(evaluate.value_of(column, run)) for column in shown.values()) for run in values]
         return Page(Table(heads, rows), count)
 
-    def _is_of_tables(self, by: Any) -> bool:
-        return isinstance(by, Key) and (by.name in COLUMNS or by.name in self.numbers)
+    def _is_of_tables(self, by: Key | None) -> bool:
+        return by is None or by.name in COLUMNS or by.name in self.numbers
 
     def _in_order(
         self, by: Key | None, descending: bool, limit: int | None, skip: int
@@ -151,10 +151,12 @@ class CatalogueSearch:
         question = f"SELECT r.number, r.id FROM runs AS r {beside} ORDER BY {order} LIMIT ? OFFSET ?"
         return self.catalogue.read(question, (-1 if limit is None else limit, skip)), count
 
-    def _found(self, condition: Any, by: Any, descending: bool) -> list[tuple[int, str]]:
+    def _found(
+        self, condition: Condition | None, by: Key | FirstCycle | None, descending: bool
+    ) -> list[tuple[int, str]]:
         """Return number and id of the runs that meet a condition, in order."""
         runs = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
-        keys = list(dict.fromkeys([*keys_of(condition), *keys_of(by)]))
+        keys = (*(condition.keys if condition else ()), *(_keys_of(by) if by else ()))
         known: list[tuple[Any, tuple[int, str]]] = []
         missing: list[tuple[Any, tuple[int, str]]] = []
         for run, values in zip(runs, self._values(keys, runs), strict=True):
@@ -220,22 +222,8 @@ def _key(name: Any, source: Any, kind: Any, unit: Any, quantity: Any, shown: Any
     return Key(name, kind, unit, quantity, shown, source == "scene")
 
 
-def keys_of(tree: Any) -> list[Key]:
-    """Return the keys that a condition or a column names, each once; histories marked by their names."""
-    match tree:
-        case grammar.All(conditions) | grammar.Some(conditions):
-            names = [key for condition in conditions for key in keys_of(condition)]
-        case grammar.Not(inner) | grammar.Missing(inner):
-            names = keys_of(inner)
-        case grammar.FirstCycle(grammar.Compare(_, left, _)):
-            names = [left, Key(left.name + evaluate.HISTORY), Key(evaluate.CYCLE + evaluate.HISTORY)]
-        case grammar.Compare(_, left, right):
-            names = keys_of(left) + keys_of(right)
-        case Key():
-            names = [tree]
-        case _:
-            names = []
-    return list(dict.fromkeys(names))
+def _keys_of(column: Key | FirstCycle) -> tuple[Key, ...]:
+    return column.keys if isinstance(column, FirstCycle) else (column,)
 
 
 def _rank(value: Any) -> tuple[bool, Any, str] | None:
@@ -262,6 +250,6 @@ def _cell(value: Any) -> Any:
 
 
 def _column(text: str, column: Any) -> Column:
-    if isinstance(column, grammar.FirstCycle):
+    if isinstance(column, FirstCycle):
         return Column(text)
     return Column(text, column.unit, column.display_unit, column.is_path)
