@@ -243,7 +243,7 @@ class _Work:
 
 def _record(campaign: "Campaign", store: "Store") -> str:
     """Enter the campaign's cases into the catalogue, with the values that set each apart; return its key."""
-    from wearlab.campaign.campaign import with_figures
+    from wearlab.campaign import campaign as campaigns
 
     members = [(case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases]
     path = getattr(campaign, "path", None)
@@ -253,7 +253,7 @@ def _record(campaign: "Campaign", store: "Store") -> str:
         None if path is None else str(path),
         members,
         getattr(campaign, "metadata", None),
-        with_figures(campaign),
+        campaigns.with_figures(campaign),
     )
 
 

@@ -19,7 +19,7 @@ from wearlab.store import description
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
 from wearlab.store.database import CHUNK, VERSION, Read, make_tables, understood
 from wearlab.store.files import StoreError
-from wearlab.store.outcome import CALIBRATION, Outcome, State
+from wearlab.store.outcome import CALIBRATION, CALIBRATION_LIFE, Outcome, State
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
 
@@ -76,9 +76,24 @@ class Entry:
         return str(self.summary.get(CALIBRATION) or "")
 
     @property
+    def calibration_life(self) -> float | None:
+        """The life that this run had then."""
+        return self.summary.get(CALIBRATION_LIFE)
+
+    @property
     def form(self) -> tuple[str | None, tuple[tuple[str, int], ...]]:
         """What runs have in common that are alike: their variables and their lengths."""
         return self.layout, tuple(self.sizes.items())
+
+    def without_data(self) -> Outcome:
+        """Return the outcome of a case that failed or was refused, to be recorded elsewhere."""
+        return Outcome(
+            *(self.id, self.state, self.started or "", self.seconds or 0.0, self.scene or "{}"),
+            reason=self.reason,
+            warnings=self.warnings,
+            source_hash=self.source_hash or "",
+            wearlab_version=self.wearlab_version or "",
+        )
 
 
 HEAD, ENTRY = TypeAdapter(Head), TypeAdapter(Entry)

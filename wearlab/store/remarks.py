@@ -26,6 +26,13 @@ CREATE TABLE IF NOT EXISTS remarks (
 """
 THERE = "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'remarks'"
 COLUMNS = "subject, line, what, text, who, recorded, campaign, stands"
+OF_RUNS = """
+SELECT run, text, recorded FROM (
+    SELECT subject AS run, text, recorded, what, stands FROM remarks
+    UNION ALL SELECT run, text, r.recorded, what, stands FROM remarks AS r
+    JOIN campaigns AS c ON c.title = r.campaign JOIN members AS m ON m.campaign = c.key
+)
+"""
 KINDS = ("tag", "untag", "note")
 LONGEST = {"tag": 100, "untag": 100, "note": 10_000}  # characters
 LARGEST = 10_000_000  # bytes of one file
@@ -110,21 +117,12 @@ def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> l
 
 def texts_of(catalogue: Catalogue, run_ids: Iterable[str], what: str) -> dict[str, tuple[str, ...]]:
     """Return the tags, or the notes, of runs: their own, and those of the campaigns that they belong to."""
-    ids = list(run_ids)
     if not catalogue.read(THERE):
         return {}
+    rows = catalogue.read_many(f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", list(run_ids))
     told: dict[str, dict[str, None]] = {}
-    titles = dict(catalogue.read("SELECT DISTINCT campaign, subject FROM remarks WHERE campaign != ''"))
-    of_campaigns: dict[str, list[str]] = {}
-    if titles:
-        question = "SELECT run, title FROM members JOIN campaigns ON campaign = key WHERE run IN"
-        for run_id, title in catalogue.read_many(question, ids):
-            if title in titles:
-                of_campaigns.setdefault(titles[title], []).append(run_id)
-    for remark in remarks_on(catalogue, [*ids, *of_campaigns]):
-        if remark.what == what:
-            for run_id in of_campaigns.get(remark.subject, [remark.subject]):
-                told.setdefault(run_id, {})[remark.text] = None
+    for run_id, text, _ in sorted(rows, key=lambda row: (str(row[2]), str(row[1]))):
+        told.setdefault(run_id, {})[str(text)] = None
     return {run_id: tuple(texts) for run_id, texts in told.items()}
 
 

@@ -15,7 +15,6 @@ from wearlab.query import evaluate, keys
 from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
 from wearlab.store.files import Problem, StoreError, damage, stray
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
@@ -64,7 +63,7 @@ def _uncalibrated(
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(entry.calibration)
-        used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
+        used, lived = entry.calibration_life, None if by is None else by.summary.get("cycle")
         if by is None or used is None or lived is None:
             continue
         if not math.isclose(used, lived, rel_tol=SAME):
@@ -238,7 +237,7 @@ def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, 
     if entry.state == "running" or (entry.state != "done" and ours is not None):
         return
     if entry.state != "done":
-        store.save([_without_data(entry)], owner)
+        store.save([entry.without_data()], owner)
         made.copied.append(entry.id)
         return
     try:
@@ -291,17 +290,6 @@ def _plugins(store: KeptRuns, other: KeptRuns) -> None:
 def _compare(store: KeptRuns, other: KeptRuns, run_id: str, made: Merged) -> None:
     same = netcdf.results_hash(store.run(run_id)) == netcdf.results_hash(other.run(run_id))
     (made.same if same else made.conflicting).append(run_id)
-
-
-def _without_data(entry: catalogue.Entry) -> Outcome:
-    """Return the outcome of a case that failed or was refused elsewhere."""
-    return Outcome(
-        *(entry.id, entry.state, entry.started or "", entry.seconds or 0.0, entry.scene or "{}"),
-        reason=entry.reason,
-        warnings=entry.warnings,
-        source_hash=entry.source_hash or "",
-        wearlab_version=entry.wearlab_version or "",
-    )
 
 
 @dataclass(frozen=True)
