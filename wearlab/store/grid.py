@@ -8,7 +8,8 @@ never splits it.
 import hashlib
 import json
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign import Axis, Campaign, Coordinate
+    from wearlab.store import kept_runs
 
 BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
@@ -39,22 +41,13 @@ MOST_WORDS = 2  # keys that name the base beside its cases
 Variables = dict[str, Any]
 
 
-def open_grid(
-    campaign: "Campaign",
-    runs: Sequence[catalogue.Entry],
-    layouts: Mapping[str, Any],
-    folder: Path,
-    scenes: Mapping[str, str],
-) -> xr.Dataset:
+def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns") -> xr.Dataset:
     """Return the lazy dataset of a campaign.
 
     Parameters
     ----------
     campaign : its axes and cases
-    runs : what the catalogue knows of its runs
-    layouts : the tables of variables that the runs name
-    folder : path of a run's file is ``folder / id[:2] / (id + ".nc")``
-    scenes : run → its scene as canonical JSON, of the runs that `named_runs` gives
+    store : what its catalogue knows of the runs; only scenes of the first run of each case are read
 
     Returns
     -------
@@ -63,8 +56,13 @@ def open_grid(
     coordinate ``computed``: where a run stands at its own place, not repeated along axes;
     points without data are NaN (text: ""); ``attrs["missing"]`` names the first of them.
     """
-    cases = _Cases(campaign, {run.id: run for run in runs})
-    stored = _Stored(cases, layouts, folder)
+    known = store.catalogue.placed(case.id for case in campaign.cases)
+    runs = {run.id: replace(run, state="interrupted") if store.is_stale(run) else run for run in known}
+    layouts = store.catalogue.layouts(run.layout for run in known if run.layout)
+    of_cases = {case.label: case.id for case in reversed(campaign.cases)}
+    scenes = {run_id: entry.scene or "" for run_id, entry in store.entries(of_cases.values()).items()}
+    cases = _Cases(campaign, runs)
+    stored = _Stored(cases, layouts, store.files.folder.absolute())
     variables, coordinates = cases.states(), cases.axis_coordinates()
     updates = [stored.groups[file.group].sizes.get(UPDATE, 1) for file in stored.files]
     about = {"long_name": "number of wear states of the run"}
@@ -191,7 +189,8 @@ class _Stored:
     Parameters
     ----------
     cases : where runs stand
-    layouts, folder : as `open_grid` gets them
+    layouts : the tables of variables that the runs name
+    folder : of their files
     """
 
     def __init__(self, cases: _Cases, layouts: Mapping[str, Any], folder: Path) -> None:
@@ -304,11 +303,6 @@ def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
     if labels != [BASE]:
         axes["case"] = sorted(labels, key=lambda label: label != BASE)
     return axes
-
-
-def named_runs(campaign: "Campaign") -> list[str]:
-    """Return the first run of each case, whose scenes tell where cases stand and in what they differ."""
-    return list({case.label: case.id for case in reversed(campaign.cases)}.values())
 
 
 def _base_text(campaign: "Campaign", scenes: Mapping[str, str]) -> str:

@@ -1,7 +1,6 @@
 """A store: runs kept on disk, asked as one, and checked."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from html import escape
 from os import PathLike
 from pathlib import Path
@@ -54,17 +53,11 @@ class Store(kept_runs.KeptRuns):
         StoreError : there is no store
         """
         from wearlab.campaign.reading import campaign_of
-        from wearlab.store.grid import axes_in_si, named_runs, open_grid
+        from wearlab.store.grid import axes_in_si, open_grid
 
         campaign = campaign_of(campaign)
-        runs = [
-            replace(run, state="interrupted") if self.is_stale(run) else run
-            for run in self.catalogue.placed(case.id for case in campaign.cases)
-        ]
-        layouts = self.catalogue.layouts(run.layout for run in runs if run.layout)
         try:
-            scenes = {i: entry.scene or "" for i, entry in self.entries(named_runs(campaign)).items()}
-            grid = open_grid(campaign, runs, layouts, self.files.folder.absolute(), scenes)
+            grid = open_grid(campaign, self)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise StoreError(
                 f"{self.catalogue.path}: what it says of these runs cannot be understood "
