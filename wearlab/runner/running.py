@@ -283,13 +283,6 @@ def _report(
         if checks is not None
     )
     return report.Report(
-        len(labels),
-        len(computed & labels.keys()),
-        *counts,
-        seconds,
-        troubled,
-        expected,
-        notes,
-        campaign,
-        store,
+        *(len(labels), len(computed & labels.keys()), *counts, seconds),
+        *(troubled, expected, notes, campaign, store),
     )

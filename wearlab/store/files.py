@@ -18,7 +18,6 @@ from typing import NamedTuple
 HARMLESS = 64_000_000  # bytes that any file may claim
 DENSEST = 2_000  # bytes of values in one byte of a file: no more than a thousand can be deflated into it
 LARGEST = 4_000_000_000  # bytes that a file may claim beyond twenty times its own
-NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
 
 
 class StoreError(Exception):
@@ -80,20 +79,6 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
             size = 0
     if claimed > max(HARMLESS, min(DENSEST * size, LARGEST), 20 * size):
         raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
-
-
-def number_type(text: str) -> str:
-    """Return the name of a type of numbers, as the catalogue has it.
-
-    Raises
-    ------
-    StoreError : it is none
-    """
-    if not NUMBER.fullmatch(text):
-        raise StoreError(
-            f"the catalogue names {text[:40]!r} as a type of numbers; 'wearlab reindex' mends it"
-        )
-    return text
 
 
 @contextmanager

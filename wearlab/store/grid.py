@@ -8,6 +8,7 @@ never splits it.
 import hashlib
 import json
 import math
+import re
 from collections.abc import Container, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from wearlab.query.evaluate import met
 from wearlab.query.keys import differences, flat, quantity_at
 from wearlab.store import catalogue, outcome, reading
-from wearlab.store.files import number_type, refuse_oversized
+from wearlab.store.files import StoreError, refuse_oversized
 from wearlab.units import KINDS, convert
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ BASE = "base"
 MISSING, EXCLUDED, DONE = "missing", "excluded", "done"
 UPDATE = "update"
 TEXT = np.dtype(object, metadata={"element_type": str})  # as xarray marks texts that it need not look through
+NUMBER = re.compile(r"[<>|=]?[biuf][1248]")
 MOST_MISSING = 5  # points that are named
 UNSAID = ("factor", "depth", "amount", "model", "file")
 """Last words of keys that say too little alone."""
@@ -292,7 +294,10 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     """Return dtype and filling: text stays text, numbers with holes become float64."""
     if stored == "str":
         return TEXT, ""
-    stored = number_type(stored)
+    if not NUMBER.fullmatch(stored):
+        raise StoreError(
+            f"the catalogue names {stored[:40]!r} as a type of numbers; 'wearlab reindex' mends it"
+        )
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 
