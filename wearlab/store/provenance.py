@@ -146,22 +146,29 @@ def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
     from wearlab.store import updates
 
     update = updates.find_update(store, prefix)
-    if update is not None:
-        return _of_update(store, update)
+    facts = _of_run(store, prefix) if update is None else _of_update(store, update)
+    return {key: value for key, value in facts.items() if value}
+
+
+def _of_run(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
+    """Return what a citation of a run needs: who and what, and the code that made it."""
+    from wearlab.store import campaigns
+
     entry = store.find(prefix)
     attributes = store.run(entry.id).attrs
     members = store.catalogue.members([entry.id])
     # the campaign that names its authors speaks for its runs, or one that is a file
     member = max(
-        reversed(members), key=lambda each: ("author" in each.metadata, each.path is not None), default=None
+        reversed(members),
+        key=lambda each: ("author" in each.metadata, each.path is not None),
+        default=campaigns.Member("", None, "", "", {}),
     )
-    title = member.campaign if member else ""
-    facts = {
+    return {
         "id": entry.id,
-        "campaign": title,
-        "case": "" if member is None else _case(member),
-        "also_in": "; ".join(dict.fromkeys(m.campaign for m in members if m.campaign != title)),
-        "reference": member.reference if member else "",
+        "campaign": member.campaign,
+        "case": _case(member),
+        "also_in": "; ".join(dict.fromkeys(m.campaign for m in members if m.campaign != member.campaign)),
+        "reference": member.reference,
         "date": (entry.started or str(attributes.get("date_created", "")))[:10],
         "sha256": entry.sha256 or "",
         netcdf.SEAL: str(attributes.get(netcdf.SEAL, "")),
@@ -170,10 +177,8 @@ def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
         "lineage": "; ".join(map(str, lineage(store, entry))),
         "calibration": entry.calibration,
         **{name: str(attributes[name]) for name in CODE if attributes.get(name)},
+        **{key: member.metadata[key] for key in WHO if key in member.metadata},
     }
-    if member is not None:
-        facts |= {key: member.metadata[key] for key in WHO if key in member.metadata}
-    return {key: value for key, value in facts.items() if value}
 
 
 def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dict[str, str]:
@@ -182,7 +187,7 @@ def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dic
 
     tree = updates.read_update(store, update.id)
     attributes = {} if tree is None else tree.attrs
-    facts = {
+    return {
         "kind": "Update",
         "id": update.id,
         "campaign": update.title,
@@ -196,7 +201,6 @@ def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dic
         "made_from": " ".join(update.runs),
         **{key: str(attributes[key]) for key in WHO if attributes.get(key)},
     }
-    return {key: value for key, value in facts.items() if value}
 
 
 def _case(member: "campaigns.Member") -> str:
