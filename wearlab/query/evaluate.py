@@ -140,14 +140,14 @@ class FirstCycle(NamedTuple):
         return (self.key, Key(self.key.name + HISTORY), Key(CYCLE + HISTORY))
 
 
-class Condition(NamedTuple):
+class BoundCondition(NamedTuple):
     """A condition that was read: the keys that it names, and whether it holds of values."""
 
     keys: tuple[Key, ...]
     holds: Holds
 
 
-def holds(condition: Condition, values: Mapping[str, Any]) -> bool | None:
+def holds(condition: BoundCondition, values: Mapping[str, Any]) -> bool | None:
     """Return whether a condition holds; None when a value it depends on is missing.
 
     Parameters

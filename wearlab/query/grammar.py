@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from wearlab import units
-from wearlab.query.evaluate import Condition, FirstCycle, Holds, Literal, joined, meets, missing, negated
+from wearlab.query.evaluate import BoundCondition, FirstCycle, Holds, Literal, joined, meets, missing, negated
 from wearlab.query.keys import PLAIN, Key, QueryError, Vocabulary, listed
 
 LONGEST = 4000
@@ -94,7 +94,7 @@ MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 FIRST_CYCLE = "first_cycle"
 
 
-def read_condition(text: str, vocabulary: Vocabulary) -> Condition:
+def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
     """Return a condition with keys for names and SI values for quantities.
 
     Raises
@@ -104,7 +104,7 @@ def read_condition(text: str, vocabulary: Vocabulary) -> Condition:
     reader = _Grammar(text, vocabulary)
     answer = reader.condition(0)
     reader.expect_end()
-    return Condition(tuple(reader.keys), answer)
+    return BoundCondition(tuple(reader.keys), answer)
 
 
 def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:

@@ -12,7 +12,7 @@ from itertools import chain
 from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, evaluate, holds, read_column, read_condition
-from wearlab.query.evaluate import Condition, FirstCycle
+from wearlab.query.evaluate import BoundCondition, FirstCycle
 from wearlab.sources import present_hashes
 from wearlab.store import catalogue, database, remarks
 from wearlab.store.table import Column, Table
@@ -152,7 +152,7 @@ class CatalogueSearch:
         return self.catalogue.read(question, (-1 if limit is None else limit, skip)), count
 
     def _found(
-        self, condition: Condition | None, by: Key | FirstCycle | None, descending: bool
+        self, condition: BoundCondition | None, by: Key | FirstCycle | None, descending: bool
     ) -> list[tuple[int, str]]:
         """Return number and id of the runs that meet a condition, in order."""
         runs = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
