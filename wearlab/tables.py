@@ -125,11 +125,9 @@ class ReadTable:
 
     def find(self, column: str) -> str | None:
         """Return the name of a column that is called by its header, its name, or either in other letters."""
-        for written in (self.headers, self.names):
-            for name, text in zip(self.names, written, strict=True):
-                if text == column:
-                    return name
-        return next((n for n in self.names if n.casefold() == column.strip().casefold()), None)
+        alike = {name.casefold(): name for name in reversed(self.names)}
+        written = {name: name for name in self.names} | dict(zip(self.headers, self.names, strict=True))
+        return written.get(column) or alike.get(column.strip().casefold())
 
     def where(self, name: str, text: str) -> "ReadTable":
         """Return the rows that have a text in a column."""

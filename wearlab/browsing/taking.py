@@ -120,8 +120,10 @@ class Folder:
     """
 
     pages = (("", "Campaign"),)
-    live, writable, token, nonce = False, False, "", ""
-    style, libraries = frame.STYLE, Resources(mode="absolute", components=frame.SCRIPTS).js_files
+    live = writable = False
+    token = nonce = ""
+    style = frame.STYLE
+    libraries = Resources(mode="absolute", components=frame.SCRIPTS).js_files
     scripts = (*(Path(file).name for file in libraries), frame.NAMES)
 
     def __init__(self, store: "Store", runs: Iterable[str]) -> None:
