@@ -70,44 +70,35 @@ class Trial:
 
     Parameters
     ----------
-    start, end : the states at its ends
+    step : as it goes into the record where it is accepted
     size : ΔN [1]
-    error : (n,) estimated local error [m]
-    ratio : its largest over the allowed one [1]
+    ratio : its largest error over the allowed one [1]
     order : of the method
-    by : the method, as `wearlab.life.step.Step` tells it
     """
 
-    start: Node
-    end: Node
+    step: Step
     size: float
-    error: Array
     ratio: float
     order: int
-    by: Scheme | str
 
     @property
     def follows(self) -> bool:
         """Whether the error is still small beside the wear of the step."""
-        worn = float((self.end.depth - self.start.depth).max(initial=0.0))
-        return float(np.abs(self.error).max(initial=0.0)) <= LOST * worn
+        worn = float((self.step.end.depth - self.step.start.depth).max(initial=0.0))
+        return float(np.abs(self.step.error).max(initial=0.0)) <= LOST * worn
 
     @property
     def change(self) -> float:
         """Change of the rate over the step [m per cycle]."""
-        return float(np.linalg.norm(self.end.rate - self.start.rate))
-
-    def accepted(self) -> Step:
-        """Return the step as it goes into the record."""
-        slopes = (self.start.rate, self.end.rate)
-        return Step(self.start, self.end, slopes, self.error, growth(self.start, self.end), self.by)
+        return float(np.linalg.norm(self.step.end.rate - self.step.start.rate))
 
     def across(self) -> tuple[Step, Jump]:
         """Return the step as one across a jump, which lies anywhere in it, and the jump."""
-        secant = (self.end.depth - self.start.depth) / self.size
-        error = np.maximum(np.abs(self.error), self.size * np.abs(self.end.rate - self.start.rate))
-        jump = Jump(self.end.cycle, self.size, self.start.rate, self.end.rate)
-        return Step(self.start, self.end, (secant, secant), error, 1.0), jump
+        start, end = self.step.start, self.step.end
+        secant = (end.depth - start.depth) / self.size
+        error = np.maximum(np.abs(self.step.error), self.size * np.abs(end.rate - start.rate))
+        jump = Jump(end.cycle, self.size, start.rate, end.rate)
+        return Step(start, end, (secant, secant), error, 1.0), jump
 
 
 def fitting(ratio: float, order: int) -> float:
@@ -171,7 +162,7 @@ class AdaptiveStepper:
                 return self._held(node, largest, still), None
             if tried.ratio <= 1.0 or (size <= floor and tried.follows):
                 self._went_on(tried, rejected=rejected)
-                return tried.across() if self._crosses_jump(tried, memory) else (tried.accepted(), None)
+                return tried.across() if self._crosses_jump(tried, memory) else (tried.step, None)
             if UNCHANGED * tried.change > self.ahead[1]:
                 self.ahead = tried.size, tried.change
             rejected = True
@@ -194,12 +185,12 @@ class AdaptiveStepper:
         size, change = self.ahead
         if tried.size > SHORTER * size or tried.change <= UNCHANGED * change:
             return False
-        self.ahead, beyond, step = (0.0, 0.0), self.rate.remember(), tried.accepted()
+        self.ahead, beyond, step = (0.0, 0.0), self.rate.remember(), tried.step
         between = False
         for share in PROBES:
             self.rate.recall(memory)
-            inside = self.rate(depth_at(step, tried.start.cycle + share * tried.size))
-            sides = [float(np.linalg.norm(inside - end.rate)) for end in (tried.start, tried.end)]
+            inside = self.rate(depth_at(step, step.start.cycle + share * tried.size))
+            sides = [float(np.linalg.norm(inside - end.rate)) for end in step[:2]]
             between = between or min(sides) > CONTINUOUS * tried.change
         self.rate.recall(beyond)
         return not between
@@ -269,19 +260,20 @@ class AdaptiveStepper:
             depth = runge_kutta.chebyshev_step(self.rate, node.depth, node.rate, size, scheme)
             end = Node(node.cycle + size, depth, self.rate(depth))
             error = runge_kutta.chebyshev_error(node.depth, depth, node.rate, end.rate, size)
-            return Trial(node, end, size, error, self._ratio(error, node, end), 2, scheme)
+            return self._tried(node, end, size, error, 2, scheme)
         found = runge_kutta.fourth_order_step(self.rate, node.depth, node.rate, size)
         known.told(self.rate, found.seen)
         end = Node(node.cycle + size, found.depth, found.rate)
         error = runge_kutta.fourth_order_error(found.difference, size * known.radius)
-        return Trial(node, end, size, error, self._ratio(error, node, end), 4, FOURTH_ORDER)
+        return self._tried(node, end, size, error, 4, FOURTH_ORDER)
 
-    def _ratio(self, error: Array, node: Node, end: Node) -> float:
-        """Return the largest error over the one that is allowed [1]."""
+    def _tried(self, node: Node, end: Node, size: float, error: Array, order: int, by: Scheme | str) -> Trial:
+        """Return a step with its largest error over the one that is allowed [1]."""
         worn = float((end.depth - node.depth).max(initial=0.0))
         reached = max(float(end.depth.max(initial=0.0)), self.scale)
         allowed = SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
-        return float(np.abs(error).max(initial=0.0)) / allowed
+        step = Step(node, end, (node.rate, end.rate), error, growth(node, end), by)
+        return Trial(step, size, float(np.abs(error).max(initial=0.0)) / allowed, order)
 
     def _went_on(self, tried: Trial, *, rejected: bool) -> None:
         """Settle the next size by the error of an accepted step and how errors went lately."""

@@ -131,17 +131,13 @@ def again(step: Step, rate: Rate, start: Node) -> Step:
     """
     if step.by is None:
         raise ValueError("the wear rate jumps or wavers in this step: it cannot be taken again")
-    if step.by == EULER:
-        depth = start.depth + step.size * start.rate
-        rate_at_end, slopes = rate(depth), (start.rate, start.rate)
-        end = Node(step.end.cycle, depth, rate_at_end)
-    elif isinstance(step.by, Scheme):
-        depth = chebyshev_step(rate, start.depth, start.rate, step.size, step.by)
-        end = Node(step.end.cycle, depth, rate(depth))
-        slopes = (start.rate, end.rate)
-    else:
+    if step.by == FOURTH_ORDER:
         found = fourth_order_step(rate, start.depth, start.rate, step.size)
-        depth, rate_at_end = found.depth, found.rate
-        end = Node(step.end.cycle, depth, rate_at_end)
-        slopes = (start.rate, rate_at_end)
-    return Step(start, end, slopes, np.zeros_like(depth), 1.0, step.by)
+        end = Node(step.end.cycle, found.depth, found.rate)
+    else:
+        depth = start.depth + step.size * start.rate
+        if isinstance(step.by, Scheme):
+            depth = chebyshev_step(rate, start.depth, start.rate, step.size, step.by)
+        end = Node(step.end.cycle, depth, rate(depth))
+    slopes = start.rate, start.rate if step.by == EULER else end.rate
+    return Step(start, end, slopes, np.zeros_like(end.depth), 1.0, step.by)
