@@ -74,8 +74,11 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
     s = np.asarray(position, float)
     nodal = _nodal(profile, pair, gear, s)
     nodal = nodal - _zero_line(profile.zero, pair, gear, s, nodal)
-    _check_sign(nodal, pair, gear, s, profile.zero)
-    return np.maximum(nodal, 0.0)
+
+    def where(lowest: int) -> str:
+        return f"profile at diameter {2e3 * float(pair.radius(gear, s[lowest])):.6g} mm"
+
+    return _worn(nodal, pair.gears[gear].name, profile.zero, where, "'max' or 'line'")
 
 
 def _nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:
@@ -161,15 +164,32 @@ def _over_face(
     for node, along in enumerate(depth.T):
         nodal[:, node] = np.interp(flank.position, *continued(place, along, ends[0], ends[1], continuation))
     nodal -= nodal.min() if zero == "max" else 0.0
-    allowed = max(LEAST_NOISE, NOISE * float(nodal.max()))
-    if nodal.min() < -allowed:
-        lowest = flank.position[np.argmin(nodal.min(axis=1))]
+
+    def where(lowest: int) -> str:
+        return f"shape at face position {1e3 * flank.position[lowest // nodal.shape[1]]:.4g} mm"
+
+    return _worn(nodal, name, zero, where, "'max'")
+
+
+def _worn(depth: Array, name: str, zero: Zero, where: Callable[[int], str], instead: str) -> Array:
+    """Return depths of wear, ≥ 0; what stands hardly above its zero counts as unworn.
+
+    Parameters
+    ----------
+    depth : measured, less its zero [m]
+    name : of the gear
+    zero : what counted as zero
+    where : what stands above it and where, in words, of an entry of the depths
+    instead : what zero might be better
+    """
+    lowest = int(np.argmin(depth))
+    above = -float(depth.flat[lowest])
+    if above > max(LEAST_NOISE, NOISE * float(depth.max())):
         raise GearError(
-            f"{name}: with zero = {zero!r} the measured flank stands {-1e6 * nodal.min():.3g} µm above its "
-            f"unworn shape at face position {1e3 * lowest:.4g} mm, and wear adds no material; check the "
-            "sign, or choose zero = 'max'"
+            f"{name}: with zero = {zero!r} the measured flank stands {1e6 * above:.3g} µm above its unworn "
+            f"{where(lowest)}, and wear adds no material; check the sign, or choose zero = {instead}"
         )
-    return np.maximum(nodal, 0.0)
+    return np.maximum(depth, 0.0)
 
 
 def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) -> Array:
@@ -231,16 +251,14 @@ def continued(where: Array, depth: Array, begin: float, end: float, how: Continu
     how : leave it as it is, hold the last value, go on with the straight line through the last `END_SHARE`,
         or jump to zero
     """
-    x, y = [where], [depth]
-    for side, place, outside in ((0, begin, where[0] > begin), (-1, end, where[-1] < end)):
-        if not outside or how not in BEYOND:
-            continue
-        new_x, new_y = BEYOND[how](where, depth, side, place)
-        if side == 0:
-            x, y = [new_x[::-1], *x], [new_y[::-1], *y]
-        else:
-            x, y = [*x, new_x], [*y, new_y]
-    return np.concatenate(x), np.concatenate(y)
+    pieces = [(where, depth)]
+    if how in BEYOND and where[0] > begin:
+        x, y = BEYOND[how](where, depth, 0, begin)
+        pieces.insert(0, (x[::-1], y[::-1]))
+    if how in BEYOND and where[-1] < end:
+        pieces.append(BEYOND[how](where, depth, -1, end))
+    x, y = (np.concatenate(each) for each in zip(*pieces, strict=True))
+    return x, y
 
 
 def _zero(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
@@ -345,15 +363,3 @@ def _outer_line(s: Array, depth: Array) -> Array:
     crossing = depth[before][:, None] - slope * s[before][:, None]
     i, j = np.unravel_index(np.argmin(crossing), crossing.shape)
     return np.asarray(crossing[i, j] + slope[i, j] * s)
-
-
-def _check_sign(depth: Array, pair: GearPair, gear: int, s: Array, zero: Zero) -> None:
-    allowed = max(LEAST_NOISE, NOISE * float(depth.max()))
-    lowest = int(np.argmin(depth))
-    if depth[lowest] < -allowed:
-        diameter = 2e3 * float(pair.radius(gear, s[lowest]))
-        raise GearError(
-            f"{pair.gears[gear].name}: with zero = {zero!r} the measured flank stands "
-            f"{-1e6 * depth[lowest]:.3g} µm above its unworn profile at diameter {diameter:.6g} mm, and wear "
-            "adds no material; check the sign, or choose zero = 'max' or 'line'"
-        )

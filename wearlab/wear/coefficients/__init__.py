@@ -4,11 +4,12 @@ A file beside this one adds another.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, Discriminator, Tag
 
+from wearlab.arrays import Array
 from wearlab.options import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -25,12 +26,7 @@ from wearlab.options import (
 from wearlab.slots import Slot, Variant
 from wearlab.wear.films import FilmModel
 from wearlab.wear.path import WearPath
-from wearlab.wear.setting import NEEDS, PowerOfLoad, Setting
-
-if TYPE_CHECKING:
-    from wearlab.arrays import Array
-    from wearlab.wear.setting import FlankState
-
+from wearlab.wear.setting import NEEDS, FlankState, PowerOfLoad, Setting
 
 STANDARD_FILM = "dowson-higginson"
 
@@ -86,7 +82,7 @@ class CoefficientModel(Variant):
             return self.film
         return standard_film() if self.film else None
 
-    def build(self, setting: "Setting") -> "PowerOfLoad | Callable[[FlankState], Array]":
+    def build(self, setting: Setting) -> PowerOfLoad | Callable[[FlankState], Array]:
         """Return k along the path, without ``factor`` and film: a power of the load, or a function.
 
         Parameters

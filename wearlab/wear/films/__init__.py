@@ -99,14 +99,14 @@ class FilmModel(Variant):
     may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ("lubricant", "roughness")
 
-    def thickness(self, setting: "Setting") -> "PowerOfLoad":
+    def thickness(self, setting: Setting) -> PowerOfLoad:
         """Return the film thickness along the path as a power of the load, by Dowson and Higginson [m]."""
         oil = setting.lubricant
         assert setting.roughness is not None
         film = Film(oil.viscosity, oil.pressure_viscosity, composite_rq(setting.roughness))
         return film.along(setting.path)
 
-    def build(self, setting: "Setting") -> "Callable[[Array], Array]":
+    def build(self, setting: Setting) -> Callable[[Array], Array]:
         """Return the share of wear that the film leaves, a function of λ (n,) [1] to (n,) within 0 and 1."""
         raise NotImplementedError(f"{type(self).__name__} has no build")
 

@@ -4,15 +4,12 @@ A file beside this one adds another.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
+from wearlab.arrays import Array
 from wearlab.options import option
 from wearlab.slots import Slot, Variant
-from wearlab.wear.setting import NEEDS, Setting
-
-if TYPE_CHECKING:
-    from wearlab.arrays import Array
-    from wearlab.wear.setting import FlankState
+from wearlab.wear.setting import NEEDS, FlankState, Setting
 
 
 class LawModel(Variant):
@@ -27,7 +24,7 @@ class LawModel(Variant):
     needs: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[bool] = False
 
-    def build(self, setting: "Setting") -> "Callable[[FlankState], Array] | None":
+    def build(self, setting: Setting) -> Callable[[FlankState], Array] | None:
         """Return the wear depth per cycle as a function of a flank's state; None for Archard's own kernel.
 
         Parameters

@@ -3,16 +3,14 @@
 A file beside this one adds another.
 """
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.options import option
 from wearlab.slots import Slot, Variant
-
-if TYPE_CHECKING:
-    from wearlab.arrays import Array
-    from wearlab.wear.path import WearPath
+from wearlab.wear.path import WearPath
 
 
 class ProjectionModel(Variant):
@@ -20,7 +18,7 @@ class ProjectionModel(Variant):
 
     slot: ClassVar[Slot] = Slot("wear.projection", __name__, by_name=True)
 
-    def factor(self, path: "WearPath") -> "Array":
+    def factor(self, path: WearPath) -> Array:
         """Return the depth over that along the flank normal, (2, n) [1]."""
         raise NotImplementedError(f"{type(self).__name__} has no factor")
 
@@ -30,7 +28,7 @@ class NormalProjection(ProjectionModel):
 
     model: Literal["normal"] = option("normal", "along the normal", source="Archard 1953")
 
-    def factor(self, path: "WearPath") -> "Array":
+    def factor(self, path: WearPath) -> Array:
         """Return 1, (2, n) [1]."""
         return np.ones_like(path.curvature)
 
@@ -43,6 +41,6 @@ class OverCosine(ProjectionModel):
 
     model: Literal["over-cosine"] = option("over-cosine", "W23's h/cos α", source="W23 Eq. 33")
 
-    def factor(self, path: "WearPath") -> "Array":
+    def factor(self, path: WearPath) -> Array:
         """Return ``1/cos α(r)``, (2, n) [1]."""
         return np.asarray(1.0 / np.cos(path.pressure_angle))
