@@ -116,8 +116,6 @@ class _Writer:
         match value:
             case np.ndarray() | np.generic():
                 return self.array(value)
-            case complex():
-                return ["complex", value.real, value.imag]
             case slice():
                 return ["slice", value.start, value.stop, value.step]
             case dict():
@@ -167,8 +165,6 @@ class _Reader:
             case [("array" | "number") as kind, str(dtype), list(shape), order, offset]:
                 values = self.array(dtype, shape, order, _index(offset))
                 return values if kind == "array" else values[()]
-            case ["complex", float(real), float(imaginary)]:
-                return complex(real, imaginary)
             case ["slice", start, stop, step]:
                 return slice(start, stop, step)
             case ["table", list(items)]:

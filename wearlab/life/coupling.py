@@ -68,11 +68,13 @@ class Coupling(OneCondition):
         states, noises = [], [0.0]
         for depth, flanks, state, kind, force in zip(wear, worn, static, self.kinds, forces, strict=True):
             tooth_force = self.load.at_nodes(flanks, state, force)
-            rate = None if kind.law is None else _rate(kind, depth, force.weight, tooth_force)
-            if kind.law is not None and any(response.period == 0 for response in responses):
-                rate_of = partial(self._rate_of, kind.law, flanks, state, force, depth)
-                noises.append(scatter(rate_of, len(kind.meshes), force.periods))
-            states.append(KindState(depth, flanks, state, force.weight, force.drive, tooth_force, rate))
+            own = KindState(depth, flanks, state, force.weight, force.drive, tooth_force, None)
+            if kind.law is not None:
+                own = own._replace(rate=_rate(kind, kind.law, own))
+                if any(response.period == 0 for response in responses):
+                    rate_of = partial(self._rate_of, kind.law, flanks, state, force, depth)
+                    noises.append(scatter(rate_of, len(kind.meshes), force.periods))
+            states.append(own)
         self._spent("wear", begun)
         return WearState(tuple(states), responses, max(noises))
 
@@ -155,15 +157,12 @@ class Coupling(OneCondition):
         return loads.Forces(np.array(weights), drive, acting.pair_normal.reshape(*shape, -1), tuple(counts))
 
 
-def _rate(kind: MeshKind, depth: Array, weight: Array, tooth_force: Array) -> Array:
+def _rate(kind: MeshKind, law: PreparedLaw, state: KindState) -> Array:
     """Return the wear rate of the flanks of a kind of mesh, (2, n) [m per cycle]."""
-    law, patch = kind.law, kind.patch
-    assert law is not None
-    pointwise = averaged_rate(law, weight, tooth_force, depth)
-    if patch is None:
+    pointwise = averaged_rate(law, state.weight, state.tooth_force, state.wear)
+    if kind.patch is None:
         return pointwise
-    mean = tooth_force[0] if len(tooth_force) == 1 else weight @ tooth_force
-    return patch.rate(pointwise, depth, mean)
+    return kind.patch.rate(pointwise, state.wear, state.mean_tooth_force)
 
 
 def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Array) -> Array:

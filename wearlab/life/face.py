@@ -1,7 +1,6 @@
 """One wear state of flanks with a width, evaluated: line loads → wear rate at every slice and node."""
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, cast
 
@@ -97,16 +96,15 @@ class FaceCoupling(OneCondition):
             When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
         clock = time.perf_counter()
-        worn = self._felt(wear)
-        found = self._in_contact(wear, worn)
+        found = self._in_contact(wear)
         clock = self._spent("contact", clock)
         responses: Responses = ()
         if self.vibration is not None:
             responses = self._respond(self.vibration, [state.flanks for state in found], start or None)
             if self.moving:
                 found = [
-                    state._replace(line_load=self._moving_load(kind, state, own, responses[0]))
-                    for kind, state, own in zip(self.kinds, found, worn, strict=True)
+                    state._replace(line_load=self._moving_load(kind, state, responses[0]))
+                    for kind, state in zip(self.kinds, found, strict=True)
                 ]
             clock = self._spent("dynamics", clock)
         states = [
@@ -118,13 +116,11 @@ class FaceCoupling(OneCondition):
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
         """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
-        return [state.flanks for state in self._in_contact(wear, self._felt(wear))]
+        return [state.flanks for state in self._in_contact(wear)]
 
-    def _felt(self, wear: Wear) -> list[Array]:
-        return [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
-
-    def _in_contact(self, wear: Wear, worn: Sequence[Array]) -> list[FaceState]:
+    def _in_contact(self, wear: Wear) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
+        worn = [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
         near = self._last or [None] * len(self.kinds)
         try:
             static = [
@@ -143,7 +139,7 @@ class FaceCoupling(OneCondition):
             found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, flanks))
         return found
 
-    def _moving_load(self, kind: FaceKind, state: FaceState, worn: Array, response: Response) -> Array:
+    def _moving_load(self, kind: FaceKind, state: FaceState, response: Response) -> Array:
         """Return the load per width when a node is in contact, (n_face, n) [N/m].
 
         Of every mesh of the kind and every mesh period in the mean; the force of the moment is spread over
@@ -151,6 +147,7 @@ class FaceCoupling(OneCondition):
         """
         vibration, grid = self.vibration, kind.contact.grid
         assert vibration is not None and state.flanks is not None
+        worn = felt(kind.patch, state.wear)
         springs = state.flanks.springs(grid.inside % 1.0).per(vibration.period)
         mean, rows = np.zeros(grid.shape), 0
         for mesh, lag in kind.lags.items():
