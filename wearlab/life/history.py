@@ -7,12 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array, Index
-from wearlab.life.coupled import Coupled, Wear, WearState
-from wearlab.life.integrate import ELASTIC_SCALE, Method, integrate
+from wearlab.life import coupled, integrate, record, step
 from wearlab.life.limits import Limits, Snapshots, StopWear
 from wearlab.life.rate import Rate
-from wearlab.life.record import Life
-from wearlab.life.step import Node
 from wearlab.life.vibration import Responses
 
 MOST_EVALUATIONS = 5_000
@@ -39,8 +36,8 @@ class History(NamedTuple):
     """
 
     cycle: Array
-    state: tuple[WearState, ...]
-    life: Life | None = None
+    state: tuple[coupled.WearState, ...]
+    life: record.Life | None = None
     sampled: "History | None" = None
     stages: "tuple[History, ...]" = ()
     seconds: Array | None = None
@@ -100,7 +97,7 @@ class SetRate:
     coupling : contact, dynamics and wear of the gear set
     """
 
-    def __init__(self, coupling: Coupled) -> None:
+    def __init__(self, coupling: coupled.Coupled) -> None:
         self.coupling = coupling.wearing()
         self.responses: Responses = ()
         self.noise = 0.0
@@ -115,7 +112,7 @@ class SetRate:
         self.responses, self.noise = state.responses or self.responses, state.noise
         return self.coupling.flat(state.rate)
 
-    def evaluate(self, depth: Array) -> WearState:
+    def evaluate(self, depth: Array) -> coupled.WearState:
         """Return the state at depths (n_entries,), from the last orbits."""
         return self.coupling.evaluate(self.coupling.split(depth), self.responses)
 
@@ -153,17 +150,17 @@ def most_evaluations(tolerance: float) -> int:
 
 
 def history(
-    coupling: Coupled,
-    wear: Wear,
+    coupling: coupled.Coupled,
+    wear: coupled.Wear,
     *,
     limits: Limits,
-    method: Method,
+    method: integrate.Method,
     snapshots: Snapshots,
     tolerance: float,
     most_work: float = np.inf,
     kept_work: float = np.inf,
     most_kept: int | None = None,
-    progress: Callable[[Node], None] | None = None,
+    progress: Callable[[step.Node], None] | None = None,
 ) -> History:
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
@@ -185,12 +182,12 @@ def history(
     rate.responses = coupling.evaluate(wear).responses
     anchors: list[tuple[float, Responses]] = [(-np.inf, rate.responses)]
 
-    def accepted(node: Node) -> None:
+    def accepted(node: step.Node) -> None:
         anchors.append((node.cycle, rate.responses))
         if progress is not None:
             progress(node)
 
-    life = integrate(
+    life = integrate.integrate(
         rate,
         coupling.flat(wear),
         limits=limits,
@@ -206,24 +203,23 @@ def history(
         some = spread_over(len(wanted[0]), most_kept)
         wanted = wanted[0][some], wanted[1][some]
     chosen = spread_over(len(life.cycle))
-    asked = [wanted] if snapshots.asked else [(wanted[0][[0, -1]], wanted[1][[0, -1]])]
-    asked.append((life.cycle[chosen], life.depth[chosen]))
-    states: dict[float, WearState | None] = {}
+    needed = slice(None) if snapshots.asked else [0, -1]
+    states: dict[float, coupled.WearState | None] = {}
 
     def keep(cycles: Array, depths: Array, most: float) -> None:
         for cycle, depth in zip(cycles, depths, strict=True):
             if cycle not in states and coupling.work < most:
                 states[cycle] = _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
 
-    for wanted_states in asked:
-        keep(*wanted_states, np.inf)
+    keep(wanted[0][needed], wanted[1][needed], np.inf)
+    keep(life.cycle[chosen], life.depth[chosen], np.inf)
     order = halving(len(wanted[0]))
     keep(wanted[0][order], wanted[1][order], coupling.work + kept_work)
     kept, sampled = (_known(states, cycles) for cycles in (wanted[0], life.cycle[chosen]))
     return kept._replace(life=life, sampled=sampled)
 
 
-def _known(states: dict[float, WearState | None], cycles: Array) -> History:
+def _known(states: dict[float, coupled.WearState | None], cycles: Array) -> History:
     """Return the states at some cycles, those that can run."""
     known = {cycle: state for cycle in cycles if (state := states.get(cycle)) is not None}
     return History(np.array(list(known)), tuple(known.values()))
@@ -233,7 +229,7 @@ def _orbits_before(anchors: list[tuple[float, Responses]], cycle: float) -> Resp
     return [orbits for reached, orbits in anchors if reached < cycle][-1]
 
 
-def _in_full(coupling: Coupled, wear: Wear, start: Responses) -> WearState | None:
+def _in_full(coupling: coupled.Coupled, wear: coupled.Wear, start: Responses) -> coupled.WearState | None:
     """Return the state, or None when the gears can no longer run in it (it ended the life)."""
     try:
         return coupling.evaluate(wear, start)
@@ -247,7 +243,7 @@ def worn(
     flanks: Mapping[str, tuple[slice, float]],
     *,
     tolerance: float = 1e-3,
-    scale: float = ELASTIC_SCALE,
+    scale: float = integrate.ELASTIC_SCALE,
     most_work: float = np.inf,
 ) -> Array:
     """Return the depths after wear by the law until each named flank is as deep as asked, (n,) [m].
@@ -273,7 +269,9 @@ def worn(
         if depth == 0.0:
             continue
         limits = Limits(depth=depth, flank=flank)
-        life = integrate(rate, h0, limits=limits, tolerance=tolerance, scale=scale, most_work=most_work)
+        life = integrate.integrate(
+            rate, h0, limits=limits, tolerance=tolerance, scale=scale, most_work=most_work
+        )
         if not life.worn_out:
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]

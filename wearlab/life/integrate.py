@@ -5,21 +5,19 @@
 
 from collections.abc import Callable
 from functools import partial
+from types import SimpleNamespace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.life.adaptive import Adaptive
-from wearlab.life.checkpoint import Checkpoint, Reached, checkpoint
-from wearlab.life.euler import Euler, Fixed, SawTooth
+from wearlab.life import adaptive, checkpoint, euler, record
 from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Limits, OutOfEvaluations, Snapshots, StopWear
 from wearlab.life.rate import CountedRate, Rate
-from wearlab.life.record import AccumulatedError, Life, read_off
 from wearlab.life.step import Jump, Node, Step, crossing, depth_at
 
-Method = Adaptive | Euler | Fixed
+Method = adaptive.Adaptive | euler.Euler | euler.Fixed
 
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
@@ -33,8 +31,12 @@ MOST_TREND = 1.5
 NEARLY, LAST_WORK = 0.98, 0.15
 """Share of its depth limit from which a life that is out of work gets some more, and how much of all of it:
 steps through noise near their end before they reach it."""
-GIVEN = ("rate", "limits", "tolerance", "scale")
+GIVEN = ("rate", "limits", "tolerance", "scale", "stepper")
 """What a life and its stepper are given anew when they are taken up."""
+
+
+IDLE: Any = SimpleNamespace(rejected=0, saw_tooth=False, wave_growth=0.0, hurried=False)
+"""What stepped through a life that is at its limit from the beginning."""
 
 
 class Stepper(Protocol):
@@ -71,7 +73,7 @@ def integrate(
     most_evaluations: int = 100_000,
     most_work: float = np.inf,
     progress: Callable[[Node], None] | None = None,
-) -> Life:
+) -> record.Life:
     """Return the wear over cycles from a first state to a limit.
 
     Parameters
@@ -104,9 +106,9 @@ def integrate(
         raise ValueError("initial wear depths must be one array of finite values that are not negative")
     counted = CountedRate(rate, most_evaluations, most_work)
     life = _Integration(counted, limits, tolerance, scale, Node(0.0, h0, counted(h0)))
-    kept = checkpoint((h0, life.node.rate, limits, method, tolerance, scale), counted.shared)
-    life.run(method or Adaptive(), progress, kept)
-    return life.record(snapshots or Snapshots())
+    kept = checkpoint.checkpoint((h0, life.node.rate, limits, method, tolerance, scale), counted.shared)
+    life.run(method or adaptive.Adaptive(), progress, kept)
+    return life.recorded(snapshots or Snapshots())
 
 
 class _Integration:
@@ -115,31 +117,32 @@ class _Integration:
     def __init__(self, rate: CountedRate, limits: Limits, tolerance: float, scale: float, node: Node) -> None:
         self.rate, self.limits, self.tolerance, self.scale = rate, limits, tolerance, scale
         self.nodes = [node]
-        self.error = AccumulatedError(node.depth.size, rate.noise)
+        self.error = record.AccumulatedError(node.depth.size, rate.noise)
         self.curves: list[Step] = []
         self.jumps: list[Jump] = []
         self.reason = ""
-        self.rejected, self.saw_tooth, self.wave_growth, self.hurried = 0, False, 0.0, False
         self.finishing = False
+        self.stepper: Stepper | None = None
 
     @property
     def node(self) -> Node:
         return self.nodes[-1]
 
-    def run(self, method: Method, progress: Callable[[Node], None] | None, keep: Checkpoint | None) -> None:
+    def run(
+        self, method: Method, progress: Callable[[Node], None] | None, keep: checkpoint.Checkpoint | None
+    ) -> None:
         """Go on until there is a reason to end, from where an earlier process put it down."""
         self.reason = WORN_OUT if self._reached(self.node) else ""
-        stepper: Stepper | None = None
         followed: list[tuple[Node, Any]] = []
         if keep is not None and self._is_own(kept := keep.kept):
-            stepper, followed = self._taken_up(kept, method)
+            followed = self._taken_up(kept, method)
             self._show(progress, followed)
         while not self.reason:
             try:
-                if stepper is None:
-                    stepper = method.start(self.node, self.rate, self.tolerance, self.scale)
-                self._advance(stepper)
-            except SawTooth:
+                if self.stepper is None:
+                    self.stepper = method.start(self.node, self.rate, self.tolerance, self.scale)
+                self._advance(self.stepper)
+            except euler.SawTooth:
                 self.reason = "saw-tooth"
             except OutOfEvaluations as out:
                 self.reason = "" if self._may_finish() else out.reason
@@ -147,18 +150,15 @@ class _Integration:
                 progress(self.node)
             if keep is not None:
                 followed.append((self.node, self.rate.remember()))
-                reached = Reached(self.node.cycle, float(self.node.depth.max(initial=0.0)))
-                keep.keep(reached, partial(self._put_down, stepper, followed))
+                reached = checkpoint.Reached(self.node.cycle, float(self.node.depth.max(initial=0.0)))
+                keep.keep(reached, partial(self._put_down, followed))
         if keep is not None:
-            keep.settle(partial(self._put_down, stepper, followed))
-        if stepper is not None:
-            self.rejected, self.saw_tooth = stepper.rejected, stepper.saw_tooth
-            self.wave_growth, self.hurried = stepper.wave_growth, stepper.hurried
+            keep.settle(partial(self._put_down, followed))
 
-    def _put_down(self, stepper: Stepper | None, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
+    def _put_down(self, followed: list[tuple[Node, Any]]) -> dict[str, Any]:
         """Return all that the life depends on: of itself, of its stepper, of its rate."""
         own = {name: value for name, value in vars(self).items() if name not in GIVEN}
-        steps = None if stepper is None else {k: v for k, v in vars(stepper).items() if k not in GIVEN}
+        steps = self.stepper and {k: v for k, v in vars(self.stepper).items() if k not in GIVEN}
         return {"integration": own, "stepper": steps, "followed": followed, "rate": self.rate.put_down()}
 
     def _is_own(self, kept: Any) -> bool:
@@ -169,19 +169,16 @@ class _Integration:
         whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
         return whole and (steps is None or isinstance(steps, dict))
 
-    def _taken_up(
-        self, kept: dict[str, Any], method: Method
-    ) -> tuple[Stepper | None, list[tuple[Node, Any]]]:
-        """Go on from what was put down; return its stepper and what was told along the way."""
-        stepper = None
+    def _taken_up(self, kept: dict[str, Any], method: Method) -> list[tuple[Node, Any]]:
+        """Go on from what was put down; return what was told along the way."""
         if kept["stepper"] is not None:
-            stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
-            vars(stepper).update(kept["stepper"])
+            self.stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
+            vars(self.stepper).update(kept["stepper"])
         vars(self).update(kept["integration"])
         self.rate.take_up(kept["rate"])
         if self.finishing:
             self.rate.grant(LAST_WORK)
-        return stepper, list(kept["followed"])
+        return list(kept["followed"])
 
     def _show(self, progress: Callable[[Node], None] | None, followed: list[tuple[Node, Any]]) -> None:
         """Tell the states that an earlier process reached, with the memory that the rate had there."""
@@ -263,10 +260,11 @@ class _Integration:
             rate = step.end.rate
         return Node(cycle, depth, rate)
 
-    def record(self, snapshots: Snapshots) -> Life:
+    def recorded(self, snapshots: Snapshots) -> record.Life:
         """Return the record, with the snapshots read off the curves."""
-        cycle, depth = read_off(snapshots, self.nodes, self.curves)
-        return Life(
+        cycle, depth = record.read_off(snapshots, self.nodes, self.curves)
+        done = self.stepper or IDLE
+        return record.Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),
             rate=np.stack([node.rate for node in self.nodes]),
@@ -278,11 +276,11 @@ class _Integration:
             snapshot_depth=depth,
             end_reason=self.reason,
             jumps=tuple(self.jumps),
-            saw_tooth=self.saw_tooth,
-            wave_growth=self.wave_growth,
-            hurried=self.hurried,
+            saw_tooth=done.saw_tooth,
+            wave_growth=done.wave_growth,
+            hurried=done.hurried,
             count_rate_evaluations=self.rate.count,
-            count_rejected=self.rejected,
+            count_rejected=done.rejected,
             steps=tuple(self.curves),
         )
 
