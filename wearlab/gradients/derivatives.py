@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.extremes import Extremes, extremes
+from wearlab.dynamics.forces.extremes import extremes
 from wearlab.gradients.lived import Ends, LivedSteps
 from wearlab.gradients.numbers import GradientError, number
 from wearlab.life.coupled import WearState
@@ -43,24 +43,22 @@ class Value(NamedTuple):
     wears: bool = False
 
 
-def _extremes(state: WearState) -> Extremes:
-    assert state.response is not None
-    return extremes(state.response)
+def _largest(parts: build.Parts, state: WearState) -> Array:
+    return extremes(state.responses[0]).largest
 
 
 def _dynamic_factor(parts: build.Parts, state: WearState) -> Array:
-    static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
-    return np.asarray(_extremes(state).largest / static)
+    static_force = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
+    return np.asarray(_largest(parts, state) / static_force)
 
 
 def _force(parts: build.Parts, state: WearState) -> Array:
-    assert state.response is not None
-    return vibration.phase_forces(parts, state, state.response).transpose(1, 0, 2)
+    return vibration.phase_forces(parts, state, state.responses[0]).transpose(1, 0, 2)
 
 
 def _deflection(parts: build.Parts, state: WearState) -> Array:
-    assert parts.vibration is not None and state.response is not None
-    motions = parts.vibration.motions(state.response, parts.vibration.look(parts.phase))
+    assert parts.vibration is not None
+    motions = parts.vibration.motions(state.responses[0], parts.vibration.look(parts.phase))
     return motions.deflection.transpose(1, 0, 2)
 
 
@@ -77,8 +75,8 @@ NODES = ("flank", "profile")
 VALUES = {
     "life": Value((), "1", None, wears=True),
     "dynamic_factor": Value(("mesh",), "1", _dynamic_factor, moves=True),
-    "mesh_force_max": Value(("mesh",), "N", lambda parts, state: _extremes(state).largest, moves=True),
-    "mesh_force_min": Value(("mesh",), "N", lambda parts, state: _extremes(state).least, moves=True),
+    "mesh_force_max": Value(("mesh",), "N", _largest, moves=True),
+    "mesh_force_min": Value(("mesh",), "N", lambda _, state: extremes(state.responses[0]).least, moves=True),
     "dynamic_mesh_force": Value(PHASES, "N", _force, moves=True),
     "mesh_deflection": Value(PHASES, "m", _deflection, moves=True),
     "wear_depth": Value(NODES, "m", _depth, wears=True),

@@ -51,28 +51,25 @@ def other_attractors(parts: build.Parts, states: Sequence[coupled.WearState]) ->
         return []
     clock, account = time.perf_counter(), parts.coupling.account
     most = living.most_searched(vibration.system, parts.scene.numerics.most_right_hand_sides)
-    searches = _searches([state.response for state in states], vibration.method, most)
+    searches = _searches([state.responses[0] for state in states], vibration.method, most)
     account.seconds["dynamics"] += time.perf_counter() - clock
     account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches
 
 
-def _searches(responses: Sequence[Response | None], method: periodic.Periodic, left: int) -> list[Searched]:
+def _searches(responses: Sequence[Response], method: periodic.Periodic, left: int) -> list[Searched]:
     """Search one state after another with ``left`` integration steps, then back."""
-    found: list[Searched] = []
-    before, first = Searched(coexisting.Search()), 0
+    found, first = list[Searched](), 0
     for number, response in enumerate(responses):
-        one = Searched(coexisting.Search())
-        if response is not None:
-            hunt = _Beside(response, method, max(left // (len(responses) - number), 0))
-            hunt.forwards(before.rivals, coexisting.FURTHER if first else coexisting.RELEASES, first)
-            one, left = hunt.result(), left - hunt.steps
-        before, first = one, first + one.search.starts
-        found.append(one)
+        hunt = _Beside(response, method, max(left // (len(responses) - number), 0))
+        known = found[-1].rivals if found else ()
+        hunt.forwards(known, coexisting.FURTHER if first else coexisting.RELEASES, first)
+        found.append(hunt.result())
+        left, first = left - hunt.steps, first + hunt.search.starts
     for number in reversed(range(len(found) - 1)):
-        response, known = responses[number], found[number + 1].rivals
-        if response is not None and known and not found[number].rivals:
-            hunt = _Beside(response, method, max(left, 0), found[number].search)
+        known = found[number + 1].rivals
+        if known and not found[number].rivals:
+            hunt = _Beside(responses[number], method, max(left, 0), found[number].search)
             hunt.follow(known)
             found[number], left = hunt.result(), left - hunt.steps
     return found

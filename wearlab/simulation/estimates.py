@@ -219,7 +219,7 @@ def _forces_in(looked: Looked, block: int) -> twins.ForceErrors:
         worse = None if further is None else further.worse[block]
         if further is not None and worse is not None:
             twin = further.twin.conditions[block]
-            errors = twins.force_errors(parts, twin.parts, (state, twin.state, worse), twin.weight)
+            errors = twins.force_errors(parts, state, twin, worse)
             largest = max(extremes(one).largest.max() for one in state.responses)
             least = TOLERATED * parts.scene.numerics.tolerance * float(largest)
             errors = errors._replace(largest=max(errors.largest, least))

@@ -15,10 +15,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import xarray as xr
 
-from wearlab.results import OF_PLUGINS, RESULTS
+from wearlab import results, schema, sources
 from wearlab.scene import Scene, identity
-from wearlab.schema import OVER_FACE, VARIABLES, attributes
-from wearlab.sources import used_hash
 from wearlab.variable import Result
 from wearlab.version import __version__
 from wearlab.wear.coefficients import CalibrationLife
@@ -90,7 +88,7 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
     variables = {}
     for name, value in values.items():
         array = np.asarray(value)
-        variables[name] = xr.Variable(_of_variable(name, array), array, attributes(name))
+        variables[name] = xr.Variable(_of_variable(name, array), array, schema.attributes(name))
     for name, value in coordinates.items():
         array = np.asarray(value)
         variables[name] = xr.Variable(_dimensions(name, array), array, _attributes(name, array))
@@ -114,20 +112,20 @@ def _of_variable(name: str, value: np.ndarray) -> tuple[str, ...]:
 
     What slow errors move has one more, after the updates; flanks with a width have one before the profile.
     """
-    dims = VARIABLES[name].dims
-    if name in OVER_FACE and value.ndim == len(dims) + 1:
+    dims = schema.VARIABLES[name].dims
+    if name in schema.OVER_FACE and value.ndim == len(dims) + 1:
         return (*dims[:-1], "face", dims[-1])
     return (dims[0], "error_angle", *dims[1:]) if value.ndim == len(dims) + 1 else dims
 
 
 def _dimensions(name: str, value: np.ndarray) -> tuple[str, ...]:
     """Return the dimensions of a coordinate; what all flanks share lies along the profile alone."""
-    return VARIABLES[name].dims[-value.ndim :] if name in VARIABLES and value.ndim else (name,)
+    return schema.VARIABLES[name].dims[-value.ndim :] if name in schema.VARIABLES and value.ndim else (name,)
 
 
 def _attributes(name: str, value: np.ndarray) -> dict[str, str]:
-    if name in VARIABLES:
-        return attributes(name)
+    if name in schema.VARIABLES:
+        return schema.attributes(name)
     counts = {"units": "1"} if value.dtype.kind in "iuf" else {}
     return {"long_name": name.replace("_", " "), **counts}
 
@@ -166,7 +164,7 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iter
     failures : gets a line for each result that fails, which is missing then; None: its error is raised
     added : names of the results of plug-ins that the run has besides
     """
-    for result in (*RESULTS.values(), *(OF_PLUGINS[name] for name in added)):
+    for result in (*results.RESULTS.values(), *(results.OF_PLUGINS[name] for name in added)):
         if all(name in run for name in result.needs):
             if failures is None:
                 found: xr.Variable | None = _variable(result, run)
@@ -192,7 +190,7 @@ def _variable(result: Result, run: xr.Dataset) -> xr.Variable:
     if values.dtype.kind not in "biuf":
         raise ValueError(f"its values are no numbers, but {values.dtype}")
     order = (*dims[:1], *beside, *dims[1:])
-    return xr.Variable(order, np.asarray(values.transpose(*order).values), attributes(result.name))
+    return xr.Variable(order, np.asarray(values.transpose(*order).values), schema.attributes(result.name))
 
 
 UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
@@ -215,7 +213,7 @@ def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None =
         "model_version": str(identity.MODEL_VERSION),
         "source": f"wearlab {__version__}",
         "wearlab_version": __version__,
-        "source_hash": used_hash(scene.dynamics is not None),
+        "source_hash": sources.used_hash(scene.dynamics is not None),
         **_commit(),
         **_circumstances(),
         "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),

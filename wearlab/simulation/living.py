@@ -205,8 +205,9 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
     return _joined(histories, stages, reason)
 
 
-def _seconds(stage: operating.Stage, cycles: float) -> float:
-    return cycles * 2 * np.pi / stage.speed if stage.speed > 0.0 else np.nan
+def _seconds(stage: operating.Stage, cycles: Any) -> Any:
+    """Return the time that cycles take [s], NaN where nothing turns."""
+    return cycles * 2 * np.pi / (stage.speed or np.nan)
 
 
 def _limits(
@@ -247,28 +248,20 @@ def _joined(
     histories: list[history.History], stages: Sequence[operating.Stage], reason: str
 ) -> history.History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
-    lasted = [float(_life(lived).cycle[-1]) for lived in histories]
+    lives = [lived.life for lived in histories if lived.life is not None]
+    lasted = [float(life.cycle[-1]) for life in lives]
     starts = np.cumsum([0.0, *lasted])
-    clock = np.cumsum([0.0, *(_seconds(stage, n) for stage, n in zip(stages, lasted, strict=False))])
+    clock = np.cumsum([0.0, *map(_seconds, stages, lasted)])
     whole = histories[0]._replace(stages=tuple(histories))
     kept = [whole.kept(stage) for stage in range(len(histories))]
     begun = list(zip(stages, kept, starts, clock, strict=False))
-    seconds = [
-        before + np.array([_seconds(stage, float(cycle)) for cycle in lived.cycle])
-        for stage, lived, _, before in begun
-    ]
     return whole._replace(
         cycle=np.concatenate([start + lived.cycle for _, lived, start, _ in begun]),
         state=tuple(state for history in kept for state in history.state),
-        life=_one_life([_life(lived) for lived in histories], starts, reason),
+        life=_one_life(lives, starts, reason),
         sampled=None,
-        seconds=np.concatenate(seconds),
+        seconds=np.concatenate([before + _seconds(stage, own.cycle) for stage, own, _, before in begun]),
     )
-
-
-def _life(lived: history.History) -> record.Life:
-    assert lived.life is not None
-    return lived.life
 
 
 def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Life:

@@ -12,7 +12,6 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life import history
-from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene, build, face
 from wearlab.simulation import calibration, estimates, monitoring, operating
 from wearlab.wear.coefficients import CoefficientModel
@@ -55,10 +54,22 @@ def trust_values(
     inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
-    told = () if calibration is None else (calibration.told,)
+    flags = [
+        flag
+        for stage, own in zip(stages, lived.stages, strict=True)
+        for block, parts in enumerate(stage.parts)
+        for flag in (*parts.validity, *scene_validity(parts, own.in_block(block)))
+    ]
+    cut = sum(search.cut_off for search in searches)
+    if cut:
+        flags.append(
+            f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
+            "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
+        )
+    told = [] if calibration is None else [calibration.told]
     values: Values = {
         "verdict": verdict(lived, searches),
-        "validity": "\n".join(dict.fromkeys([*_flags(stages, lived), *_cut_off(searches), *told])),
+        "validity": "\n".join(dict.fromkeys([*flags, *told])),
     }
     doubts = dict.fromkeys(doubt for estimate in estimates for doubt in estimate.doubts)
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
@@ -93,26 +104,6 @@ def accumulated(
     if of_life is not None and fastest > 0.0:
         of_life += last / fastest
     return np.concatenate(depths), of_life
-
-
-def _flags(stages: Sequence[operating.Stage], lived: history.History) -> list[str]:
-    """Return the flags of every condition of operation."""
-    return [
-        flag
-        for stage, own in zip(stages, lived.stages, strict=True)
-        for block, parts in enumerate(stage.parts)
-        for flag in (*parts.validity, *scene_validity(parts, own.in_block(block)))
-    ]
-
-
-def _cut_off(searches: Sequence[Search]) -> list[str]:
-    cut = sum(search.cut_off for search in searches)
-    if not cut:
-        return []
-    return [
-        f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
-        "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
-    ]
 
 
 def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
@@ -213,13 +204,8 @@ def _lines(scene: Scene, parts: build.Parts) -> Iterator[str]:
         yield EVERYWHERE
     else:
         for section, kind in zip(sections, parts.face.kinds, strict=True):
-            yield f"{OVER_FACE}: {_coupling(scene, section, kind.contact)}"
-
-
-def _coupling(scene: Scene, section: str, own: FaceContact) -> str:
-    """Return what the coupling along the face leaves out, and how it yields beside plane elements."""
-    told = face.face_coupling(scene.mesh.of(section)).model_error
-    if own.solid is None:
-        return told
-    softer = 100.0 * (own.solid.even / own.section.body - 1.0)
-    return f"{told}; at even load {softer.min():+.1f} to {softer.max():+.1f} % against plane elements"
+            told, solid = face.face_coupling(scene.mesh.of(section)).model_error, kind.contact.solid
+            if solid is not None:
+                softer = 100.0 * (solid.even / kind.contact.section.body - 1.0)
+                told += f"; at even load {softer.min():+.1f} to {softer.max():+.1f} % against plane elements"
+            yield f"{OVER_FACE}: {told}"

@@ -231,48 +231,38 @@ class ForceErrors(NamedTuple):
 
 
 def force_errors(
-    parts: build.Parts,
-    rough: build.Parts,
-    states: tuple[coupled.WearState, ...],
-    weight: float,
+    parts: build.Parts, state: coupled.WearState, twin: Rougher, worse: coupled.WearState
 ) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
     Parameters
     ----------
-    parts, rough : the physics, and that of half the steps and nodes
-    states : the state, its rougher twin, and that worn by as much further as the depth may be off
-    weight : of the change by the rougher twin [1]
+    parts, state : the physics and the state
+    twin, worse : its rougher twin, and what that is worn by as much further as the depth may be off
     """
-    errors = [
-        _of_responses(parts, rough, states, at, FORCE_SHARE * weight)
-        for at in range(len(states[0].responses))
-    ]
-    return ForceErrors(*np.max(errors, axis=0))
+    states, angles = (state, twin.state, worse), range(len(state.responses))
+    return ForceErrors(*np.max([_of_responses(parts, states, twin, at) for at in angles], axis=0))
 
 
 def _of_responses(
-    parts: build.Parts,
-    rough: build.Parts,
-    states: tuple[coupled.WearState, ...],
-    at: int,
-    weight: float,
+    parts: build.Parts, states: Sequence[coupled.WearState], twin: Rougher, at: int
 ) -> tuple[float, float, float]:
     assert parts.vibration is not None
+    weight = FORCE_SHARE * twin.weight
     phase, segment, _ = mesh_forces.within_steps(parts.vibration.sampling.grid, NODES)
-    own, twin, worse = (
+    own, again, worse = (
         forces_of(physics, state, state.responses[at], clock.Instants(phase, segment))
-        for physics, state in zip((parts, rough, rough), states, strict=True)
+        for physics, state in zip((parts, twin.parts, twin.parts), states, strict=True)
     )
     meshes = len(parts.meshes)
     turns = len(own) if parts.vibration.hunting == 1 else 1  # hunting teeth say where it begins
-    turn = min(range(turns), key=lambda turn: np.abs(_turned(twin, turn) - own)[:, :meshes].max())
-    error = weight * np.abs(_turned(twin, turn) - own) + np.abs(_turned(worse - twin, turn))
-    read, again = (extremes.extremes(state.responses[at]).largest for state in states[:2])
+    turn = min(range(turns), key=lambda turn: np.abs(_turned(again, turn) - own)[:, :meshes].max())
+    error = weight * np.abs(_turned(again, turn) - own) + np.abs(_turned(worse - again, turn))
+    read, twice = (extremes.extremes(state.responses[at]).largest for state in states[:2])
     largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
     return (
         INSTANT_SHARE * float(error[:, :meshes].max()),
-        max(*largest, weight * float(np.abs(read - again).max())),
+        max(*largest, weight * float(np.abs(read - twice).max())),
         INSTANT_SHARE * float(error[:, meshes:].max()) if vibrating.has_bearings(parts) else np.nan,
     )
 

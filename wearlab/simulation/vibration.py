@@ -299,26 +299,16 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
         table = build.build_modes(build.build(scene))
     except GearError as error:
         raise label.Refused(str(error)) from error
-    rows, excited = [], table.modes.excited()
-    for mode in range(len(table.modes.frequency)):
-        shape = np.abs(table.modes.shape[mode])
-        share = table.modes.participation[mode].max()
-        rows.append(
-            {
-                "mode": mode + 1,
-                "natural_frequency [Hz]": float(table.modes.frequency[mode]),
-                **({} if table.kinds is None else {"kind": table.kinds[mode]}),
-                "moves": ", ".join(
-                    name
-                    for name, size in zip(table.coordinates, shape, strict=True)
-                    if size > 0.3 * shape.max()
-                ),
-                "excited by the mesh": bool(excited[mode]),
-                "participation": float(share),
-            }
-            | {
-                f"critical speed, order {order + 1} [rpm]": float(speeds[mode] * 30.0 / np.pi)
-                for order, speeds in enumerate(table.critical_speed)
-            }
-        )
+    modes, rows = table.modes, []
+    excited, share = modes.excited(), modes.participation.max(axis=-1)
+    for mode, shape in enumerate(np.abs(modes.shape)):
+        large = zip(table.coordinates, shape > 0.3 * shape.max(), strict=True)
+        row: dict[str, Any] = {"mode": mode + 1, "natural_frequency [Hz]": float(modes.frequency[mode])}
+        if table.kinds is not None:
+            row["kind"] = table.kinds[mode]
+        row["moves"] = ", ".join(name for name, moves in large if moves)
+        row["excited by the mesh"], row["participation"] = bool(excited[mode]), float(share[mode])
+        for order, speeds in enumerate(table.critical_speed, 1):
+            row[f"critical speed, order {order} [rpm]"] = float(speeds[mode] * 30.0 / np.pi)
+        rows.append(row)
     return rows
