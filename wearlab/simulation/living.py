@@ -257,7 +257,7 @@ def _joined(
     begun = list(zip(stages, kept, starts, clock, strict=False))
     return whole._replace(
         cycle=np.concatenate([start + lived.cycle for _, lived, start, _ in begun]),
-        state=tuple(state for history in kept for state in history.state),
+        state=tuple(state for own in kept for state in own.state),
         life=_one_life(lives, starts, reason),
         sampled=None,
         seconds=np.concatenate([before + _seconds(stage, own.cycle) for stage, own, _, before in begun]),

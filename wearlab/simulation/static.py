@@ -345,18 +345,24 @@ def on_purpose(parts: build.Parts, kind: int) -> Array:
     modification = parts.kinds[kind].modification
     if parts.face is None:
         return modification
-    contact = parts.face.kinds[kind].contact
-    return contact.lead + (modification * contact.helix.cosine)[:, None, :]
+    over_face = parts.face.kinds[kind].contact
+    return over_face.lead + (modification * over_face.helix.cosine)[:, None, :]
 
 
 def worn_mass(parts: build.Parts, kind: int, depth: Array) -> Array:
-    """Return the mass worn off each gear of a kind of mesh , (n_updates, 2) [kg]."""
+    """Return the mass worn off each gear of a kind of mesh, (n_updates, 2) [kg].
+
+    Parameters
+    ----------
+    parts, kind : the physics, and which kind of mesh
+    depth : (n_updates, 2, …, n) along the normal [m]
+    """
     own = parts.kinds[kind]
     density, teeth = zip(*((gear.material.density, gear.teeth) for gear in own.pair.gears), strict=True)
     if parts.face is None:
         return path.worn_mass(depth, own.path, density=density, teeth=teeth)
-    contact = parts.face.kinds[kind].contact
-    slices, width = np.moveaxis(depth, 2, 1), contact.grid.width[:, None] / contact.helix.cosine
+    over_face = parts.face.kinds[kind].contact
+    slices, width = np.moveaxis(depth, 2, 1), over_face.grid.width[:, None] / over_face.helix.cosine
     return path.worn_mass(slices, own.path, density=density, teeth=teeth, face_width=width).sum(axis=1)
 
 

@@ -37,9 +37,9 @@ ENDS_OF_WORK = {
 def trust_values(
     stages: Sequence[operating.Stage],
     lived: history.History,
-    estimates: Sequence[estimates.Estimates],
+    errors: Sequence[estimates.Estimates],
     searches: Sequence[Search] = (),
-    calibration: calibration.Calibration | None = None,
+    calibrated: calibration.Calibration | None = None,
     inherited: float = 0.0,
 ) -> Values:
     """Return verdict, validity, error estimates, run times and counts.
@@ -48,9 +48,9 @@ def trust_values(
     ----------
     stages : those that were reached
     lived : the life through them
-    estimates : of each stage
+    errors : estimated, of each stage
     searches : what the searches for other attractors of the states came to
-    calibration : how the wear coefficient was found, None where it was given
+    calibrated : how the wear coefficient was found, None where it was given
     inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
@@ -66,16 +66,14 @@ def trust_values(
             f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
             "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
         )
-    told = [] if calibration is None else [calibration.told]
-    values: Values = {
-        "verdict": verdict(lived, searches),
-        "validity": "\n".join(dict.fromkeys([*flags, *told])),
-    }
-    doubts = dict.fromkeys(doubt for estimate in estimates for doubt in estimate.doubts)
+    if calibrated is not None:
+        flags.append(calibrated.told)
+    values: Values = {"verdict": verdict(lived, searches), "validity": "\n".join(dict.fromkeys(flags))}
+    doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
     life = lived.life
     if life is not None:
-        depth, of_life = accumulated(estimates, lived, inherited)
+        depth, of_life = accumulated(errors, lived, inherited)
         values["error_estimate_wear_depth"] = depth
         values["steps_cycle"] = life.cycle[1:]
         values["count_wear_steps"] = life.count_steps
@@ -88,18 +86,18 @@ def trust_values(
 
 
 def accumulated(
-    estimates: Sequence[estimates.Estimates], whole: history.History, inherited: float = 0.0
+    errors: Sequence[estimates.Estimates], whole: history.History, inherited: float = 0.0
 ) -> tuple[Array, float | None]:
     """Return the errors of wear depth (n_updates,) [m] and life [1] over all stages: errors add up.
 
     What the run inherits from the one it goes on from [m] is added like an earlier stage.
     """
     before, depths = inherited, []
-    for number, estimate in enumerate(estimates):
+    for number, estimate in enumerate(errors):
         assert estimate.wear_depth is not None
         depths.append(before + estimate.wear_depth[1 if number else 0 :])
         last, before = before, before + float(estimate.wear_depth[-1])
-    of_life, life = estimates[-1].life, whole.life
+    of_life, life = errors[-1].life, whole.life
     fastest = 0.0 if life is None else float(life.rate[-1].max(initial=0.0))
     if of_life is not None and fastest > 0.0:
         of_life += last / fastest

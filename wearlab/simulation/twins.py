@@ -293,16 +293,16 @@ def forces_of(
 
     At the same instants of every mesh period, which lie in steps of equal length: both sides of every jump.
     """
-    vibration = parts.vibration
-    assert vibration is not None
-    kinds, motions = state.flanks, vibration.motions(response, when)
+    moves = parts.vibration
+    assert moves is not None
+    kinds, motions = state.flanks, moves.motions(response, when)
     inside, each = when.phase.reshape(-1, NODES), []
     for number, own in enumerate(parts.meshes):
         where = clock.look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
         each.append(parts.forces(kinds, number, where, motions).elastic)
     if not vibrating.has_bearings(parts):
         return np.stack(each, axis=1)
-    position, velocity = vibration.coordinates(response, when)
+    position, velocity = moves.coordinates(response, when)
     bearing = vibrating.bearing_values(parts, position, velocity, np.stack(each))
     along = bearing.reshape(-1, *bearing.shape[2:])
     return np.stack([*each, *along], axis=1)

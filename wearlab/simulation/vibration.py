@@ -185,14 +185,14 @@ def _mesh_response(
 
 def extreme_values(parts: build.Parts, response: Response) -> Values:
     """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
-    extremes_found = extremes.extremes(response)
-    static = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
+    found = extremes.extremes(response)
+    load = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
     return {
-        "mesh_force_min": extremes_found.least,
-        "mesh_force_max": extremes_found.largest,
-        "dynamic_factor": monitoring.over(extremes_found.largest, static),
-        "normal_force_factor": monitoring.over(extremes_found.largest_normal, static),
-        "separation_fraction": extremes_found.separated,
+        "mesh_force_min": found.least,
+        "mesh_force_max": found.largest,
+        "dynamic_factor": monitoring.over(found.largest, load),
+        "normal_force_factor": monitoring.over(found.largest_normal, load),
+        "separation_fraction": found.separated,
     }
 
 
