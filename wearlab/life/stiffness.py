@@ -198,7 +198,7 @@ class KnownSpectrum:
         if not self.looked and rate.noise <= self.heard and radius > self.spectrum.radius:
             self.spectrum = NOTHING_KNOWN._replace(radius=radius)
 
-    def look(self, rate: CountedRate, node: Node, memory: Any, direction: Array | None = None) -> None:
+    def look(self, rate: CountedRate, node: Node, memory: Any) -> None:
         """Estimate the spectrum at a state, and put the rate's memory back.
 
         Parameters
@@ -206,12 +206,11 @@ class KnownSpectrum:
         rate : the wear rate
         node : the state
         memory : of the rate there
-        direction : (n,) in which to look first, None: the one seen last
         """
         if rate.noise > self.heard:
             self.age = 0
             return
-        direction = self.spectrum.direction if direction is None else direction
+        direction = self.spectrum.direction
         direction = direction if direction.size == node.rate.size else random_direction(node.rate)
         self.spectrum = spectrum(rate, node.depth, direction, amplitude=self.amplitude)
         rate.recall(memory)
@@ -222,18 +221,13 @@ class KnownSpectrum:
         if not self.foreseeable:
             return
         whole, most = node.cycle + (left if np.isfinite(left) else 0.0), -np.log(tolerance)
-        if self.spectrum.radius * whole > most and not self.growth_known:
-            self._look_for_growth(rate, node)
+        told = self.looked and rate.noise <= self.heard
+        if told and self.spectrum.radius * whole > most and not self.growth_known:
+            memory = rate.remember()
+            growth = growth_rate(rate, node.depth, self.spectrum.direction, amplitude=self.amplitude)
+            rate.recall(memory)
+            self.wave_growth, self.growth_known = max(self.wave_growth, growth), True
         self.foreseeable = bool(self.wave_growth * whole <= most)
-
-    def _look_for_growth(self, rate: CountedRate, node: Node) -> None:
-        """Measure the growth of waves at a state where the spectrum was looked at, and is complex."""
-        if rate.noise > self.heard or not self.looked:
-            return
-        memory = rate.remember()
-        growth = growth_rate(rate, node.depth, self.spectrum.direction, amplitude=self.amplitude)
-        rate.recall(memory)
-        self.wave_growth, self.growth_known = max(self.wave_growth, growth), True
 
 
 HEAD_START = 0.15
@@ -325,10 +319,10 @@ class Work:
         return worn / deepens if deepens > 0.0 else inf, share > ROUGH_SHARE
 
 
-def wearing(node: Node, scale: float, share: float = ROUGH_SHARE) -> float:
-    """Return the cycles that wear this share of the depth reached, at least of the scale."""
+def wearing(node: Node, scale: float) -> float:
+    """Return the cycles that wear `ROUGH_SHARE` of the depth reached, at least of the scale."""
     fastest = _fastest(node)
-    return share * max(_deepest(node), scale) / fastest if fastest > 0.0 else inf
+    return ROUGH_SHARE * max(_deepest(node), scale) / fastest if fastest > 0.0 else inf
 
 
 def share_of_depth(wear: float, depth: float, steps: float) -> float:

@@ -17,7 +17,6 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import extremes, mesh_forces
-from wearlab.dynamics.orbits.response import Response
 from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, limits, vibration
 from wearlab.mesh import clock, profile
@@ -251,7 +250,7 @@ def _of_responses(
     weight = FORCE_SHARE * twin.weight
     phase, segment, _ = mesh_forces.within_steps(parts.vibration.sampling.grid, NODES)
     own, again, worse = (
-        forces_of(physics, state, state.responses[at], clock.Instants(phase, segment))
+        forces_of(physics, state, at, clock.Instants(phase, segment))
         for physics, state in zip((parts, twin.parts, twin.parts), states, strict=True)
     )
     meshes = len(parts.meshes)
@@ -286,16 +285,16 @@ def error_of_largest(values: Array, error: Array) -> float:
         there, largest = narrower, float(error[narrower].max())
 
 
-def forces_of(
-    parts: build.Parts, state: coupled.WearState, response: Response, when: clock.Instants
-) -> Array:
+def forces_of(parts: build.Parts, state: coupled.WearState, at: int, when: clock.Instants) -> Array:
     """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
 
-    At the same instants of every mesh period, which lie in steps of equal length: both sides of every jump.
+    Of its response at an error angle, at the same instants of every mesh period, which lie in steps of equal
+    length: both sides of every jump.
     """
     moves = parts.vibration
     assert moves is not None
-    kinds, motions = state.flanks, moves.motions(response, when)
+    kinds, response = state.flanks, state.responses[at]
+    motions = moves.motions(response, when)
     inside, each = when.phase.reshape(-1, NODES), []
     for number, own in enumerate(parts.meshes):
         where = clock.look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
