@@ -86,12 +86,10 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
     coordinates : name → labels of a dimension, or a coordinate variable of the table
     """
     variables = {}
-    for name, value in values.items():
+    for name, value in {**values, **coordinates}.items():
         array = np.asarray(value)
-        variables[name] = xr.Variable(_of_variable(name, array), array, schema.attributes(name))
-    for name, value in coordinates.items():
-        array = np.asarray(value)
-        variables[name] = xr.Variable(_dimensions(name, array), array, _attributes(name, array))
+        dims = _dimensions(name, array) if name in coordinates else _of_variable(name, array)
+        variables[name] = xr.Variable(dims, array, _attributes(name, array))
     return Labelled(variables, frozenset(coordinates))
 
 
