@@ -12,11 +12,8 @@ from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision, timing
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
-from wearlab.life import adaptive, history, record
-from wearlab.life.euler import Euler
-from wearlab.life.integrate import Method, integrate
+from wearlab.life import adaptive, euler, history, integrate, rate, record
 from wearlab.life.limits import Limits
-from wearlab.life.rate import CountedRate
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
@@ -75,7 +72,7 @@ def has_life(scene: Scene) -> bool:
     return scene.wear is not None and scene.wear.until is not None and scene.wear.coefficient is not None
 
 
-def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
+def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> TimedLife:
     """Return the life by a method of stepping over cycles, timed a few times where it is short."""
     begun = time.perf_counter()
     life = _evolved(problem, method, tolerance)
@@ -86,8 +83,8 @@ def lived(problem: Wearing, method: Method, tolerance: float) -> TimedLife:
     return TimedLife(float(life.cycle[-1]), life.depth[-1], flank, life.count_rate_evaluations, seconds)
 
 
-def _evolved(problem: Wearing, method: Method, tolerance: float) -> record.Life:
-    return integrate(
+def _evolved(problem: Wearing, method: integrate.Method, tolerance: float) -> record.Life:
+    return integrate.integrate(
         history.SetRate(problem.parts.coupling),
         problem.wear,
         limits=problem.limits,
@@ -106,7 +103,7 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
     end : a guess of its end [1]
     """
     begun = time.perf_counter()
-    rate = CountedRate(history.SetRate(problem.parts.coupling), MOST_ANALYSES)
+    counted = rate.CountedRate(history.SetRate(problem.parts.coupling), MOST_ANALYSES)
     scale = float(problem.limits.depth or 1e-6)
     longest = problem.limits.cycles or 3.0 * end
 
@@ -115,12 +112,12 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
 
     reaches_depth.terminal = True  # type: ignore[attr-defined]
     solution = solve_ivp(
-        lambda cycle, depth: rate(np.maximum(depth, 0.0)), (0.0, longest), problem.wear,
+        lambda cycle, depth: counted(np.maximum(depth, 0.0)), (0.0, longest), problem.wear,
         method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
         events=reaches_depth if problem.limits.depth is not None else None,
     )  # fmt: skip
     flank, seconds = twins.flank_of_nodes(problem.parts), time.perf_counter() - begun
-    return TimedLife(float(solution.t[-1]), solution.y[:, -1], flank, rate.count, seconds)
+    return TimedLife(float(solution.t[-1]), solution.y[:, -1], flank, counted.count, seconds)
 
 
 def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:
@@ -175,7 +172,7 @@ def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Repor
     deepest = float(answer.depth.max())
     published = []
     for parts in EULER_PARTS:
-        published.append((deepest / parts, lived(problem, Euler(deepest / parts), TOLERANCES[1])))
+        published.append((deepest / parts, lived(problem, euler.Euler(deepest / parts), TOLERANCES[1])))
         if published[-1][1].seconds > ENOUGH:
             break
     yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')

@@ -12,17 +12,12 @@ from typing import Any
 
 from wearlab.campaign import Campaign, Case, claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
-from wearlab.figures import drawing
-from wearlab.figures.doubt import in_one
-from wearlab.figures.kind import FigureError
-from wearlab.figures.question import question
+from wearlab.figures import doubt, drawing, kind, question
 from wearlab.report.answer import answer, conditions
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
-from wearlab.store import Store, outcome
+from wearlab.store import Store, StoreError, outcome, provenance
 from wearlab.store.catalogue import Entry
-from wearlab.store.files import StoreError
-from wearlab.store.provenance import lineage
 
 MOST_LINES = 100
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
@@ -63,7 +58,7 @@ def _ranged(lines: list[str]) -> dict[str, list[str]]:
     """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
     numbers = zip(*(NUMBER.findall(line) for line in lines), strict=True)
     one = sum(len(set(same)) > 1 for same in numbers) == 1
-    return {in_one(lines, NUMBER): lines} if one else {line: [line] for line in lines}
+    return {doubt.in_one(lines, NUMBER): lines} if one else {line: [line] for line in lines}
 
 
 BROAD = 1000  # pixels: several columns of panels take a whole row
@@ -94,12 +89,12 @@ def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
         title = str(getattr(spec, "title", None) or spec.kind)
         note = ""
         try:
-            asked = question(campaign, spec, number)
+            asked = question.question(campaign, spec, number)
             note = claims.filled(str(asked.table.get("note", "")), grid)
             image, small = drawing.both_widths(asked, grid, store)
             broad = int.from_bytes(image[16:20], "big") > BROAD
             yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
-        except (FigureError, StoreError) as error:
+        except (kind.FigureError, StoreError) as error:
             yield Drawn(title, "", note, str(error))
         except Exception as error:  # a fault of ours in one figure stops no page
             yield Drawn(title, "", note, drawing.fault(f"figure {number} ({spec.kind})", error))
@@ -286,10 +281,11 @@ def _lineage(
     for case in campaign.cases:
         if (entry := entries.get(case.id)) is None:
             continue
-        by = entry.calibration
-        steps = (*map(str, lineage(store, entry)), *([f"run {by}, which calibrated it"] if by else []))
+        steps = [str(step) for step in provenance.lineage(store, entry)]
+        if entry.calibration:
+            steps.append(f"run {entry.calibration}, which calibrated it")
         if steps:
-            listed.setdefault(steps, []).append(_name(campaign, case))
+            listed.setdefault(tuple(steps), []).append(_name(campaign, case))
     for told, names in listed.items():
         yield "; ".join(names), told
 
