@@ -264,11 +264,7 @@ def _name(given: Any, key: str, where: str, taken: set[str]) -> str:
 def _labels(given: Any, count: int, where: str) -> tuple[str, ...] | None:
     if given is None:
         return None
-    if (
-        not isinstance(given, list)
-        or not all(isinstance(label, str) for label in given)
-        or len(given) != count
-    ):
+    if not is_list_of(given, str) or len(given) != count:
         raise CampaignError(f"{where}.labels: {shown(given)} is no list of {count} texts, one for each value")
     return tuple(given)
 

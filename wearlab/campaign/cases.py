@@ -123,12 +123,8 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
             taken = "is the file without its [[case]] blocks" if label == case.BASE else "stands twice"
             raise CampaignError(f"case[{number}].label: {label!r} {taken}: choose another")
     for number, difference in enumerate(differences):
-        swept = (
-            [key for axis in axes for key in axis.written if _sets(difference.own, key)]
-            if difference.sweep
-            else []
-        )
-        if swept:
+        swept = [key for axis in axes for key in axis.written if _sets(difference.own, key)]
+        if swept and difference.sweep:
             raise CampaignError(f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true")
     return differences
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.scene.problems import not_a_choice, shown
 from wearlab.units import UnitError, convert, is_quantity, split
@@ -266,9 +267,7 @@ def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
     return tuple(correlations)
 
 
-def coupled(
-    points: list[list[float]], correlations: tuple[Correlation, ...], keys: list[str], where: str
-) -> list[list[float]]:
+def coupled(points: Array, correlations: tuple[Correlation, ...], keys: list[str], where: str) -> Array:
     """Return points of the unit cube whose columns have the wanted rank correlations, each still uniform.
 
     z = Φ⁻¹(u), z′ = L z with L Lᵀ = C, u′ = Φ(z′), where C_ij = 2 sin(π ρ_ij / 6) is the correlation of
@@ -304,9 +303,7 @@ def coupled(
         raise CampaignError(
             f"{where}: no inputs can be correlated like this: the ρ contradict each other"
         ) from None
-    uniform = np.clip(np.asarray(points), 2.0**-40, 1.0 - 2.0**-40)
-    shares: list[list[float]] = ndtr(ndtri(uniform) @ lower.T).tolist()
-    return shares
+    return np.asarray(ndtr(ndtri(np.clip(points, SMALLEST, 1.0 - SMALLEST)) @ lower.T))
 
 
 INDICES = "sobol-indices"
@@ -364,20 +361,18 @@ def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> 
         points = _points(sample.method, sample.n, len(distributions), sample.seed)
     if sample.correlation:
         points = coupled(points, sample.correlation, list(distributions), f"{where}.sample.correlation")
-    columns = np.asarray(points, float).T
     return {
         key: tuple(written(value, distribution.unit) for value in distribution.at(column).tolist())
-        for column, (key, distribution) in zip(columns, distributions.items(), strict=True)
+        for column, (key, distribution) in zip(points.T, distributions.items(), strict=True)
     }
 
 
-def _pairs(sample: Sample, width: int) -> list[list[float]]:
+def _pairs(sample: Sample, width: int) -> Array:
     """Return A, B and A with each input of B, pair of points by pair of points, (n (width + 2), width)."""
-    rows: list[list[float]] = []
-    for both in _points("sobol", sample.n, 2 * width, sample.seed):
-        a, b = both[:width], both[width:]
-        rows += [a, b, *([*a[:j], b[j], *a[j + 1 :]] for j in range(width))]
-    return rows
+    both = _points("sobol", sample.n, 2 * width, sample.seed)
+    a, b = both[:, :width], both[:, width:]
+    mixed = [np.where(np.arange(width) == j, b, a) for j in range(width)]
+    return np.stack([a, b, *mixed], axis=1).reshape(-1, width)
 
 
 def written(value: float, unit: str | None) -> float | str:
@@ -386,15 +381,13 @@ def written(value: float, unit: str | None) -> float | str:
     return short if unit is None else f"{short!r} {unit}"
 
 
-def _points(method: str, n: int, width: int, seed: int) -> list[list[float]]:
+def _points(method: str, n: int, width: int, seed: int) -> Array:
     """Return n points of the unit cube, (n, width)."""
     if method == "random":
-        drawn: list[list[float]] = np.random.default_rng(seed).random((n, width)).tolist()
-        return drawn
+        return np.random.default_rng(seed).random((n, width))
     from scipy.stats import qmc
 
     kinds = {"sobol": qmc.Sobol, "latin-hypercube": qmc.LatinHypercube}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # that n is no power of two: the user may extend it
-        points: list[list[float]] = kinds[method](width, rng=seed).random(n).tolist()
-    return points
+        return np.asarray(kinds[method](width, rng=seed).random(n))

@@ -317,8 +317,9 @@ def _anchored(value: Any, folder: Path, key: str = "") -> Any:
     """Return values in which every path starts from the folder of the file that wrote it."""
     if isinstance(value, dict):
         return {
-            word: _anchored(inner, folder, word) for word, inner in value.items() if word != "metadata"
-        } | ({"metadata": value["metadata"]} if "metadata" in value else {})
+            word: inner if word == "metadata" else _anchored(inner, folder, word)
+            for word, inner in value.items()
+        }
     if isinstance(value, list):
         return [_anchored(inner, folder, key) for inner in value]
     if not isinstance(value, str):

@@ -147,8 +147,8 @@ def check_limits(scene: Scene, gears: gear_set.GearSet) -> None:
     ------
     GearError : with path, depth and thickness
     """
-    wear: Any = scene.wear
-    for place, asked in () if wear is None else (("until", wear.until), ("snapshots", wear.snapshots)):
+    for place in ("until", "snapshots"):
+        asked: Any = getattr(scene.wear, place, None)
         if asked is None or not asked.depth:
             continue
         depth, most = np.max(asked.depth), thickest(gears, asked.flank)
