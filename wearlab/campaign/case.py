@@ -106,16 +106,13 @@ def _wanted(name: str, given: Any) -> Wanted:
         raise ValueError(f"{problems.shown(given)} is not {{value = …, tolerance = …}}")
     stored = schema.VARIABLES[name].units
     value, tolerance = (_number(given[key], key, stored) for key in ("value", "tolerance"))
-    relative = units.is_quantity(given["value"]) and not isinstance(given["tolerance"], str)
-    absolute = abs(tolerance * value) if relative else tolerance
-    if absolute < 0.0:
-        raise ValueError(f"tolerance {problems.shown(given['tolerance'])} is negative")
     unit = (stored, units.split(given["value"])[1]) if units.is_quantity(given["value"]) else None
-    return Wanted(value, absolute, f"{given['value']} ± {_said(given['tolerance'], relative)}", unit)
-
-
-def _said(tolerance: Any, relative: bool) -> str:
-    return f"{100.0 * tolerance:g} %" if relative else str(tolerance)
+    said = str(given["tolerance"])
+    if unit and not isinstance(given["tolerance"], str):
+        tolerance, said = abs(tolerance * value), f"{100.0 * tolerance:g} %"
+    if tolerance < 0.0:
+        raise ValueError(f"tolerance {problems.shown(given['tolerance'])} is negative")
+    return Wanted(value, tolerance, f"{given['value']} ± {said}", unit)
 
 
 def _number(given: Any, key: str, stored: str) -> float:
@@ -182,10 +179,9 @@ class Derivation:
         """
         from wearlab.gears.specification import GearError
 
+        derived = {"contact_ratio": _contact_ratio, "mesh_frequency": _mesh_frequency}
         try:
-            return {"contact_ratio": _contact_ratio, "mesh_frequency": _mesh_frequency}.get(
-                name, self._speed_ratio
-            )(scene)
+            return derived.get(name, self._speed_ratio)(scene)
         except GearError:
             return None
 
