@@ -54,9 +54,9 @@ def essence(part: options.Part, told: dict[str, Any] | None = None) -> dict[str,
     """
     essential = {}
     for name, value in (part.identifying() if told is None else told).items():
-        if value is None or (name != part.chooser and _is_default(type(part), name, value)):
-            continue
-        essential[name] = _mapped(value, _essence)
+        default = any(_alike(value, one) for one in _defaults(type(part), name))
+        if value is not None and (name == part.chooser or not default):
+            essential[name] = _mapped(value, _essence)
     return essential
 
 
@@ -71,17 +71,13 @@ def _essence(value: Any) -> Any:
     return value.written(essence(value)) if isinstance(value, options.Part) else value
 
 
-def _is_default(part: type[options.Part], name: str, value: Any) -> bool:
-    if name not in part.model_fields:
-        return False
-    default, given = _default(part, name)
-    return given and _alike(value, default)
-
-
 @cache
-def _default(part: type[options.Part], name: str) -> tuple[Any, bool]:
-    field = part.model_fields[name]
-    return field.get_default(call_default_factory=True), not field.is_required()
+def _defaults(part: type[options.Part], name: str) -> tuple[Any, ...]:
+    """Return the default of an option, () where it has none."""
+    field = part.model_fields.get(name)
+    if field is None or field.is_required():
+        return ()
+    return (field.get_default(call_default_factory=True),)
 
 
 def _alike(value: Any, other: Any) -> bool:
