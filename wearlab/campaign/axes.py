@@ -5,15 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from wearlab.campaign.distributions import (
-    DISTRIBUTIONS,
-    INDICES,
-    Sample,
-    draw,
-    is_distribution,
-    read_distribution,
-    read_sample,
-)
+from wearlab.campaign import distributions
 from wearlab.campaign.inheritance import CampaignError, is_list_of
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
@@ -135,7 +127,7 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
 
 def _drawn(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: str, taken: set[str]) -> Axis:
     """Return the axis of samples: numbered, with what was drawn as coordinates along it."""
-    key = INDICES if block["sample"]["method"] == INDICES else "sample"
+    key = distributions.INDICES if block["sample"]["method"] == distributions.INDICES else "sample"
     name = _name(block.get("name", "sample"), key, where, taken)
     count = len(next(iter(written.values())))
     beside = _others({key: (), **written}, name, taken, where)
@@ -146,7 +138,9 @@ def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
     """Return dotted keys to lists or generators, however the file nested them."""
     flattened: dict[str, Any] = {}
     for key, value in table.items():
-        if isinstance(value, dict) and not any(word in value for word in (*GENERATORS, *DISTRIBUTIONS)):
+        if isinstance(value, dict) and not any(
+            word in value for word in (*GENERATORS, *distributions.DISTRIBUTIONS)
+        ):
             flattened |= swept_keys(value, f"{above}{key}.")
         else:
             flattened[f"{above}{key}"] = value
@@ -156,21 +150,21 @@ def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
 def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[Any, ...]]:
     """Return the values of a block with keys that are drawn; lists and generators advance beside them."""
     drawn = {
-        key: read_distribution(value, f"{where}.{key}")
+        key: distributions.read_distribution(value, f"{where}.{key}")
         for key, value in keys.items()
-        if is_distribution(value)
+        if distributions.is_distribution(value)
     }
     if not drawn:
         first, value = next(iter(keys.items()))
-        known = ", ".join(DISTRIBUTIONS)
+        known = ", ".join(distributions.DISTRIBUTIONS)
         raise CampaignError(f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from")
-    values = draw(_bounded(sample, len(drawn), where), drawn, where)
+    values = distributions.draw(_bounded(sample, len(drawn), where), drawn, where)
     return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
 
 
-def _bounded(given: Any, width: int, where: str) -> Sample:
-    sample = read_sample(given, where, MOST_CASES)
-    if sample.method == INDICES and (count := sample.n * (width + 2)) > MOST_CASES:
+def _bounded(given: Any, width: int, where: str) -> distributions.Sample:
+    sample = distributions.read_sample(given, where, MOST_CASES)
+    if sample.method == distributions.INDICES and (count := sample.n * (width + 2)) > MOST_CASES:
         raise CampaignError(f"{where}.sample.n: {sample.n} pairs of points are {too_many(count)}")
     return sample
 
@@ -186,7 +180,7 @@ def _values(value: Any, where: str) -> tuple[Any, ...]:
 
 
 def _generated(value: dict[str, Any], where: str) -> tuple[Any, ...]:
-    for word in DISTRIBUTIONS:
+    for word in distributions.DISTRIBUTIONS:
         if word in value:
             remedy = 'add sample = {method = "sobol", n = …, seed = …} to the block'
             raise CampaignError(f"{where}.{word}: a distribution is drawn from: {remedy}")

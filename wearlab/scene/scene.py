@@ -18,12 +18,8 @@ from wearlab.options import Stored
 from wearlab.scene import face, gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
-from wearlab.wear.coefficients import (
-    UNCALIBRATED,
-    CalibratedCoefficient,
-    CalibrationLife,
-    ConstantCoefficient,
-)
+from wearlab.wear import coefficients
+from wearlab.wear.coefficients import CalibrationLife
 
 
 def one_line(scene: sections.Sections, written: Mapping[str, Any]) -> str:
@@ -65,24 +61,19 @@ class Scene(sections.Sections):
 
     @model_validator(mode="before")
     @classmethod
-    def _load_that_wears(cls, given: Any) -> Any:
-        wear = given.get("wear") if isinstance(given, dict) else None
-        if not isinstance(wear, dict):
+    def _whole(cls, given: Any) -> Any:
+        """Say which load wears, and complete what a mesh says of itself by what all meshes have."""
+        if not isinstance(given, dict):
             return given
-        load = "static" if given.get("dynamics") is None else "instant"
-        return {**given, "wear": {"load": load, **wear}}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _own_meshes(cls, given: Any) -> Any:
-        """Complete what a mesh says of itself by what all meshes have."""
-        mesh = given.get("mesh") if isinstance(given, dict) else None
-        if not isinstance(mesh, dict):
-            return given
-        own = {key: mesh[key] for key in OWN_MESHES if isinstance(mesh.get(key), dict)}
-        general = {key: value for key, value in mesh.items() if key not in OWN_MESHES}
-        whole = {key: merge.merge(general, table, ("mesh", key)) for key, table in own.items()}
-        return {**given, "mesh": {**mesh, **whole}}
+        whole, wear, meshes = dict(given), given.get("wear"), given.get("mesh")
+        if isinstance(wear, dict):
+            whole["wear"] = {"load": "static" if given.get("dynamics") is None else "instant", **wear}
+        if isinstance(meshes, dict):
+            own = {key: meshes[key] for key in OWN_MESHES if isinstance(meshes.get(key), dict)}
+            general = {key: value for key, value in meshes.items() if key not in OWN_MESHES}
+            each = {key: merge.merge(general, table, ("mesh", key)) for key, table in own.items()}
+            whole["mesh"] = {**meshes, **each}
+        return whole
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any], base_directory: str | Path | None = None) -> "Scene":
@@ -294,10 +285,10 @@ def _renew() -> None:
 slots.when_changed(_renew)
 
 
-def calibrated_coefficient(scene: Any) -> CalibratedCoefficient | None:
+def calibrated_coefficient(scene: Any) -> coefficients.CalibratedCoefficient | None:
     """Return the coefficient of a scene that is to be calibrated, None where it is given."""
     given = getattr(getattr(scene, "wear", None), "coefficient", None)
-    return given if isinstance(given, CalibratedCoefficient) else None
+    return given if isinstance(given, coefficients.CalibratedCoefficient) else None
 
 
 def calibrating(scene: Scene) -> Scene | None:
@@ -312,7 +303,9 @@ def calibrating(scene: Scene) -> Scene | None:
         return None
     wear, dynamics = scene.wear, scene.dynamics
     assert wear is not None
-    constant = ConstantCoefficient(model="constant", value=Stored(UNCALIBRATED), film=given.film)
+    constant = coefficients.ConstantCoefficient(
+        model="constant", value=Stored(coefficients.UNCALIBRATED), film=given.film
+    )
     worn = {
         "coefficient": constant,
         "until": Until.model_construct(depth=given.depth, flank=given.flank),
