@@ -14,7 +14,6 @@ from typing import Any, cast
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab import options, plugins, slots, tables
-from wearlab.options import Stored
 from wearlab.scene import face, gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
@@ -304,7 +303,7 @@ def calibrating(scene: Scene) -> Scene | None:
     wear, dynamics = scene.wear, scene.dynamics
     assert wear is not None
     constant = coefficients.ConstantCoefficient(
-        model="constant", value=Stored(coefficients.UNCALIBRATED), film=given.film
+        model="constant", value=options.Stored(coefficients.UNCALIBRATED), film=given.film
     )
     worn = {
         "coefficient": constant,
