@@ -51,19 +51,19 @@ def free_acceleration(kernel: Any, state: Any, out: Any) -> None:
 @jit_inner(counted=False)
 def see_within(kernel: Any, step: int, x: float, state: Any) -> None:
     """Set what touches and pushes at fraction ``x`` of a step, and the law of the channels there."""
-    for m in range(len(kernel.meshes.damping)):
+    for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = mesh_law.motion_of(kernel.structure, m, np.uint64(1), state, np.uint64(0))
-        damping_law.see_flanks(kernel.meshes.law, kernel, step, x, m, place, speed)
-    mesh_law.channel_law(kernel, mesh_law.THIS, 1)
+        damping_law.see_flanks(kernel.flanks.meshes.law, kernel.flanks, step, x, m, place, speed)
+    mesh_law.channel_law(kernel.flanks, mesh_law.THIS, 1)
 
 
 @jit_inner(counted=False)
 def channel_at(kernel: Any, c: int, state: Any) -> tuple[float, float, float]:
     """Return stiffness, damping and force of a channel whose law `see_within` filled, for ``state`` (2n,)."""
-    s, channels = kernel.scratch, len(kernel.meshes.channels)
+    s, channels = kernel.flanks.scratch, len(kernel.flanks.meshes.channels)
     k, b = s.mesh[0, c], s.mesh[0, 3 * channels + c]
     place, speed = mesh_law.motion_of(
-        kernel.structure, c % len(kernel.meshes.damping), np.uint64(1), state, np.uint64(0)
+        kernel.structure, c % len(kernel.flanks.meshes.damping), np.uint64(1), state, np.uint64(0)
     )
     return k, b, k * place + b * speed - s.force[c]
 
@@ -74,11 +74,11 @@ def acceleration(kernel: Any, step: int, x: float, state: Any, out: Any) -> None
     n, given = len(out), kernel.series
     free_acceleration(kernel, state, out)
     if kernel.fluctuates:
-        factor = mesh_law.within(kernel.tables.fluctuation[step], x)
+        factor = mesh_law.within(kernel.flanks.tables.fluctuation[step], x)
         for row in range(n):
             out[row] += factor * given.fluctuation[row]
     see_within(kernel, step, x, state)
-    for c in range(len(kernel.meshes.channels)):
+    for c in range(len(kernel.flanks.meshes.channels)):
         _, _, force = channel_at(kernel, c, state)
         for row in range(n):
             out[row] -= given.per_force[c, row] * force
@@ -133,7 +133,7 @@ def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
     """
     slopes, trial, relative, absolute = memory.rows[:7], memory.rows[7], memory.relative, memory.absolute
     n = len(state) // 2
-    width = kernel.tables.width[step] * kernel.period
+    width = kernel.flanks.tables.width[step] * kernel.flanks.period
     x, evaluations, size = 0.0, 0, memory.fraction[0]
     while x < 1.0:
         size = max(LEAST_FRACTION, size)
@@ -211,8 +211,8 @@ def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
     Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94.
     """
     before, after, trial, matrix, seen = memory
-    touch, pushes = kernel.scratch.touch.ravel(), kernel.scratch.pushes.ravel()
-    n, h = len(before), kernel.tables.width[step] * kernel.period
+    touch, pushes = kernel.flanks.scratch.touch.ravel(), kernel.flanks.scratch.pushes.ravel()
+    n, h = len(before), kernel.flanks.tables.width[step] * kernel.flanks.period
     acceleration(kernel, step, 0.0, state, before)
     write(state, trial)
     evaluations = 0
@@ -240,16 +240,16 @@ def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
 @jit_inner
 def _end_equation(kernel: Any, step: int, predicted: Array, right: Array, matrix: Array) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
-    n, given, h = len(right), kernel.series, kernel.tables.width[step] * kernel.period
-    count, square, half = len(kernel.meshes.damping), 0.25 * h * h, 0.5 * h
+    n, given, h = len(right), kernel.series, kernel.flanks.tables.width[step] * kernel.flanks.period
+    count, square, half = len(kernel.flanks.meshes.damping), 0.25 * h * h, 0.5 * h
     free_acceleration(kernel, predicted, right)
     for row in range(n):
         if kernel.fluctuates:
-            right[row] += kernel.tables.fluctuation[step, 2] * given.fluctuation[row]
+            right[row] += kernel.flanks.tables.fluctuation[step, 2] * given.fluctuation[row]
         for col in range(n):
             matrix[row, col] = square * given.stiffness[row, col] + half * given.damping[row, col]
         matrix[row, row] += 1.0
-    for c in range(len(kernel.meshes.channels)):
+    for c in range(len(kernel.flanks.meshes.channels)):
         k, b, force = channel_at(kernel, c, predicted)
         for row in range(n):
             right[row] -= given.per_force[c, row] * force

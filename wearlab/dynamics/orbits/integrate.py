@@ -59,7 +59,7 @@ class OnTables:
     @property
     def steps(self) -> int:
         """Steps of a mesh period."""
-        return len(self.kernel.tables.width)
+        return len(self.kernel.flanks.tables.width)
 
     def states(self, periods: int) -> Array:
         """Return memory for the states of so many periods, (periods · n_steps + 1, 2n, width)."""
@@ -107,7 +107,7 @@ single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counte
 @jit
 def integrate_states(memory: Any, kernel: Any, keep: int, orbit: Array, strobe: Array) -> int:
     """Integrate from the first of ``strobe`` (count + 1, 2n) on; fill it and ``orbit``; count evaluations."""
-    steps, count, state = len(kernel.tables.width), len(strobe) - 1, strobe[0].copy()
+    steps, count, state = len(kernel.flanks.tables.width), len(strobe) - 1, strobe[0].copy()
     evaluations = 0
     for k in range(count):
         slot = k - (count - keep)
@@ -115,7 +115,7 @@ def integrate_states(memory: Any, kernel: Any, keep: int, orbit: Array, strobe: 
             if slot >= 0:
                 write(state, orbit[slot * steps + step])
             evaluations += single_step(memory, kernel, step, state)
-        rebalance(kernel.balance, strobe[k], state, kernel.period)
+        rebalance(kernel.balance, strobe[k], state, kernel.flanks.period)
         write(state, strobe[k + 1])
     write(state, orbit[keep * steps])
     return evaluations
@@ -136,7 +136,7 @@ class OneState:
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods and move ``state``, as every `Integrator` does."""
-        steps, rows = len(self.kernel.tables.width), len(state)
+        steps, rows = len(self.kernel.flanks.tables.width), len(state)
         orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
         strobe[0] = state
         self.right_hand_sides += integrate_states(self.memory, self.kernel, keep, orbit, strobe)

@@ -7,7 +7,7 @@ import numpy as np
 from wearlab.compiled import by_type, jit, jit_inner
 from wearlab.dynamics.rigid import rebalance
 from wearlab.dynamics.steps import contact_change, damping_law, mesh_law, propagator, rk4
-from wearlab.dynamics.steps.kernel import Propagated
+from wearlab.dynamics.steps.kernel import Propagated, structure_of
 from wearlab.dynamics.steps.mesh_law import NEXT, THIS
 
 LOCATED, PERMANENT = 0, 1
@@ -15,26 +15,26 @@ LOCATED, PERMANENT = 0, 1
 state."""
 
 
-def _never(structure: Any, kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
+def _never(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
     return False
 
 
-def _two(structure: Any, kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
-    if not structure.paired[step]:
+def _two(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> bool:
+    if not kernel.structure.paired[step]:
         return False
-    mesh_law.flank_law(kernel, step + 1, 0.0, 1.0, NEXT)
-    mesh_law.channel_law(kernel, NEXT)
-    rk4.fill_load(structure, kernel, step + 1, w, NEXT)
-    if not propagator.exact_pair(structure, kernel, step, w, states, i):
+    mesh_law.flank_law(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
+    mesh_law.channel_law(kernel.flanks, NEXT)
+    rk4.fill_load(kernel, step + 1, w, NEXT)
+    if not propagator.exact_pair(kernel, step, w, states, i):
         return False
-    j = i + np.uint64(2 * len(structure.push)) * w
+    j = i + np.uint64(2 * len(kernel.structure.push)) * w
     return contact == PERMANENT or (
         mesh_law.contact_holds(kernel, step, w, states, i, j, THIS)
         and mesh_law.contact_holds(kernel, step + 1, w, states, j, j + j - i, NEXT)
     )
 
 
-two_steps = by_type(lambda structure, *rest: _two if structure.instance_class is Propagated else _never)
+two_steps = by_type(lambda kernel, *rest: _two if structure_of(kernel) is Propagated else _never)
 """Advance two equal steps at once where the structure can and no contact changes; return whether."""
 
 
@@ -53,26 +53,26 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
     size = np.uint64(2 * len(kernel.structure.push)) * w
     i = np.uint64(first) * size
     changes, done = 0, 0
-    for step in range(len(kernel.tables.width)):
+    for step in range(len(kernel.flanks.tables.width)):
         j = i + size
         parts = -1 if step >= done else 0
         if parts < 0 and contact == LOCATED:
-            parts = damping_law.step_by_law(kernel.meshes.law, kernel, step, columns, w, states, i, j)
+            parts = damping_law.step_by_law(kernel.flanks.meshes.law, kernel, step, columns, w, states, i, j)
         if parts >= 0:
             changes += parts
             i = j
             continue
         if contact == PERMANENT:
-            mesh_law.hold_all(kernel, step)
-            mesh_law.flank_law(kernel, step, 0.0, 1.0, THIS)
+            mesh_law.hold_all(kernel.flanks, step)
+            mesh_law.flank_law(kernel.flanks, step, 0.0, 1.0, THIS)
         else:
             mesh_law.see_start(kernel, step, w, states, i)
-        mesh_law.channel_law(kernel, THIS)
-        rk4.fill_load(kernel.structure, kernel, step, w, THIS)
-        if two_steps(kernel.structure, kernel, step, w, states, i, contact):
+        mesh_law.channel_law(kernel.flanks, THIS)
+        rk4.fill_load(kernel, step, w, THIS)
+        if two_steps(kernel, step, w, states, i, contact):
             done = step + 2
         else:
-            rk4.step_of(kernel.structure, kernel, step, columns, w, states, i, j)
+            rk4.step_of(kernel, step, columns, w, states, i, j)
             if contact != PERMANENT and not mesh_law.contact_holds(kernel, step, w, states, i, j, THIS):
                 changes += contact_change.step_with_changes(kernel, step, columns, w, states, i, j)
         i = j
@@ -92,7 +92,7 @@ def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: i
     strobe : (count + 1, 2n) states at the start of every period, the first given
     balanced : a set free to turn is held at its mean speed after every period
     """
-    rows, steps = strobe.shape[1], len(kernel.tables.width)
+    rows, steps = strobe.shape[1], len(kernel.flanks.tables.width)
     w, count = len(kernel.width), len(strobe) - 1
     dropped, changes = count - len(states) // (rows * w) // steps, 0
     for k in range(count):
@@ -105,5 +105,5 @@ def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: i
         for row in range(rows):
             strobe[k + 1, row] = states[end + row * w]
         if balanced:
-            rebalance(kernel.balance, strobe[k], strobe[k + 1], kernel.period)
+            rebalance(kernel.balance, strobe[k], strobe[k + 1], kernel.flanks.period)
     return changes

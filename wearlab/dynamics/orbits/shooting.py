@@ -142,7 +142,7 @@ def shoot(
         error = weighted_norm(step, scale)
         path = states[:, :, 0] + states[:, :, 1 : 1 + rows] @ step
         exact = False
-        if changes == 0 and shooter.kernel.meshes.law is None:
+        if changes == 0 and shooter.kernel.flanks.meshes.law is None:
             checks += 1
             exact = follows(plain, path, start + step, scale)
         if exact or (contact != PERMANENT and error <= SMALL_STEP * weighted_norm(start, scale)):
@@ -195,7 +195,7 @@ class Shooting:
         self.system, self.tables, self.period, self.closed = system, tables, period, closed
         self.small = is_small(system)
         self.integrator = OnTables(system, tables, period)
-        self.filled, self.balance = self.integrator.kernel.tables, self.integrator.kernel.balance
+        self.filled, self.balance = self.integrator.kernel.flanks.tables, self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = unit_of_speed(tables, period)
         self.scale = np.repeat([1.0, self.rate], self.rows // 2)

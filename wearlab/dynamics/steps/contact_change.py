@@ -49,7 +49,9 @@ def begin_series(kernel: Any, step: int, a: float, end: float, h: float, state: 
     n, w = terms.shape[1], terms.shape[2]
     if kernel.fluctuates:
         for stage in range(3):
-            factor[stage] = mesh_law.within(kernel.tables.fluctuation[step], a + 0.5 * stage * (end - a))
+            factor[stage] = mesh_law.within(
+                kernel.flanks.tables.fluctuation[step], a + 0.5 * stage * (end - a)
+            )
     for row in range(n):
         for col in range(np.uint64(0), np.uint64(w)):
             terms[0, row, col] = state[row, col]
@@ -66,7 +68,7 @@ def expand(kernel: Any, h: float) -> int:
     h : duration [s]
     """
     given, balance, factor = kernel.series, kernel.balance, kernel.series.factor
-    mesh, force = kernel.scratch.mesh[0], kernel.scratch.force
+    mesh, force = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.force
     terms, sensed, product, total = given.terms, given.sensed, given.product, given.force
     n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.per_force)
     square = h * h
@@ -171,7 +173,7 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
 
 
 @jit_inner(counted=False)
-def approach_law(kernel: Any, step: int, m: int, p: int, a: float, end: float) -> None:
+def approach_law(flanks: Any, step: int, m: int, p: int, a: float, end: float) -> None:
     """Write by how much a spring is pressed, ``d·q − w``, into the other half of the scratch, as a force.
 
     Parameters
@@ -179,12 +181,12 @@ def approach_law(kernel: Any, step: int, m: int, p: int, a: float, end: float) -
     m, p : mesh and spring, or the back flank, p = n_pairs
     a, end : fractions of the step at which the part begins and ends
     """
-    tables, law = kernel.tables, kernel.scratch.law
+    tables, law = flanks.tables, flanks.scratch.law
     for stage in range(3):
         x = a + 0.5 * stage * (end - a)
         place = mesh_law.within(tables.error[step, :, m], x)
-        if p == len(kernel.meshes.pairs):
-            place -= kernel.meshes.backlash[m]
+        if p == len(flanks.meshes.pairs):
+            place -= flanks.meshes.backlash[m]
         else:
             place += mesh_law.within(tables.gap[step, :, m, p], x)
         law[1, stage, m, p, 0], law[1, stage, m, p, 1], law[1, stage, m, p, 2] = 1.0, 0.0, place
@@ -201,7 +203,7 @@ def course_of(kernel: Any, half: int, m: int, p: int, h: float, sign: float, ter
     h : duration of the part [s]
     sign : 1 where it is positive until the change, −1 where it is negative
     """
-    sensed, out, law = kernel.series.sensed, kernel.series.polynomial, kernel.scratch.law[half]
+    sensed, out, law = kernel.series.sensed, kernel.series.polynomial, kernel.flanks.scratch.law[half]
     k = parabola(law[0, m, p, 0], law[1, m, p, 0], law[2, m, p, 0])
     b = parabola(law[0, m, p, 1], law[1, m, p, 1], law[2, m, p, 1])
     offset = parabola(law[0, m, p, 2], law[1, m, p, 2], law[2, m, p, 2])
@@ -282,17 +284,21 @@ def next_change(
     ``flank`` are those that changed where the part begins.
     """
     earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
-    meshes, s = kernel.meshes, kernel.scratch
-    pairs, h = len(meshes.pairs), (end - a) * kernel.tables.width[step] * kernel.period
+    meshes, s = kernel.flanks.meshes, kernel.flanks.scratch
+    pairs, h = len(meshes.pairs), (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
     for m in range(len(meshes.damping)):
         backlash = meshes.backlash[m]
         for f in range(2 * (pairs + 1)):
             p = f % (pairs + 1)
             if f <= pairs:
-                absent = not mesh_law.in_path(kernel.tables, step, m, p) if p < pairs else backlash == np.inf
+                absent = (
+                    not mesh_law.in_path(kernel.flanks.tables, step, m, p)
+                    if p < pairs
+                    else backlash == np.inf
+                )
                 if absent:
                     continue
-                approach_law(kernel, step, m, p, a, end)
+                approach_law(kernel.flanks, step, m, p, a, end)
                 sign = 1.0 if s.touch[m, p] == (p < pairs) else -1.0
                 course_of(kernel, NEXT, m, p, h, sign, terms)
             else:
@@ -318,21 +324,26 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
     ----------
     Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
     """
-    meshes, tables, s, jump = kernel.meshes, kernel.tables, kernel.scratch, kernel.series.jump
+    meshes, tables, s, jump = (
+        kernel.flanks.meshes,
+        kernel.flanks.tables,
+        kernel.flanks.scratch,
+        kernel.series.jump,
+    )
     n, count, channels = len(kernel.structure.push), len(meshes.damping), len(meshes.channels)
     law, mesh = s.law[1, 0, m], s.mesh[1]
     place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
     for after in range(2):
         if after == 1:
             s.touch[m, p] = not s.touch[m, p]
-        mesh_law.flanks_at(kernel, step, WITHIN, x, m, law, s.rub[1, 0, m])
+        mesh_law.flanks_at(kernel.flanks, step, WITHIN, x, m, law, s.rub[1, 0, m])
         if after == 1:
-            mesh_law.see_push(kernel, m, place, speed, law)
-        mesh_law.channel_law(kernel, NEXT, 1)
+            mesh_law.see_push(kernel.flanks, m, place, speed, law)
+        mesh_law.channel_law(kernel.flanks, NEXT, 1)
         for c in range(m, channels, count):
             force = mesh[c] * place + mesh[3 * channels + c] * speed - s.force[c]
             jump[c] = force - jump[c] if after == 1 else force
-    length = tables.width[step] * kernel.period
+    length = tables.width[step] * kernel.flanks.period
     approach = speed - mesh_law.slope_within(tables.error[step, :, m], x) / length
     if p < len(meshes.pairs):
         approach -= mesh_law.slope_within(tables.gap[step, :, m, p], x) / length
@@ -352,16 +363,16 @@ def step_with_changes(kernel: Any, step: int, columns: Any, w: Any, states: Any,
 
     Which springs touch and which pairs push at the start is in the scratch.
     """
-    series, pairs, pushes = kernel.series.terms, len(kernel.meshes.pairs), kernel.scratch.pushes
+    series, pairs, pushes = kernel.series.terms, len(kernel.flanks.meshes.pairs), kernel.flanks.scratch.pushes
     rows = np.uint64(2 * series.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
     a, part, m, f, changes = 0.0, 1.0, np.int64(NOTHING), np.int64(NOTHING), 0
     while 1.0 - a > NO_TIME:
         end = min(1.0, a + part) if 1.0 - a - part > NO_TIME else 1.0
-        h = (end - a) * kernel.tables.width[step] * kernel.period
-        mesh_law.flank_law(kernel, step, a, end, THIS)
-        mesh_law.channel_law(kernel, THIS)
+        h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
+        mesh_law.flank_law(kernel.flanks, step, a, end, THIS)
+        mesh_law.channel_law(kernel.flanks, THIS)
         begin_series(kernel, step, a, end, h, state)
         terms = expand(kernel, h)
         if terms == TERMS and part > SHORTEST and diverges(series):

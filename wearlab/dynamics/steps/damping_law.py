@@ -26,15 +26,15 @@ PARTS = 8
 
 
 @jit_inner(counted=False)
-def tangents_of_flanks(kernel: Any, step: int, stage: int, x: float, m: int, at: int) -> None:
+def tangents_of_flanks(flanks: Any, step: int, stage: int, x: float, m: int, at: int) -> None:
     """Fill the law of mesh ``m`` with the tangents of its normal forces at a motion of the scratch.
 
     Parameters
     ----------
-    kernel, step, stage, x : as in `wearlab.dynamics.steps.mesh_law.flanks_at`
+    flanks, step, stage, x : as in `wearlab.dynamics.steps.mesh_law.flanks_at`
     at : where in the scratch law, friction and motion are
     """
-    meshes, tables, s, frequency = kernel.meshes, kernel.tables, kernel.scratch, 1.0 / kernel.period
+    meshes, tables, s, frequency = flanks.meshes, flanks.tables, flanks.scratch, 1.0 / flanks.period
     pairs, damping = len(meshes.pairs), meshes.law
     law, place, speed = s.law[0, at, m], s.motion[at, m, 0], s.motion[at, m, 1]
     error = mesh_law.of_mesh(tables.error, step, stage, m, x)
@@ -49,7 +49,7 @@ def tangents_of_flanks(kernel: Any, step: int, stage: int, x: float, m: int, at:
             lead, clearance = p, apart
     behind = meshes.backlash[m] + place - error
     s.touch[m, pairs] = behind < 0.0
-    mesh_law.flanks_at(kernel, step, stage, x, m, law, s.rub[0, at, m])
+    mesh_law.flanks_at(flanks, step, stage, x, m, law, s.rub[0, at, m])
     for p in range(pairs):
         if law[p, 0] == 0.0 and (touches or p != lead):
             continue
@@ -73,47 +73,47 @@ def tangents_of_flanks(kernel: Any, step: int, stage: int, x: float, m: int, at:
 
 
 @jit_inner(counted=False)
-def see_flanks(damping: Any, kernel: Any, step: int, x: float, m: int, place: float, speed: float) -> None:
+def see_flanks(damping: Any, flanks: Any, step: int, x: float, m: int, place: float, speed: float) -> None:
     """Set what touches and pushes in mesh ``m`` at fraction ``x`` of a step, and the forces of its flanks.
 
     Parameters
     ----------
     damping : law of the meshes, None: viscous; an argument of its own, which the compiler tells apart
     """
-    s = kernel.scratch
+    s = flanks.scratch
     if damping is None:
-        mesh_law.note_contact(kernel, step, WITHIN, x, m, place)
-        mesh_law.flanks_at(kernel, step, WITHIN, x, m, s.law[0, 0, m], s.rub[0, 0, m])
-        mesh_law.see_push(kernel, m, place, speed, s.law[0, 0, m])
+        mesh_law.note_contact(flanks, step, WITHIN, x, m, place)
+        mesh_law.flanks_at(flanks, step, WITHIN, x, m, s.law[0, 0, m], s.rub[0, 0, m])
+        mesh_law.see_push(flanks, m, place, speed, s.law[0, 0, m])
     else:
         s.motion[0, m, 0], s.motion[0, m, 1] = place, speed
-        tangents_of_flanks(kernel, step, WITHIN, x, m, 0)
+        tangents_of_flanks(flanks, step, WITHIN, x, m, 0)
 
 
 @jit_inner(counted=False)
-def tangents_of_step(kernel: Any, step: int, a: float, b: float) -> bool:
+def tangents_of_step(flanks: Any, step: int, a: float, b: float) -> bool:
     """Make the forces linear about the motion of the scratch over the part a…b; whether the same flanks push.
 
     Fills the law of the channels at start, middle and end.
     """
-    law, whole, same = kernel.scratch.law[0], a == 0.0 and b == 1.0, True
+    law, whole, same = flanks.scratch.law[0], a == 0.0 and b == 1.0, True
     for stage in range(3):
-        for m in range(len(kernel.meshes.damping)):
+        for m in range(len(flanks.meshes.damping)):
             x = a + 0.5 * stage * (b - a)
-            tangents_of_flanks(kernel, step, stage if whole else WITHIN, x, m, stage)
-            for p in range(len(kernel.meshes.pairs) + 1):
+            tangents_of_flanks(flanks, step, stage if whole else WITHIN, x, m, stage)
+            for p in range(len(flanks.meshes.pairs) + 1):
                 pushes = law[stage, m, p, 0] != 0.0 or law[stage, m, p, 1] != 0.0
                 pushed = law[0, m, p, 0] != 0.0 or law[0, m, p, 1] != 0.0
                 same = same and pushes == pushed
-    mesh_law.channel_law(kernel, THIS)
+    mesh_law.channel_law(flanks, THIS)
     return same
 
 
 @jit_inner(counted=False)
 def predict(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
     """Let the meshes move on as they do in state ``i``, over a time ``h``."""
-    motion = kernel.scratch.motion
-    for m in range(len(kernel.meshes.damping)):
+    motion = kernel.flanks.scratch.motion
+    for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = mesh_law.motion_of(kernel.structure, m, w, states, i)
         for stage in range(3):
             motion[stage, m, 0], motion[stage, m, 1] = place + 0.5 * stage * h * speed, speed
@@ -122,8 +122,8 @@ def predict(kernel: Any, h: float, w: Any, states: Any, i: Any) -> None:
 @jit_inner(counted=False)
 def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
     """Take the end of the motion from state ``j``, its middle from the cubic; return the relative change."""
-    motion, change = kernel.scratch.motion, 0.0
-    for m in range(len(kernel.meshes.damping)):
+    motion, change = kernel.flanks.scratch.motion, 0.0
+    for m in range(len(kernel.flanks.meshes.damping)):
         first, before = motion[0, m, 0], motion[0, m, 1]
         last, after = mesh_law.motion_of(kernel.structure, m, w, states, j)
         size = abs(last) + h * abs(after) + 1e-30
@@ -138,18 +138,18 @@ def correct_motion(kernel: Any, h: float, w: Any, states: Any, j: Any) -> float:
 @jit(counted=False)
 def in_parts(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> int:
     """Advance ``states[i:]`` over one step into ``states[j:]``, cut into parts; return how many."""
-    series, motion = kernel.series, kernel.scratch.motion
+    series, motion = kernel.series, kernel.flanks.scratch.motion
     rows = np.uint64(2 * series.terms.shape[1])
     copy(states, i, j, rows * w, columns, w)
     state = states[j : j + rows * w].reshape((rows, w))
     a, part, count = 0.0, 1.0 / PARTS, 0
     while a < 1.0:
         end = min(1.0, a + part) if 1.0 - a - part > 1e-9 else 1.0
-        h = (end - a) * kernel.tables.width[step] * kernel.period
+        h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
         predict(kernel, h, w, states, j)
         terms = 0
         for _ in range(ROUNDS):
-            tangents_of_step(kernel, step, a, end)
+            tangents_of_step(kernel.flanks, step, a, end)
             contact_change.begin_series(kernel, step, a, end, h, state)
             terms = contact_change.expand(kernel, h)
             for stage in range(1, 3):
@@ -172,13 +172,13 @@ def step_by_law(law: Any, kernel: Any, step: int, columns: Any, w: Any, states: 
     """
     if law is None:
         return -1
-    h = kernel.tables.width[step] * kernel.period
+    h = kernel.flanks.tables.width[step] * kernel.flanks.period
     predict(kernel, h, w, states, i)
     for _ in range(ROUNDS):
-        if not tangents_of_step(kernel, step, 0.0, 1.0):
+        if not tangents_of_step(kernel.flanks, step, 0.0, 1.0):
             return in_parts(kernel, step, columns, w, states, i, j)
-        rk4.fill_load(kernel.structure, kernel, step, w, THIS)
-        rk4.step_of(kernel.structure, kernel, step, columns, w, states, i, j)
+        rk4.fill_load(kernel, step, w, THIS)
+        rk4.step_of(kernel, step, columns, w, states, i, j)
         if correct_motion(kernel, h, w, states, j) <= AGREES:
             break
     return 0

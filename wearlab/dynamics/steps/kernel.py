@@ -8,7 +8,7 @@ Forces enter by channels: one a mesh, and with friction two more a mesh, which s
 direction and have force vectors of their own.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba.cpython.unsafe.tuple import tuple_setitem
@@ -140,31 +140,6 @@ class PowerSeries(NamedTuple):
     factor: Array
 
 
-class Kernel(NamedTuple):
-    """What the compiled steps know of a system.
-
-    Parameters
-    ----------
-    structure : `Diagonal`, `Dense` or `Propagated`
-    meshes, series : see there
-    fluctuates : whether there is a fluctuating load
-    balance : loads of unknown size of a system free to turn
-    tables, period : the meshes at the stages, and the duration of a mesh period [s]
-    scratch : memory of one integration
-    width : as long as a state has columns: a tuple for a small system
-    """
-
-    structure: Any
-    meshes: Meshes
-    series: PowerSeries
-    fluctuates: bool
-    balance: Balance
-    tables: StageTables
-    period: float
-    scratch: "Scratch"
-    width: Any
-
-
 class Scratch(NamedTuple):
     """Memory of one integration, of two steps or of a step and an instant within.
 
@@ -188,6 +163,48 @@ class Scratch(NamedTuple):
     law: Array
     rub: Array
     motion: Array
+
+
+class Flanks(NamedTuple):
+    """What forces of the flanks are made of. It is handed on alone: the compiler hands every word by value.
+
+    Parameters
+    ----------
+    meshes : see there
+    tables, period : the meshes at the stages, and the duration of a mesh period [s]
+    scratch : memory of one integration
+    """
+
+    meshes: Meshes
+    tables: StageTables
+    period: float
+    scratch: Scratch
+
+
+class Kernel(NamedTuple):
+    """What the compiled steps know of a system.
+
+    Parameters
+    ----------
+    structure : `Diagonal`, `Dense` or `Propagated`
+    flanks, series : see there
+    fluctuates : whether there is a fluctuating load
+    balance : loads of unknown size of a system free to turn
+    width : as long as a state has columns: a tuple for a small system
+    """
+
+    structure: Any
+    flanks: Flanks
+    series: PowerSeries
+    fluctuates: bool
+    balance: Balance
+    width: Any
+
+
+def structure_of(kernel: Any) -> type:
+    """Return the class of a kernel's structure, from the compiler's type of the kernel."""
+    of_field = dict(zip(kernel.fields, kernel.types, strict=True))
+    return cast(type, of_field["structure"].instance_class)
 
 
 put: Any = tuple_setitem
@@ -322,7 +339,8 @@ def kernel_of(
         np.zeros((3, meshes, 2)),
     )
     fluctuates = system.fluctuation_direction is not None
-    return Kernel(structure, of_meshes, series, fluctuates, balance, tables, period, memory, columns)
+    flanks = Flanks(of_meshes, tables, period, memory)
+    return Kernel(structure, flanks, series, fluctuates, balance, columns)
 
 
 @once

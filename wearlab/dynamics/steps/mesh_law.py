@@ -71,14 +71,14 @@ def motion_of(structure: Any, m: int, w: Any, states: Any, i: Any) -> tuple[floa
 
 
 @jit_inner(counted=False)
-def note_contact(kernel: Any, step: int, stage: int, x: float, m: int, place: float) -> None:
+def note_contact(flanks: Any, step: int, stage: int, x: float, m: int, place: float) -> None:
     """Set which springs of mesh ``m`` touch, from its ``place`` d·q at an instant of the step."""
-    tables, touch, pairs = kernel.tables, kernel.scratch.touch, len(kernel.meshes.pairs)
+    tables, touch, pairs = flanks.tables, flanks.scratch.touch, len(flanks.meshes.pairs)
     deflection = place - of_mesh(tables.error, step, stage, m, x)
     for p in range(pairs):
         gap = of_pair(tables.gap, step, stage, m, p, x)
         touch[m, p] = deflection > gap and in_path(tables, step, m, p)
-    touch[m, pairs] = -kernel.meshes.backlash[m] - deflection > 0.0
+    touch[m, pairs] = -flanks.meshes.backlash[m] - deflection > 0.0
 
 
 @jit_inner(counted=False)
@@ -88,17 +88,17 @@ def normal_force(law: Any, place: float, speed: float) -> float:
 
 
 @jit_inner(counted=False)
-def see_push(kernel: Any, m: int, place: float, speed: float, law: Any) -> None:
+def see_push(flanks: Any, m: int, place: float, speed: float, law: Any) -> None:
     """Set which pairs of mesh ``m`` push; ``law`` (n_pairs + 2, 3) of its flanks then."""
-    gated, pushes = kernel.meshes.gated[m], kernel.scratch.pushes
-    for p in range(len(kernel.meshes.pairs) + 1):
+    gated, pushes = flanks.meshes.gated[m], flanks.scratch.pushes
+    for p in range(len(flanks.meshes.pairs) + 1):
         pushes[m, p] = law[p, 0] != 0.0 and (not gated or normal_force(law[p], place, speed) > 0.0)
 
 
 @jit_inner(counted=False)
-def contact_differs(kernel: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any) -> bool:
+def contact_differs(flanks: Any, step: int, stage: int, m: int, place: float, speed: float, law: Any) -> bool:
     """Whether mesh ``m`` at a stage contradicts which springs touch and which pairs push."""
-    meshes, tables, s = kernel.meshes, kernel.tables, kernel.scratch
+    meshes, tables, s = flanks.meshes, flanks.tables, flanks.scratch
     pairs = len(meshes.pairs)
     deflection = place - tables.error[step, stage, m]
     for p in range(pairs):
@@ -118,14 +118,14 @@ def contact_differs(kernel: Any, step: int, stage: int, m: int, place: float, sp
 
 
 @jit_inner(counted=False)
-def flanks_at(kernel: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any) -> None:
+def flanks_at(flanks: Any, step: int, stage: int, x: float, m: int, law: Any, rub: Any) -> None:
     """Fill ``law`` (n_pairs + 2, 3) of all flanks of mesh ``m`` at one instant, from which springs touch.
 
     References
     ----------
     L16 Eq. 6, recentred; W23 Eq. 36: the gaps of worn pairs.
     """
-    meshes, tables, touch, frequency = kernel.meshes, kernel.tables, kernel.scratch.touch, 1.0 / kernel.period
+    meshes, tables, touch, frequency = flanks.meshes, flanks.tables, flanks.scratch.touch, 1.0 / flanks.period
     pairs, shares = len(meshes.pairs), tables.part
     error = of_mesh(tables.error, step, stage, m, x)
     rate = of_mesh(tables.error_rate, step, stage, m, x) * frequency
@@ -171,18 +171,18 @@ def flanks_at(kernel: Any, step: int, stage: int, x: float, m: int, law: Any, ru
 
 
 @jit_inner(counted=False)
-def flank_law(kernel: Any, step: int, a: float, b: float, half: int) -> None:
+def flank_law(flanks: Any, step: int, a: float, b: float, half: int) -> None:
     """Fill law and friction of all flanks in a half of the scratch, at three instants of a part a…b."""
-    law, rub = kernel.scratch.law[half], kernel.scratch.rub[half]
+    law, rub = flanks.scratch.law[half], flanks.scratch.rub[half]
     whole = a == 0.0 and b == 1.0
     for stage in range(3):
         at, x = stage if whole else WITHIN, a + 0.5 * stage * (b - a)
-        for m in range(len(kernel.meshes.damping)):
-            flanks_at(kernel, step, at, x, m, law[stage, m], rub[stage, m])
+        for m in range(len(flanks.meshes.damping)):
+            flanks_at(flanks, step, at, x, m, law[stage, m], rub[stage, m])
 
 
 @jit_inner(counted=False)
-def channel_law(kernel: Any, half: int, stages: int = 3) -> None:
+def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
     """Fill the law of the channels, ``mesh`` and ``force`` of the scratch, from which pairs push.
 
     Of fewer ``stages`` the first ones.
@@ -191,8 +191,8 @@ def channel_law(kernel: Any, half: int, stages: int = 3) -> None:
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
-    meshes, pushes, force = kernel.meshes, kernel.scratch.pushes, kernel.scratch.force
-    law, rub, mesh = kernel.scratch.law[half], kernel.scratch.rub[half], kernel.scratch.mesh[half]
+    meshes, pushes, force = flanks.meshes, flanks.scratch.pushes, flanks.scratch.force
+    law, rub, mesh = flanks.scratch.law[half], flanks.scratch.rub[half], flanks.scratch.mesh[half]
     count, pairs, channels = len(meshes.damping), len(meshes.pairs), len(meshes.channels)
     for stage in range(stages):
         for c in range(channels):
@@ -218,22 +218,22 @@ def channel_law(kernel: Any, half: int, stages: int = 3) -> None:
 @jit_inner(counted=False, forceinline=True)
 def see_start(kernel: Any, step: int, w: Any, states: Any, i: Any) -> None:
     """Set what touches and pushes at the start of a step, and the normal forces over all of it."""
-    for m in range(len(kernel.meshes.damping)):
+    for m in range(len(kernel.flanks.meshes.damping)):
         place, _ = motion_of(kernel.structure, m, w, states, i)
-        note_contact(kernel, step, START, 0.0, m, place)
-    flank_law(kernel, step, 0.0, 1.0, THIS)
-    for m in range(len(kernel.meshes.damping)):
+        note_contact(kernel.flanks, step, START, 0.0, m, place)
+    flank_law(kernel.flanks, step, 0.0, 1.0, THIS)
+    for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = motion_of(kernel.structure, m, w, states, i)
-        see_push(kernel, m, place, speed, kernel.scratch.law[0, 0, m])
+        see_push(kernel.flanks, m, place, speed, kernel.flanks.scratch.law[0, 0, m])
 
 
 @jit_inner(counted=False)
-def hold_all(kernel: Any, step: int) -> None:
+def hold_all(flanks: Any, step: int) -> None:
     """Let every pair in the path touch and push, and no back flank: the contact of a loaded mesh."""
-    pairs, s = len(kernel.meshes.pairs), kernel.scratch
-    for m in range(len(kernel.meshes.damping)):
+    pairs, s = len(flanks.meshes.pairs), flanks.scratch
+    for m in range(len(flanks.meshes.damping)):
         for p in range(pairs):
-            s.touch[m, p] = kernel.tables.stiffness[step, 1, m, p] > 0.0
+            s.touch[m, p] = flanks.tables.stiffness[step, 1, m, p] > 0.0
             s.pushes[m, p] = True
         s.touch[m, pairs], s.pushes[m, pairs] = False, False
 
@@ -244,14 +244,14 @@ def contact_holds(kernel: Any, step: int, w: Any, states: Any, i: Any, j: Any, h
 
     The middle is that of the cubic Hermite polynomial between both ends.
     """
-    h, law = kernel.tables.width[step] * kernel.period, kernel.scratch.law[half]
-    for m in range(len(kernel.meshes.damping)):
+    h, law = kernel.flanks.tables.width[step] * kernel.flanks.period, kernel.flanks.scratch.law[half]
+    for m in range(len(kernel.flanks.meshes.damping)):
         first, before = motion_of(kernel.structure, m, w, states, i)
         last, after = motion_of(kernel.structure, m, w, states, j)
-        if contact_differs(kernel, step, END, m, last, after, law[2, m]):
+        if contact_differs(kernel.flanks, step, END, m, last, after, law[2, m]):
             return False
         place = 0.5 * (first + last) + 0.125 * h * (before - after)
         speed = 1.5 * (last - first) / h - 0.25 * (before + after)
-        if contact_differs(kernel, step, MIDST, m, place, speed, law[1, m]):
+        if contact_differs(kernel.flanks, step, MIDST, m, place, speed, law[1, m]):
             return False
     return True

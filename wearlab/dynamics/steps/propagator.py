@@ -262,41 +262,41 @@ def slot_of(length: Any, h: float) -> int:
     return -1
 
 
-def exact_step(
-    structure: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
-) -> None:
+def exact_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> None:
     """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters
     ----------
-    structure : `wearlab.dynamics.steps.kernel.Propagated`
-    kernel, step, w, states, i, j : as in `wearlab.dynamics.steps.rk4.diagonal_step`; the scratch has inputs
-        (3, n_input) at the start, middle and end
+    kernel, step, w, states, i, j : as in `wearlab.dynamics.steps.rk4.diagonal_step`, the structure
+        `wearlab.dynamics.steps.kernel.Propagated`; the scratch has inputs (3, n_input) at the start, middle
+        and end
     columns : all
     """
+    structure = kernel.structure
     single, rows = structure.tables.single, np.uint64(2 * len(structure.push))
-    slot = slot_of(structure.tables.length, kernel.tables.width[step] * kernel.period)
+    slot = slot_of(structure.tables.length, kernel.flanks.tables.width[step] * kernel.flanks.period)
     old, new = states[i : i + rows * w].reshape((rows, w)), states[j : j + rows * w].reshape((rows, w))
-    solve_forces(structure, kernel.scratch, single, slot, OF_ONE, old)
+    solve_forces(structure, kernel.flanks.scratch, single, slot, OF_ONE, old)
     force = structure.force[: 3 * (len(structure.force) // 5)]
     advance(single.transition[slot], single.inputs[slot], old, force, structure.moved, new)
 
 
 @jit_inner
-def exact_pair(structure: Any, kernel: Any, step: int, w: Any, states: Any, i: Any) -> bool:
+def exact_pair(kernel: Any, step: int, w: Any, states: Any, i: Any) -> bool:
     """Advance ``states[i:]`` over two equal steps, into the two states after it.
 
     The scratch has channels and inputs of both. Return whether it was done: not for a length that is not
     tabulated.
     """
+    structure = kernel.structure
     double, rows = structure.tables.double, np.uint64(2 * len(structure.push))
-    slot = slot_of(structure.tables.length, kernel.tables.width[step] * kernel.period)
+    slot = slot_of(structure.tables.length, kernel.flanks.tables.width[step] * kernel.flanks.period)
     if slot < 0:
         return False
     size, force = rows * w, structure.force
     j, k = i + size, i + size + size
     old, middle = states[i:j].reshape((rows, w)), states[j:k].reshape((rows, w))
-    solve_forces(structure, kernel.scratch, double, slot, OF_TWO, old)
+    solve_forces(structure, kernel.flanks.scratch, double, slot, OF_TWO, old)
     advance(double.between[slot], double.between_inputs[slot], old, force, structure.moved, middle)
     end = states[k : k + size].reshape((rows, w))
     advance(double.transition[slot], double.inputs[slot], old, force, structure.moved, end)

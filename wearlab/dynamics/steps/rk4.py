@@ -14,21 +14,19 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import by_type, jit_inner
-from wearlab.dynamics.steps.kernel import VECTORS, Dense, Diagonal, Propagated, add, put, take
+from wearlab.dynamics.steps.kernel import VECTORS, Dense, Diagonal, Propagated, add, put, structure_of, take
 from wearlab.dynamics.steps.mesh_law import END, MIDST, START
 from wearlab.dynamics.steps.propagator import exact_step
 
 
-def diagonal_step(
-    structure: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
-) -> None:
+def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> None:
     """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters
     ----------
-    structure : `wearlab.dynamics.steps.kernel.Diagonal`
-    kernel : the system; the scratch has stiffness and damping of the channels, and the inhomogeneous
-        acceleration (3, n, width) at the start, middle and end, in column 0 [m/s²]
+    kernel : the system, its structure `wearlab.dynamics.steps.kernel.Diagonal`; the scratch has stiffness and
+        damping of the channels, and the inhomogeneous acceleration (3, n, width) at start, middle and end,
+        in column 0 [m/s²]
     step : of the tables
     columns, w : how many columns to advance, and how many a state has (uint64)
     states, i, j : flat arrays of states and offsets into them (uint64)
@@ -37,8 +35,9 @@ def diagonal_step(
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    like, mesh, load = structure.push, kernel.scratch.mesh[0], kernel.scratch.load[0]
-    zero, n, h = np.uint64(0), len(like), kernel.tables.width[step] * kernel.period
+    structure, like = kernel.structure, kernel.structure.push
+    mesh, load = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load[0]
+    zero, n, h = np.uint64(0), len(like), kernel.flanks.tables.width[step] * kernel.flanks.period
     below, half, h6 = np.uint64(n) * w, 0.5 * h, h / 6.0
     for col in range(zero, columns):
         q = take(like, states, i + col, w)
@@ -79,9 +78,7 @@ def _acceleration(structure: Any, mesh: Any, stage: int, load: Any, q: Any, v: A
     return out
 
 
-def dense_step(
-    structure: Any, kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any
-) -> None:
+def dense_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> None:
     """Advance a trajectory alone at ``states[i:]`` by one step into ``states[j:]``.
 
     Parameters are those of `wearlab.dynamics.steps.rk4.diagonal_step`.
@@ -90,8 +87,8 @@ def dense_step(
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    mesh, load = kernel.scratch.mesh[0], kernel.scratch.load[0]
-    n, h = len(structure.push), kernel.tables.width[step] * kernel.period
+    structure, mesh, load = kernel.structure, kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load[0]
+    n, h = len(structure.push), kernel.flanks.tables.width[step] * kernel.flanks.period
     work = structure.work.reshape((VECTORS, n))
     q0, v0, q, v = work[0], work[1], work[2], work[3]
     first, second, third, fourth = work[4], work[5], work[6], work[7]
@@ -138,9 +135,10 @@ def _dense_acceleration(
             a[row] -= structure.per_force[c * n + row] * force
 
 
-def _accelerations(structure: Any, kernel: Any, step: Any, w: Any, half: Any) -> None:
-    tables, force, load = kernel.tables, kernel.scratch.force, kernel.scratch.load[half]
-    n, channels, balance = len(structure.push), len(kernel.meshes.channels), kernel.balance
+def _accelerations(kernel: Any, step: Any, w: Any, half: Any) -> None:
+    structure, tables, scratch = kernel.structure, kernel.flanks.tables, kernel.flanks.scratch
+    force, load = scratch.force, scratch.load[half]
+    n, channels, balance = len(structure.push), len(kernel.flanks.meshes.channels), kernel.balance
     for stage in range(3):
         factor = tables.fluctuation[step, stage] if kernel.fluctuates else 0.0
         for row in range(n):
@@ -152,9 +150,10 @@ def _accelerations(structure: Any, kernel: Any, step: Any, w: Any, half: Any) ->
             load[np.uint64(stage * n + row) * w] = total
 
 
-def _inputs(structure: Any, kernel: Any, step: Any, w: Any, half: Any) -> None:
-    tables, force, load = kernel.tables, kernel.scratch.force, kernel.scratch.load[half]
-    channels, inputs, balance = len(kernel.meshes.channels), len(structure.force) // 5, kernel.balance
+def _inputs(kernel: Any, step: Any, w: Any, half: Any) -> None:
+    structure, tables, scratch = kernel.structure, kernel.flanks.tables, kernel.flanks.scratch
+    force, load = scratch.force, scratch.load[half]
+    channels, inputs, balance = len(kernel.flanks.meshes.channels), len(structure.force) // 5, kernel.balance
     for stage in range(3):
         at = stage * inputs
         for c in range(channels):
@@ -167,9 +166,7 @@ def _inputs(structure: Any, kernel: Any, step: Any, w: Any, half: Any) -> None:
 
 
 STEPS = {Diagonal: diagonal_step, Dense: dense_step, Propagated: exact_step}
-step_of = by_type(lambda structure, *rest: STEPS[structure.instance_class])
+step_of = by_type(lambda kernel, *rest: STEPS[structure_of(kernel)])
 """Advance by the step of the structure's kind."""
-fill_load = by_type(
-    lambda structure, *rest: _inputs if structure.instance_class is Propagated else _accelerations
-)
+fill_load = by_type(lambda kernel, *rest: _inputs if structure_of(kernel) is Propagated else _accelerations)
 """Fill a half of the loads with what acts beside springs and dampers: offsets of the channels, and loads."""
