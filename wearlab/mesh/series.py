@@ -9,10 +9,8 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.mesh import body, tooth
+from wearlab.mesh import body, profile, stiffness, tooth
 from wearlab.mesh.finite_element import compliance, elements
-from wearlab.mesh.profile import ProfileGrid
-from wearlab.mesh.stiffness import ConstantContact, HertzContact, PotentialEnergy, WeberContact, yang_sun
 
 REFINEMENT = 2
 """Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
@@ -27,7 +25,7 @@ def plane_of(asked: str, pair: GearPair) -> elements.Plane:
     return planes[asked]
 
 
-def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> compliance.FiniteElement:
+def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> compliance.FiniteElement:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
     plane = plane_of(asked.plane, pair)
     recess = float(grid.contact_position[-1] - grid.position[-1])
@@ -52,7 +50,7 @@ def in_plane(gear: Gear, plane: elements.Plane) -> Gear:
     return replace(gear, material=gear.material.in_plane(plane))
 
 
-def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
+def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> stiffness.PotentialEnergy:
     """Return the flexibilities of a pair by the potential-energy method.
 
     References
@@ -70,7 +68,7 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
         for i, gear in enumerate(gears)
     ]
     coupling, partner = _coupling(given, gears, pair, grid)
-    return PotentialEnergy(
+    return stiffness.PotentialEnergy(
         teeth=(teeth[0], teeth[1]),
         hertz=_hertz(given, pair, grid),
         foundation=given.bodies_yield,
@@ -81,25 +79,31 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
     )
 
 
-def _hertz(given: Any, pair: GearPair, grid: ProfileGrid) -> HertzContact:
+def _hertz(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
     return CONTACTS[given.hertz](pair, grid)
 
 
-def _constant(pair: GearPair, grid: ProfileGrid) -> HertzContact:
-    return ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width))
+def _constant(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
+    return stiffness.ConstantContact(
+        stiffness.yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
+    )
 
 
-def _load_dependent(pair: GearPair, grid: ProfileGrid) -> HertzContact:
+def _load_dependent(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
     depth = [contact_depth(gear, pair.radius(i, grid.loaded)) for i, gear in enumerate(pair.gears)]
     materials = pair.driving.material, pair.driven.material
-    return WeberContact(pair.equivalent_curvature(grid.loaded), np.stack(depth), materials, pair.face_width)
+    return stiffness.WeberContact(
+        pair.equivalent_curvature(grid.loaded), np.stack(depth), materials, pair.face_width
+    )
 
 
 CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
 BODIES = dict.fromkeys(("sainsot", "none"), body.foundation_compliance) | {"annulus": body.body_compliance}
 
 
-def _coupling(given: Any, gears: Sequence[Gear], pair: GearPair, grid: ProfileGrid) -> tuple[Array, Index]:
+def _coupling(
+    given: Any, gears: Sequence[Gear], pair: GearPair, grid: profile.ProfileGrid
+) -> tuple[Array, Index]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
     n = len(grid.contact_position)
     if not given.bodies_shared:

@@ -11,10 +11,9 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
-from wearlab.plugins import FOLDER, Plugin, declaration
+from wearlab import plugins, sources
 from wearlab.query.keys import differences, flat
 from wearlab.runner import local, report, worker
-from wearlab.sources import is_other_code
 from wearlab.store import files, outcome
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bo
         if head.state in WITHOUT_DATA and (retry or recompute in ("failed", "all")):
             return True
         if recompute == "stale":
-            return is_other_code(head.source_hash)
+            return sources.is_other_code(head.source_hash)
         return recompute == "all"
 
     return again
@@ -125,7 +124,7 @@ def _life(store: "Store", run_id: str) -> "CalibrationLife":
     return CalibrationLife(run_id, float(run["cycle"].values[-1]), error, str(run["end_reason"].values))
 
 
-def plugins_of(scenes: Iterable[Any]) -> tuple[Plugin, ...]:
+def plugins_of(scenes: Iterable[Any]) -> tuple[plugins.Plugin, ...]:
     """Return the plug-ins of scenes, each once.
 
     Raises
@@ -136,12 +135,12 @@ def plugins_of(scenes: Iterable[Any]) -> tuple[Plugin, ...]:
     return tuple(dict.fromkeys(plugin for origin in origins for plugin in origin))
 
 
-def declare(plugins: Iterable[Plugin], store: Path) -> None:
+def declare(used: Iterable[plugins.Plugin], store: Path) -> None:
     """Write source and options of plug-ins into a store, where they are not there yet."""
-    for plugin in plugins:
-        file = store / FOLDER / f"{plugin.sha256}.json"
+    for plugin in used:
+        file = store / plugins.FOLDER / f"{plugin.sha256}.json"
         if not file.exists():
-            text = json.dumps(declaration(plugin), indent=1, ensure_ascii=False)
+            text = json.dumps(plugins.declaration(plugin), indent=1, ensure_ascii=False)
             files.write_whole(file, text.encode())
 
 
@@ -260,7 +259,7 @@ def plan(
     for case in campaign.cases:
         if case.id not in runs:
             head = heads.get(case.id)
-            other = head is not None and is_other_code(head.source_hash)
+            other = head is not None and sources.is_other_code(head.source_hash)
             state = _state(store, head)
             where = outcome.place(campaign, case)
             run = PlannedRun(case.id, case.label, where, state, other and state == "cached")

@@ -26,9 +26,7 @@ from scipy.stats import qmc
 from wearlab.arrays import Array, Index
 from wearlab.campaign import distributions, update_options
 from wearlab.units import HOUR
-from wearlab.updating import grids, measurements
-from wearlab.updating.kalman import Filtered, Hidden, Inspection, filtered
-from wearlab.updating.likelihood import Block, compared, held, inspections_of, log_density
+from wearlab.updating import grids, kalman, likelihood, measurements
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
 
 POWER, STRAYING, SPREAD, MEDIAN = "power", "straying", "spread", "median"
@@ -70,7 +68,7 @@ class FleetMember:
 
     name: str
     run: RunHistory
-    blocks: tuple[Block, ...]
+    blocks: tuple[likelihood.Block, ...]
     asked: int | None = None
 
     @property
@@ -79,9 +77,13 @@ class FleetMember:
         return float(max(self.cycles, default=self.run.start))
 
     @cached_property
-    def inspections(self) -> list[tuple[int, Inspection]]:
+    def inspections(self) -> list[tuple[int, kalman.Inspection]]:
         """The inspections and the block of each, in order of time; those of one time in order of blocks."""
-        each = [(n, own) for n, block in enumerate(self.blocks) for own in inspections_of(block, self.run, n)]
+        each = [
+            (n, own)
+            for n, block in enumerate(self.blocks)
+            for own in likelihood.inspections_of(block, self.run, n)
+        ]
         return sorted(each, key=lambda one: one[1].cycle)
 
     @cached_property
@@ -106,7 +108,9 @@ class FleetMember:
     def up_to(self, cycle: float) -> "FleetMember":
         """Return the unit with what had been measured by a cycle."""
         n = len(self.blocks) if self.asked is None else self.asked
-        by, before = (held(self.blocks, self.run, holds, cycle) for holds in (np.less_equal, np.less))
+        by, before = (
+            likelihood.held(self.blocks, self.run, holds, cycle) for holds in (np.less_equal, np.less)
+        )
         return replace(self, blocks=(*by[:n], *before[n:]))
 
 
@@ -148,14 +152,14 @@ class Shared(NamedTuple):
         return asked.curve.at(run.start + equal * (factor[..., None] / run.factor), column)
 
 
-def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> Filtered:
+def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool = False) -> kalman.Filtered:
     """Return how probable a unit's measurements are, and what is known of its W, for lanes (p, nodes)."""
     run, factor = unit.run, np.exp(log_factor)
     begins, parts = [0], []
     for number, block in enumerate(unit.blocks):
         asked, rows = run.asked[number], block.rows
         model = shared.mean(run, asked, factor, asked.cycle[rows], asked.column[rows])
-        parts.append(compared(block, model, shared.sd[number]))
+        parts.append(likelihood.compared(block, model, shared.sd[number]))
         begins.append(begins[-1] + len(rows))
     worn = [shared.worn(run, asked.curve, factor) for asked in run.asked]
     times = [
@@ -163,10 +167,12 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
         for n, own in unit.inspections
     ]
     residual, variance, hidden = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    return filtered(residual, variance, times, shared.rate, 0.0, hidden=hidden, steps=steps)
+    return kalman.filtered(residual, variance, times, shared.rate, 0.0, hidden=hidden, steps=steps)
 
 
-def _side_by_side(parts: Sequence[tuple[Array, Array, Hidden | None]]) -> tuple[Array, Array, Hidden | None]:
+def _side_by_side(
+    parts: Sequence[tuple[Array, Array, kalman.Hidden | None]],
+) -> tuple[Array, Array, kalman.Hidden | None]:
     """Return residuals, variances and limits of several blocks as those of one."""
     shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part[:2]))
 
@@ -179,9 +185,11 @@ def _side_by_side(parts: Sequence[tuple[Array, Array, Hidden | None]]) -> tuple[
     residuals, variances, limits = zip(*parts, strict=True)
     hidden = None
     if any(limit is not None for limit in limits):
-        none = [Hidden(np.zeros(r.shape[-1], bool), np.zeros(1)) for r in residuals]
+        none = [kalman.Hidden(np.zeros(r.shape[-1], bool), np.zeros(1)) for r in residuals]
         each = [own or empty for own, empty in zip(limits, none, strict=True)]
-        hidden = Hidden(np.concatenate([one.which for one in each]), joined([one.room for one in each]))
+        hidden = kalman.Hidden(
+            np.concatenate([one.which for one in each]), joined([one.room for one in each])
+        )
     return joined(residuals), joined(variances), hidden
 
 
@@ -272,9 +280,9 @@ def _table(
     coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
     logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
     logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1)(fine)
-    held = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
+    likelihood.held = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
     spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * grids.even_weights(len(fine))
-    return (centre + width * np.sinh(fine))[held], (logs + np.log(spacing))[..., held]
+    return (centre + width * np.sinh(fine))[likelihood.held], (logs + np.log(spacing))[..., likelihood.held]
 
 
 def integrand(unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None) -> tuple[Array, Array]:
@@ -378,7 +386,9 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
     """
 
     def log_prior(theta: Array) -> Array:
-        each = [log_density(p.prior, u, p.scale) for p, u in zip(law.parameters, theta.T, strict=True)]
+        each = [
+            likelihood.log_density(p.prior, u, p.scale) for p, u in zip(law.parameters, theta.T, strict=True)
+        ]
         return np.asarray(sum(each))
 
     def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:

@@ -15,16 +15,18 @@ from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, accelerations, coordinates_at, step_of
 from wearlab.dynamics.system import System
 from wearlab.gears.gear import GearPair
-from wearlab.mesh.excitation import MeshFlanks
-from wearlab.mesh.force import Dashpot, Deflections, NormalForces, flank_forces
-from wearlab.mesh.gear_set import PairOfSet
-from wearlab.mesh.profile import Lookup, interpolate
+from wearlab.mesh import excitation, force, gear_set, profile
 from wearlab.mesh.stages import StageGrid, parabola
 
 
 def mesh_forces(
-    system: System, mesh: int, flanks: MeshFlanks, where: Lookup, motion: Deflections, period: float
-) -> NormalForces:
+    system: System,
+    mesh: int,
+    flanks: excitation.MeshFlanks,
+    where: profile.Lookup,
+    motion: force.Deflections,
+    period: float,
+) -> force.NormalForces:
     """Return the forces of a mesh, (n_periods, n[, n_pairs]).
 
     Parameters
@@ -35,19 +37,21 @@ def mesh_forces(
     motion : (n_periods, n) deflection and its rate
     period : duration of a mesh period [s]
     """
-    return flank_forces(flanks, where, motion, dashpot_of_mesh(system, mesh), period)
+    return force.flank_forces(flanks, where, motion, dashpot_of_mesh(system, mesh), period)
 
 
-def dashpot_of_mesh(system: System, mesh: int) -> Dashpot:
+def dashpot_of_mesh(system: System, mesh: int) -> force.Dashpot:
     """Return the damping and the backlash of one mesh."""
     backlash = None if system.backlash is None else float(system.backlash[mesh])
     law = system.damping_law
     if law is not None:
         law = type(law)(*(values[mesh : mesh + 1] for values in law))
-    return Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash, law)
+    return force.Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash, law)
 
 
-def friction_force(forces: NormalForces, flanks: MeshFlanks, where: Lookup, coefficient: float) -> Array:
+def friction_force(
+    forces: force.NormalForces, flanks: excitation.MeshFlanks, where: profile.Lookup, coefficient: float
+) -> Array:
     """Return ``Σ_j Λμ N_j`` on the driving flank, positive in recess, (n_periods, n) [N].
 
     Parameters
@@ -64,7 +68,11 @@ def friction_force(forces: NormalForces, flanks: MeshFlanks, where: Lookup, coef
 
 
 def moments(
-    forces: NormalForces, flanks: MeshFlanks, pair: GearPair, where: Lookup, coefficient: float | None
+    forces: force.NormalForces,
+    flanks: excitation.MeshFlanks,
+    pair: GearPair,
+    where: profile.Lookup,
+    coefficient: float | None,
 ) -> Array:
     """Return the moments on both gears over their base radii, (driving, driven) (2, n_periods, n) [N].
 
@@ -86,7 +94,7 @@ def moments(
         return np.stack([plain, plain])
     grid = flanks.analysis.grid
     s = np.zeros(forces.pair.shape[1:])
-    interpolate(grid.first, where, grid.contact_position, 0.0, s)
+    profile.interpolate(grid.first, where, grid.contact_position, 0.0, s)
     rubs = coefficient * grid.sliding_sense[where.segment]
     of_gears = []
     for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):
@@ -95,7 +103,7 @@ def moments(
     return np.stack(of_gears)
 
 
-def load_factors(kind: PairOfSet, means: Array) -> Array:
+def load_factors(kind: gear_set.PairOfSet, means: Array) -> Array:
     """Return how much of its share of the load each mesh of a kind carries in the mean, (n_mesh,) [1].
 
     Parameters
@@ -112,7 +120,7 @@ def load_factors(kind: PairOfSet, means: Array) -> Array:
 
 
 def mean_force_residual(
-    kinds: Sequence[PairOfSet], loads: Sequence[float], means: Sequence[Array], rubs: bool
+    kinds: Sequence[gear_set.PairOfSet], loads: Sequence[float], means: Sequence[Array], rubs: bool
 ) -> float:
     """Return the mean normal force over the static one, minus one: the largest of the kinds of mesh [1].
 

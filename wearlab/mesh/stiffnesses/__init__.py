@@ -11,7 +11,7 @@ from wearlab.table_options import read_stiffness
 
 if TYPE_CHECKING:
     from wearlab.gears.gear import GearPair
-    from wearlab.mesh.profile import ProfileGrid
+    from wearlab.mesh import profile
     from wearlab.mesh.stiffness import PairStiffness, PiecewiseCurve
 
 
@@ -34,7 +34,7 @@ class StiffnessModel(Variant):
         """Return the phases at which the stiffness of the mesh jumps besides those where pairs change [1]."""
         return ()
 
-    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+    def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the stiffness of a pair at the nodes of its path.
 
         Parameters
@@ -101,11 +101,11 @@ class FiniteElementStiffness(StiffnessModel):
             f"({table})"
         )
 
-    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+    def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the compliances that the elements of both gears give."""
-        from wearlab.mesh.series import finite_element
+        from wearlab.mesh import series
 
-        return finite_element(self, pair, grid)
+        return series.finite_element(self, pair, grid)
 
 
 class PotentialEnergyStiffness(StiffnessModel):
@@ -168,20 +168,20 @@ class PotentialEnergyStiffness(StiffnessModel):
             return f"up to 26 % off plane elements, most under light loads ({table})"
         return f"8 to 43 % off plane elements: two pairs count their bodies twice ({table})"
 
-    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+    def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the flexibilities in series."""
-        from wearlab.mesh.series import potential_energy
+        from wearlab.mesh import series
 
-        return potential_energy(self, pair, grid)
+        return series.potential_energy(self, pair, grid)
 
     def flags(self, pair: "GearPair", key: str) -> tuple[str, ...]:
         """Return where the formula of the fillet foundation leaves its range, too."""
         tuned = super().flags(pair, key)
         if self.foundation != "sainsot":
             return tuned
-        from wearlab.mesh.body import foundation_validity
+        from wearlab.mesh import body
 
-        return (*(flag for gear in pair.gears for flag in foundation_validity(gear)), *tuned)
+        return (*(flag for gear in pair.gears for flag in body.foundation_validity(gear)), *tuned)
 
 
 class ConstantStiffness(PrescribedStiffness):
@@ -190,7 +190,7 @@ class ConstantStiffness(PrescribedStiffness):
     model: Literal["constant"] = option("constant", "constant stiffness", source="wearlab")
     value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
 
-    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+    def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the same everywhere."""
         from wearlab.mesh.stiffness import GivenStiffness, constant
 
@@ -253,7 +253,7 @@ class TabulatedStiffness(PrescribedStiffness):
         places = self.curve(pair).jumps
         return tuple(places) if self.of_mesh else tuple(x % 1.0 for x in places)
 
-    def build(self, pair: "GearPair", grid: "ProfileGrid") -> "PairStiffness":
+    def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the table's values at the nodes."""
         from wearlab.mesh.stiffness import GivenStiffness
 
