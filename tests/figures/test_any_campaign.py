@@ -189,6 +189,11 @@ def test_another_variable_must_run_along_what_the_kind_shows(many):
         plot_of(many, swept(2), kind="wear-profile", y="life")
 
 
+def test_a_line_over_places_on_the_flank_is_of_what_runs_along_it(many):
+    with pytest.raises(FigureError, match=r"x = 'diameter' does not run along max_wear_depth; valid: "):
+        plot_of(many, swept(2), kind="line", y="max_wear_depth", x="diameter")
+
+
 @pytest.mark.parametrize("figure", ["max-wear", "quantile-bands"])
 def test_over_wear_states_x_has_one_number_for_each(many, figure):
     """Was a fault of broadcasting."""

@@ -35,6 +35,9 @@ def test_the_first_curve_is_taken_from_all_even_on_other_abscissae() -> None:
 def test_what_cannot_be_drawn_so_is_refused_with_the_reason() -> None:
     with pytest.raises(FigureError, match="needs a second curve"):
         from_first([series("1 rpm", [1.0, 2.0])], {}, Ask("tvms", "01"))
+    with pytest.raises(FigureError, match="needs a second curve"):  # a mean beside harmonics
+        mean = replace(series("1 rpm", [1.0, 2.0]), key={})
+        from_first([mean, series("1 rpm", [1.0, 2.0])], {"hue": "speed"}, Ask("01", "ste-harmonics"))
     orbit = replace(series("1 rpm", [1.0, 2.0, 1.0]), x=np.array([0.0, 1.0, 0.5]))
     with pytest.raises(FigureError, match=r"01: .*turns back"):
         from_first([orbit, series("2 rpm", [1.0, 2.0])], {"hue": "speed"}, Ask("01", "phase-plane"))

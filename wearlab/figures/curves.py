@@ -315,7 +315,7 @@ def from_first(
     FigureError : nothing varies by hue in a panel, or there is something that is no curve
     """
     hue = roles.get("hue")
-    if hue is None:
+    if hue is None or any(hue not in curve.key for curve in series):
         raise FigureError(f'{ask.name}: y_as = "difference" needs a second curve; nothing varies by hue here')
     if any(curve.look in (*BESIDE, "published", "area") for curve in series):
         raise FigureError(

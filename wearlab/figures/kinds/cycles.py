@@ -1,6 +1,6 @@
 """What goes with the wear states: numbers over cycles, harmonics over wear; any variable over anything."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -193,14 +193,19 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
         return dim, DEFAULT_X.get(dim, dim)
     if ask.x in dims:
         return ask.x, DEFAULT_X.get(ask.x, ask.x)
-    own = [str(dim) for dim in run.data[ask.x].dims] if ask.x in run.data.variables else []
-    shared = [dim for dim in own if dim in dims]
+    shared = _shared(run, ask.x, dims) if ask.x in run.data.variables else []
     if not shared:
-        valid = [*run.place, *dims, *(str(c) for c, v in run.data.coords.items() if set(v.dims) & set(dims))]
+        valid = [*run.place, *dims, *(str(name) for name in run.data.coords if _shared(run, name, dims))]
         raise FigureError(
             f"{ask.name}: x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}"
         )
     return shared[-1], ask.x
+
+
+def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
+    """Return the dimensions along which both run: none of a place on the flank where y has no such places."""
+    own = [str(dim) for dim in run.data[coordinate].dims]
+    return [] if "profile" in own and "profile" not in dims else [dim for dim in own if dim in dims]
 
 
 def _positions(
