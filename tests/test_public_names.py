@@ -1,5 +1,6 @@
 """``import wearlab as wl``: a handful of names, loaded when they are used."""
 
+import ast
 import inspect
 import subprocess
 import sys
@@ -32,3 +33,10 @@ def test_no_room_hides_a_function():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_type_checkers_take_every_name_of_the_stub_as_public():
+    """They do where a name is imported as itself (PEP 484, stub files)."""
+    for stated in wearlab.STUB.body:
+        if isinstance(stated, ast.ImportFrom):
+            assert [name.name for name in stated.names] == [name.asname for name in stated.names]

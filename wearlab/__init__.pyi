@@ -18,7 +18,7 @@ from wearlab.scene import SceneError as SceneError
 from wearlab.simulation import simulate as simulate
 from wearlab.store import Store as Store
 from wearlab.store import StoreError as StoreError
-from wearlab.store import open_store as open  # noqa: F401
+from wearlab.store import open as open
 from wearlab.store.align import align as align
 from wearlab.updating import update as update
 from wearlab.version import __version__ as __version__
