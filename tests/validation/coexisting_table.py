@@ -61,8 +61,8 @@ def steady(scene: Scene) -> tuple[Response, Periodic] | None:
     vibration, state = parts.vibration, parts.coupling.evaluate(parts.coupling.unworn())
     if vibration is None or state.response is None or not isinstance(vibration.method, Periodic):
         return None
-    whole = vibration.on_all_stages(state.response, state.flanks)
-    return (whole, vibration.method) if whole.period and whole.verdict.unique else None
+    found = state.response
+    return (found, vibration.method) if found.period and found.verdict.unique else None
 
 
 def drawn(seed: int, number: int) -> tuple[Response, Periodic] | None:
@@ -126,7 +126,7 @@ def elsewhere(response: Response, method: Periodic, states: Iterable[Array]) -> 
     n, limit = len(response.system.load), APART * deflection(response)
     for state in states:
         for transient in method.transients(shooting):
-            shooting.integrate(state, transient)
+            state = shooting.integrate(state, transient)[0][-1]
             apart = np.abs(response.state[:, 0, :n] - state[:n]).max(axis=1).min()
             if apart <= limit or not np.isfinite(state).all():
                 break
