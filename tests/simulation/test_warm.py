@@ -4,8 +4,11 @@ import gc
 from pathlib import Path
 
 import pytest
+from numba import types
 
 from wearlab.campaign import load
+from wearlab.dynamics.orbits.period_map import over_periods
+from wearlab.dynamics.steps.contact_change import step_with_changes
 from wearlab.simulation import warm
 from wearlab.simulation.warm import kinds_of
 
@@ -25,12 +28,14 @@ def test_numbers_make_no_kind_but_choices_do():
     assert len(kinds_of([scene, *others])) == 3
 
 
-def test_workers_do_the_same_jobs_in_another_order(monkeypatch):
-    """Each begins elsewhere, and a failing job leaves the garbage collection as it was."""
+def test_workers_share_the_jobs(monkeypatch):
+    """Each does its part, and a failing job leaves the garbage collection as it was."""
     done = []
     monkeypatch.setattr(warm, "kinds_of", list)
     monkeypatch.setattr(warm, "jobs_of", lambda kinds: [(done.append, name) for name in "abc"])
     warm.warm_up([], turn=1, workers=2)
+    assert done == ["b"]
+    warm.warm_up([], turn=0, workers=2)
     assert done == ["b", "c", "a"]
 
     def breaks(scene):
@@ -41,3 +46,13 @@ def test_workers_do_the_same_jobs_in_another_order(monkeypatch):
     with pytest.raises(ZeroDivisionError):
         warm.do((breaks, None))
     assert gc.isenabled()
+
+
+def test_what_a_change_of_contact_compiles_is_what_the_map_of_a_period_calls():
+    """Else it would be compiled twice."""
+    (case,) = (case for case in load(CAMPAIGNS / "spur_speeds.toml").cases if case.position.get("speed") == 0)
+    warm.do((warm._change_contact, case.scene))
+    warm.do((warm._evaluate, case.scene))
+    kernel, columns, states = over_periods.signatures[-1][:3]
+    wanted = (kernel, types.int64, columns, types.uint64, states, types.uint64, types.uint64)
+    assert wanted in step_with_changes.signatures

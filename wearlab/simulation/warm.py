@@ -6,7 +6,8 @@ from contextlib import suppress
 
 import numpy as np
 
-from wearlab.dynamics.orbits import periodic, shooting
+from wearlab.dynamics.orbits import integrate, periodic
+from wearlab.dynamics.steps import contact_change
 from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.options import Part
@@ -19,7 +20,8 @@ Job = tuple[Callable[[Scene], None], Scene]
 def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     """Evaluate one wear state of every kind of scene, so that its kernels are compiled and cached on disk.
 
-    Workers do the same in another order: each finds on disk what another has compiled before.
+    Of several workers each does its share of the jobs, the longest last: on disk is what others have compiled
+    by then.
 
     Parameters
     ----------
@@ -27,23 +29,19 @@ def warm_up(scenes: Iterable[Scene], turn: int = 0, workers: int = 1) -> None:
     turn, workers : this worker's place among those that share the work, and their number
     """
     kinds = kinds_of(scenes)
-    if workers == 1:
-        jobs: list[Job] = [(_evaluate, scene) for scene in kinds]
-    else:
-        jobs = jobs_of(kinds)
-    turn %= max(1, len(jobs))
-    for job in jobs[turn:] + jobs[:turn]:
+    jobs: list[Job] = [(_evaluate, scene) for scene in kinds] if workers == 1 else jobs_of(kinds)
+    for job in reversed(jobs[turn::workers]):
         do(job)
 
 
 def jobs_of(kinds: Iterable[Scene]) -> list[Job]:
     """Return what compiles all that kinds of scenes call, in parts, those that take longest first.
 
-    What a moving system compiles is the shooting and the integration that looks for other attractors.
+    What locates changes of contact is compiled beside the map of a period, which finds it on disk.
     """
     ordered = sorted(kinds, key=lambda scene: -len(scene.meshes))
     moving = [scene for scene in ordered if scene.dynamics]
-    jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate, _integrate)]
+    jobs: list[Job] = [(job, scene) for scene in moving for job in (_evaluate, _change_contact)]
     return jobs + [(_evaluate, scene) for scene in ordered if not scene.dynamics]
 
 
@@ -70,15 +68,17 @@ def _evaluate(scene: Scene) -> None:
     coupling.evaluate(coupling.unworn())
 
 
-def _integrate(scene: Scene) -> None:
-    """Integrate a system over a mesh period."""
+def _change_contact(scene: Scene) -> None:
+    """Take a step as one in which contact changes."""
     coupling = build.build(scene).coupling
     moves = coupling.vibration
     if moves is None or not isinstance(moves.method, periodic.Periodic):
         return
-    tables = moves.tables(coupling.flanks(coupling.unworn()))
-    period = shooting.Shooting(moves.system, tables, moves.period)
-    period.integrate(np.zeros(period.rows), 1)
+    steps = integrate.OnTables(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
+    states = np.zeros_like(steps.states(1))
+    width, size = np.uint64(states.shape[2]), np.uint64(states[0].size)
+    places = states.reshape(-1), np.uint64(0), size
+    contact_change.step_with_changes(steps.kernel, 0, np.uint64(1), width, *places)
 
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
