@@ -280,9 +280,9 @@ def _table(
     coarse, fine = (np.linspace(first, last, n) for n in (NODES, FINER * (NODES - 1) + 1))
     logs = log_likelihood(shared, (centre + width * np.sinh(coarse))[None], cycles)
     logs = CubicSpline(coarse, np.maximum(logs, logs.max(axis=-1, keepdims=True) - 1e5), axis=-1)(fine)
-    likelihood.held = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
+    deep = (logs > logs.max(axis=-1, keepdims=True) - DEPTH).reshape(-1, len(fine)).any(axis=0)
     spacing = width * np.cosh(fine) * (fine[1] - fine[0]) * grids.even_weights(len(fine))
-    return (centre + width * np.sinh(fine))[likelihood.held], (logs + np.log(spacing))[..., likelihood.held]
+    return (centre + width * np.sinh(fine))[deep], (logs + np.log(spacing))[..., deep]
 
 
 def integrand(unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None) -> tuple[Array, Array]:
