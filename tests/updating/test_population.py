@@ -243,14 +243,14 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
 
 def test_what_a_hundred_units_cost(monkeypatch):
     """How often the likelihood is asked, and of how many coefficients times errors at once."""
-    units, work, real = simulated(100, 10, 7), [], room.filtered
+    units, work, real = simulated(100, 10, 7), [], room.kalman.filtered
 
     def counted(*arguments, **options):
         seen = real(*arguments, **options)
         work.append(seen.log_likelihood.size)
         return seen
 
-    monkeypatch.setattr(room, "filtered", counted)
+    monkeypatch.setattr(room.kalman, "filtered", counted)
     found = population(units, law("straying"), 0)
     assert quantile(found, "spread", np.array([0.05, 0.95])) == pytest.approx([0.3, 0.3], rel=0.3)
     assert len(work) < 16 * 100 and sum(work) < 100 * 17_000
