@@ -58,7 +58,7 @@ def begin_series(kernel: Any, step: int, a: float, end: float, h: float, state: 
             terms[1, row, col] = h * state[n + row, col]
 
 
-@jit_inner(counted=False)
+@jit(counted=False)
 def expand(kernel: Any, h: float) -> int:
     """Fill the series from its first two terms, ``q`` and ``h q̇``; return how many terms there are.
 
@@ -274,7 +274,7 @@ def first_root(p: Any, terms: int, changed: bool) -> float:
     return root(p, count, high) if p[0] > 0.0 else 0.0
 
 
-@jit_inner(counted=False)
+@jit(counted=False)
 def next_change(
     kernel: Any, step: int, a: float, end: float, mesh: int, flank: int, terms: int
 ) -> tuple[float, int, int]:
@@ -311,7 +311,7 @@ def next_change(
     return earliest, found_mesh, found_flank
 
 
-@jit_inner(counted=False)
+@jit(counted=False)
 def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, states: Any, j: Any) -> None:
     """Let a spring of mesh ``m`` begin or cease to touch at fraction ``x``; move the tangents.
 
