@@ -74,3 +74,14 @@ def test_means_count_jumps_within_steps() -> None:
 
     mean = mean_over_period(stage_grid(np.array([0.0, 0.6, 1.0]), 20), values)
     np.testing.assert_allclose(mean, [1.0 + 25.0 * 0.2345, 0.5], atol=5e-5)
+
+
+def test_a_wave_without_a_mean_is_not_halved_for_ever() -> None:
+    asked = []
+
+    def values(steps: StageGrid) -> Any:
+        asked.append(len(steps.start))
+        return np.sin(2.0 * np.pi * within_steps(steps)[0])
+
+    assert abs(mean_over_period(stage_grid(np.array([0.0, 1.0]), 20), values)) < 1e-12
+    assert sum(asked) < 200

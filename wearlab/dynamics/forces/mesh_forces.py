@@ -153,7 +153,7 @@ NODES = 4
 """Nodes within a step, its ends among them."""
 
 SAME_MEAN, MOST_HALVINGS = 1e-5, 14
-"""Share of a mean by which a step may differ from its halves; so many find a jump within 1e-4 of a step."""
+"""Share of a mean modulus by which a step may differ from its halves; so many find a jump to 1e-4 of one."""
 
 
 def mesh_acceleration_at(
@@ -224,13 +224,12 @@ def mean_over_period(grid: StageGrid, values: Callable[[StageGrid], Array]) -> A
         return np.asarray(each.reshape(*each.shape[:-1], -1, NODES) @ share * steps.width)
 
     whole = integrals(grid)
-    mean = whole.sum(axis=-1)
+    mean, bound = whole.sum(axis=-1), SAME_MEAN * np.abs(whole).sum(axis=-1)[..., None]
     for _ in range(MOST_HALVINGS):
         halves = grid.halved()
         parts = integrals(halves)
         change = parts[..., ::2] + parts[..., 1::2] - whole
         mean = mean + change.sum(axis=-1)
-        bound = SAME_MEAN * np.abs(mean)[..., None]
         again = np.repeat((np.abs(change) > bound).reshape(-1, len(grid.start)).any(axis=0), 2)
         if not again.any():
             break
