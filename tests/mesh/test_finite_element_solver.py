@@ -9,8 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 from skfem import MeshQuad, MeshQuad2
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import build_ring
+from wearlab.gears.external import build_gear, external_pair
 from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.finite_element.compliance import wheel_compliance
 from wearlab.mesh.finite_element.elements import assemble, flank_loads, half_plane_compliance, sector
@@ -26,10 +25,11 @@ def few_teeth():
         GearSpec(name="second", teeth=40),
         Basics(0.002, face_width=0.01),
     ).driving
-    ring = build_ring(
+    ring = build_gear(
         GearSpec(name="ring", teeth=25, tip_diameter=0.0485, rim_diameter=0.065),
         Basics(0.002, pressure_angle=math.radians(20), face_width=0.01, material=STEEL),
         profile_shift=0.0,
+        internal=True,
     )
     return external, ring
 

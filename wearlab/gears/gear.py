@@ -61,8 +61,7 @@ class Gear:
     @property
     def base_half_angle(self) -> float:
         """Half the tooth (ring: space) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
-        z, x, alpha = self.teeth, self.profile_shift, self.pressure_angle
-        return math.pi / (2 * z) + 2.0 * x * math.tan(alpha) / z + involute(alpha)
+        return self.cut.base_half_angle
 
     @property
     def dedendum(self) -> float:
@@ -73,9 +72,14 @@ class Gear:
 
     @property
     def cut(self) -> RackCut:
-        """The generating rack that leaves this tooth, of an external gear."""
+        """The generating rack that leaves this tooth; of a ring the one that would leave its space."""
         sizes = self.module, self.pressure_angle, self.profile_shift, self.root_radius
         return RackCut(self.teeth, *sizes, self.fillet_radius / self.module)
+
+    @property
+    def tip_curvature(self) -> float:
+        """Radius of curvature of the involute at the tip, √(r_a² − r_b²) [m]."""
+        return math.sqrt(self.tip_radius**2 - self.base_radius**2)
 
     def half_angle(self, radius: float) -> float:
         """Return half the tooth angle at a radius, α2 − inv α_r (ring: π/z − α2 + inv α_r) [rad]."""
@@ -252,3 +256,29 @@ class GearPair:
         """Return the share of the active profile between its root end and s, (n,) [1]."""
         share = (np.asarray(s, dtype=float) - self.path.A) / (self.path.E - self.path.A)
         return np.asarray(share if gear == DRIVING else 1.0 - share)
+
+
+def in_mesh(driving: Gear, driven: Gear, centre_distance: float, alpha_w: float) -> GearPair:
+    """Return the pair with its path of contact cut off by the two tip circles, not yet checked.
+
+    ``s_E = ±(√(r_a1² − r_b1²) − r_b1 tanα_w)``, ``s_A = ∓(√(r_a2² − r_b2²) − r_b2 tanα_w)``, lower signs of a
+    ring.
+
+    Parameters
+    ----------
+    driving, driven : the gears
+    centre_distance, alpha_w : a [m], α_w [rad]
+
+    References
+    ----------
+    ISO 21771:2007, clause 5.
+    """
+    p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
+    s_E, approach = (
+        (-1.0 if gear.internal else 1.0) * (gear.tip_curvature - gear.base_radius * math.tan(alpha_w))
+        for gear in (driving, driven)
+    )
+    whole = math.floor((s_E + approach) / p_b)
+    path = PathOfContact(-approach, s_E - whole * p_b, 0.0, -approach + whole * p_b, s_E)
+    width = min(driving.face_width, driven.face_width)
+    return GearPair(driving, driven, centre_distance, alpha_w, p_b, path, width)

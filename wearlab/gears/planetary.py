@@ -21,11 +21,11 @@ from itertools import pairwise
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.external import assemble_external, build_gear, check_basics, check_pair
-from wearlab.gears.gear import Gear, GearPair
-from wearlab.gears.internal import assemble_internal, build_ring, make_room
+from wearlab.gears.external import build_gear, check_basics, check_pair
+from wearlab.gears.gear import Gear, GearPair, in_mesh
+from wearlab.gears.internal import assemble_internal, make_room
 from wearlab.gears.shifts import planetary_position
-from wearlab.gears.specification import Basics, GearError, GearSpec
+from wearlab.gears.specification import Basics, GearError, GearSpec, refuse
 
 
 def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) -> float:
@@ -258,27 +258,23 @@ def planetary_set(
     """
     check_basics(sun, planet, basics)
     check_basics(planet, ring, basics)
-    position = planetary_position(
+    outer, inner = planetary_position(
         (sun.teeth, planet.teeth, ring.teeth),
         (sun.profile_shift_coefficient, planet.profile_shift_coefficient, ring.profile_shift_coefficient),
-        module=basics.module,
-        pressure_angle=basics.pressure_angle,
-        centre_distance=centre_distance,
+        basics,
+        centre_distance,
     )
-    built = [
-        build_gear(
-            spec, basics, profile_shift=x, tip_alteration=position.tip_alteration, assumed=position.assumed
-        )
-        for spec, x in zip((sun, planet), position.shifts[:2], strict=True)
-    ]
-    outer = build_ring(ring, basics, profile_shift=position.shifts[2], assumed=position.assumed)
-    a_sp, a_pr = position.centre_distances
-    inner, (middle, outer) = built[0], make_room(built[1], outer, a_pr, shorten=ring.tip_is_derived)
-    driving, driven = (inner, middle) if sun_drives else (middle, inner)
-    alpha_w = math.acos((inner.base_radius + middle.base_radius) / a_sp)
-    external = assemble_external(driving, driven, a_sp, alpha_w)
+    a_sp, a_pr = outer.centre_distance, inner.centre_distance
+    centre, middle = (
+        build_gear(spec, basics, x, outer.tip_alteration, outer.assumed)
+        for spec, x in zip((sun, planet), outer.shifts, strict=True)
+    )
+    around = build_gear(ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True)
+    middle, around = make_room(middle, around, a_pr, shorten=ring.tip_is_derived)
+    driving, driven = (centre, middle) if sun_drives else (middle, centre)
+    external = in_mesh(driving, driven, a_sp, math.acos((centre.base_radius + middle.base_radius) / a_sp))
     check_pair(external)
-    internal = assemble_internal(middle, outer, a_pr, ring_drives=not sun_drives)
+    internal = assemble_internal(middle, around, a_pr, ring_drives=not sun_drives)
     held = _resolved(carrier, a_sp, a_pr)
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)
     assert held.pin_circle_radius is not None
@@ -288,10 +284,9 @@ def planetary_set(
 
 def _resolved(carrier: Carrier, a_sp: float, a_pr: float) -> Carrier:
     """Return the carrier with its pin circle, or refuse what no carrier has."""
-    for word in ("mass", "inertia"):
-        value = getattr(carrier, word)
-        if value is not None and not value > 0.0:
-            raise GearError(f"{carrier.name}: {word} must be positive, not {value:g}")
+    given = {"mass": carrier.mass, "inertia": carrier.inertia}
+    told = {f"{word} must be positive, not {v:g}": not v > 0.0 for word, v in given.items() if v is not None}
+    refuse(carrier.name, told)
     radius = carrier.pin_circle_radius
     if radius is None:
         if abs(a_sp - a_pr) > 1e-9 * a_sp:

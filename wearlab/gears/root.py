@@ -63,37 +63,15 @@ class Rounding(NamedTuple):
         for _ in range(80):
             middle = 0.5 * (outside + within)
             x, y, _ = self.point(middle)
-            if self._beyond(math.hypot(x, y), math.atan2(y, x)):
-                outside = middle
-            else:
-                within = middle
+            radius = math.hypot(x, y)
+            flank = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
+            beyond = radius > self.base_radius and math.atan2(y, x) > flank
+            outside, within = (middle, within) if beyond else (outside, middle)
         return 0.5 * (outside + within)
-
-    def _beyond(self, radius: float, half: float) -> bool:
-        if radius <= self.base_radius:
-            return False
-        return half > self.base_half_angle - involute(math.acos(self.base_radius / radius))
 
 
 PRACTICAL = 17.1 / 14.0
 """Rack depth over the depth free of undercut that practice accepts: 14 teeth where theory asks for 17."""
-
-
-def rounding_centre(dedendum: float, fillet: float, pressure_angle: float) -> float:
-    """Return how far the rounding's centre lies from the rack tooth's centre line, in modules.
-
-    ``x_c = π/4 − (h − ρ) tanα − ρ/cosα``; negative when the rounding does not fit on the rack tooth.
-
-    Parameters
-    ----------
-    dedendum, fillet : depth h of the rack tooth and its tip rounding ρ, in modules [1]
-    pressure_angle : α [rad]
-
-    References
-    ----------
-    ISO 6336-3, where it is the auxiliary value E; ISO 53 for the rack.
-    """
-    return math.pi / 4 - (dedendum - fillet) * math.tan(pressure_angle) - fillet / math.cos(pressure_angle)
 
 
 class RackCut(NamedTuple):
@@ -126,13 +104,24 @@ class RackCut(NamedTuple):
         return (self.reference_radius - self.root_radius) / self.module
 
     @property
+    def base_radius(self) -> float:
+        """R_b = r cosα [m]."""
+        return self.reference_radius * math.cos(self.pressure_angle)
+
+    @property
+    def base_half_angle(self) -> float:
+        """Half the tooth (ring: space) angle at the base circle, π/2z + 2x tanα/z + inv α [rad]."""
+        z, x, alpha = self.teeth, self.profile_shift, self.pressure_angle
+        return math.pi / (2 * z) + 2.0 * x * math.tan(alpha) / z + involute(alpha)
+
+    @property
     def rounding(self) -> Rounding:
         """The rack's tip beside the gear."""
-        r, alpha, rho, z = self.reference_radius, self.pressure_angle, self.fillet * self.module, self.teeth
+        r, alpha, rho = self.reference_radius, self.pressure_angle, self.fillet * self.module
         dedendum = r + self.profile_shift * self.module - self.root_radius
         offset = math.pi * self.module / 4 + (dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
-        half = math.pi / (2 * z) + 2.0 * self.profile_shift * math.tan(alpha) / z + involute(alpha)
-        return Rounding(r, r * math.cos(alpha), alpha, rho, r - self.root_radius - rho, offset, half)
+        depth = r - self.root_radius - rho
+        return Rounding(r, self.base_radius, alpha, rho, depth, offset, self.base_half_angle)
 
     @property
     def edge(self) -> float:
@@ -165,6 +154,9 @@ class ToothRoot(NamedTuple):
 def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     """Return the root of a tooth: a trochoid wherever a rack of that depth and rounding can exist.
 
+    Its rounding's centre lies ``x_c = π/4 − (h − ρ) tanα − ρ/cosα`` modules from the rack tooth's centre
+    line, negative when it does not fit.
+
     Parameters
     ----------
     wanted : the profile asked for, or None
@@ -177,12 +169,16 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
 
     References
     ----------
-    ISO 53, for the rack and its rounding.
+    ISO 53, for the rack and its rounding; ISO 6336-3, where x_c is the auxiliary value E; Litvin & Fuentes:
+    least number of teeth that a rack does not undercut.
     """
     dedendum, fillet, alpha = cut.depth + cut.profile_shift, cut.fillet, cut.pressure_angle
-    fits = rounding_centre(dedendum, fillet, alpha) >= 0.0 and fillet >= 0.0
-    if fits and wanted != "radial":
-        return ToothRoot("trochoid", form_radius(name, cut), fillet * cut.module, undercut_flag(cut))
+    centre = math.pi / 4 - (dedendum - fillet) * math.tan(alpha) - fillet / math.cos(alpha)
+    if centre >= 0.0 and fillet >= 0.0 and wanted != "radial":
+        excess = cut.edge - cut.free_of_undercut
+        flag = f"undercut by a rack edge {excess:.3g} modules too deep, within the practical limit"
+        form, radius = form_radius(name, cut), fillet * cut.module
+        return ToothRoot("trochoid", form, radius, (flag,) if excess > 0.0 else ())
     slack = math.pi / 4 - dedendum * math.tan(alpha)
     largest = slack * math.cos(alpha) / (1.0 - math.sin(alpha))
     if wanted == "trochoid":
@@ -194,19 +190,6 @@ def root_of(wanted: RootProfile | None, name: str, cut: RackCut) -> ToothRoot:
     flag = f"root profile radial: a rounding of {fillet:.3g} modules exceeds the rack tip"
     begins = max(cut.reference_radius * math.cos(alpha), cut.root_radius)
     return ToothRoot("radial", begins, fillet * cut.module, () if wanted else (flag,))
-
-
-def undercut_flag(cut: RackCut) -> tuple[str, ...]:
-    """Return the flag of a gear whose rack undercuts slightly.
-
-    References
-    ----------
-    Litvin & Fuentes: least number of teeth that a rack does not undercut.
-    """
-    excess = cut.edge - cut.free_of_undercut
-    if excess <= 0.0:
-        return ()
-    return (f"undercut by a rack edge {excess:.3g} modules too deep, within the practical limit",)
 
 
 def form_radius(name: str, cut: RackCut) -> float:
@@ -237,3 +220,49 @@ def form_radius(name: str, cut: RackCut) -> float:
         )
     x, y, _ = rounding.point(rounding.last_angle())
     return math.hypot(x, y)
+
+
+BISECTIONS = 60
+
+
+def ring_root(wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: float) -> ToothRoot:
+    """Return the root of a ring: the wanted fillet, or the largest that one tooth space leaves room for.
+
+    The cutter that made a ring is rarely known, so its root is the simple one: the involute ends on a
+    circular fillet that touches it and the root circle. With ``r_c = r_f − ρ_F`` and ``ρ_c = √(r_c² − r_b²)``
+    of the fillet's centre, the involute ends at ``√(r_b² + (ρ_c + ρ_F)²)`` (both on one normal), and
+    the centre stands ``ψ_c = π/2z + 2x tanα/z + inv α − ρ_F/r_b − inv α_c`` from the space's centre line.
+
+    Parameters
+    ----------
+    wanted : "radial", or a fillet
+    name : the ring's name, for messages
+    cut : its tooth space, with the radius of the wanted fillet
+    tip_radius : r_a [m]
+
+    Raises
+    ------
+    GearError : the tooth space ends in a point
+    """
+    space, r_b, r_f = cut.base_half_angle, cut.base_radius, cut.root_radius
+
+    def centre(fillet: float) -> float:
+        return space - fillet / r_b - involute(math.acos(r_b / (r_f - fillet)))
+
+    if centre(0.0) <= 0.0:
+        raise GearError(
+            f"{name}: the tooth space ends in a point below the root diameter {2e3 * r_f:.5g} mm; reduce the "
+            "dedendum or raise profile_shift_coefficient"
+        )
+    fillet = 0.0 if wanted == "radial" else cut.fillet * cut.module
+    flags: tuple[str, ...] = ()
+    limit = min(r_f - tip_radius, 0.999 * (r_f - r_b))
+    if fillet > limit or centre(fillet) < 0.0:
+        low, high = 0.0, min(fillet, limit)
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if centre(middle) >= 0.0 else (low, middle)
+        told = f"root fillet reduced from {fillet / cut.module:.3g} to {low / cut.module:.3g} modules"
+        fillet, flags = low, (f"{told}: the largest in its tooth space",)
+    form = math.hypot(r_b, math.sqrt((r_f - fillet) ** 2 - r_b**2) + fillet)
+    return ToothRoot("fillet" if fillet > 0.0 else "radial", form, fillet, flags)

@@ -3,7 +3,10 @@
 import math
 from typing import NamedTuple
 
-from wearlab.gears.specification import GearError
+from wearlab.gears.specification import Basics, GearError
+
+Shifts = tuple[float | None, float | None]
+"""Profile shift coefficients (first, second), None where absent [1]."""
 
 
 def involute(angle: float) -> float:
@@ -93,12 +96,7 @@ class Operating(NamedTuple):
 
 
 def operating_position(
-    teeth: tuple[int, int],
-    shifts: tuple[float | None, float | None],
-    *,
-    module: float,
-    pressure_angle: float,
-    centre_distance: float | None = None,
+    teeth: tuple[int, int], shifts: Shifts, rack: Basics, centre_distance: float | None = None
 ) -> Operating:
     """Solve ``inv α_w = inv α + 2 Σx tanα / Σz`` and ``a cosα_w = a_d cosα`` for what is not given.
 
@@ -106,7 +104,7 @@ def operating_position(
     ----------
     teeth : (first, second) numbers of teeth [1]
     shifts : (first, second) profile shift coefficients, None where absent [1]
-    module, pressure_angle : m [m], α [rad]
+    rack : m and α
     centre_distance : operating centre distance a [m], or None
 
     Returns
@@ -125,15 +123,15 @@ def operating_position(
 
     Examples
     --------
-    >>> rack = {"module": 2e-3, "pressure_angle": math.radians(20.0)}
-    >>> round(1e3 * operating_position((20, 40), (0.3, 0.1), **rack).centre_distance, 3)
+    >>> rack = Basics(2e-3)
+    >>> round(1e3 * operating_position((20, 40), (0.3, 0.1), rack).centre_distance, 3)
     60.765
-    >>> [round(x, 3) for x in operating_position((20, 40), (0.3, None), centre_distance=0.061, **rack).shifts]
+    >>> [round(x, 3) for x in operating_position((20, 40), (0.3, None), rack, 0.061).shifts]
     [0.3, 0.23]
     """
+    module, alpha = rack[:2]
     a_d = 0.5 * module * sum(teeth)
     word = "sum" if min(teeth) > 0 else "difference"
-    alpha = pressure_angle
     per_shift = 2.0 * math.tan(alpha) / sum(teeth)
     assumed: tuple[str, ...] = ()
     if centre_distance is None:
@@ -151,19 +149,14 @@ def operating_position(
         total = (involute(alpha_w) - involute(alpha)) / per_shift
         x1, x2, assumed = _shared(shifts, total, a, word)
         if abs(x1 + x2 - total) > ROUNDING:  # backlash leaves the gears as they are
-            tight = operating_position(teeth, (x1, x2), module=module, pressure_angle=pressure_angle)
+            tight = operating_position(teeth, (x1, x2), rack)
             shortened = (min(a, tight.centre_distance) - a_d) / module - (x1 + x2)
             return tight._replace(centre_distance=a, working_pressure_angle=alpha_w, tip_alteration=shortened)
     return Operating(a, alpha_w, (x1, x2), (a - a_d) / module - (x1 + x2), assumed)
 
 
 def internal_position(
-    teeth: tuple[int, int],
-    shifts: tuple[float | None, float | None],
-    *,
-    module: float,
-    pressure_angle: float,
-    centre_distance: float | None = None,
+    teeth: tuple[int, int], shifts: Shifts, rack: Basics, centre_distance: float | None = None
 ) -> Operating:
     """Solve ``inv α_w = inv α + 2 (x_r − x_p) tanα / (z_r − z_p)`` for what is not given.
 
@@ -171,7 +164,7 @@ def internal_position(
     ----------
     teeth : (pinion, ring) numbers of teeth [1]
     shifts : (pinion, ring) profile shift coefficients, None where absent [1]
-    module, pressure_angle, centre_distance : as in :func:`operating_position`
+    rack, centre_distance : as in :func:`operating_position`
 
     Returns
     -------
@@ -187,78 +180,48 @@ def internal_position(
     ISO 21771:2007, 4.3 and 4.5, with the ring's teeth and shift counted positive.
     """
     minus = None if shifts[0] is None else -shifts[0]
-    mirrored = operating_position(
-        (-teeth[0], teeth[1]),
-        (minus, shifts[1]),
-        module=module,
-        pressure_angle=pressure_angle,
-        centre_distance=centre_distance,
-    )
+    mirrored = operating_position((-teeth[0], teeth[1]), (minus, shifts[1]), rack, centre_distance)
     x1, x2 = mirrored.shifts
     return mirrored._replace(shifts=(0.0 - x1, x2), tip_alteration=0.0)
 
 
 def _shared(
-    shifts: tuple[float | None, float | None], total: float, centre_distance: float, word: str
+    shifts: Shifts, total: float, centre_distance: float, word: str
 ) -> tuple[float, float, tuple[str, ...]]:
     """Return both shifts so that they sum to ``total``, and what had to be assumed."""
-    match shifts:
-        case (None, None):
-            if abs(total) < 1e-12:
-                return 0.0, 0.0, ()
-            return 0.5 * total, 0.5 * total, (f"profile shift {word} {total:.4f} split in halves",)
-        case (float() | int() as x1, None):
-            return x1, total - x1, ()
-        case (None, float() | int() as x2):
-            return total - x2, x2, ()
-        case (float() | int() as x1, float() | int() as x2):
-            if abs(x1 + x2 - total) > LARGEST_SLACK:
-                raise GearError(
-                    f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
-                    f"{centre_distance * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; "
-                    "leave out one of the three"
-                )
-            return x1, x2, ()
-    raise AssertionError(shifts)
-
-
-class PlanetaryPosition(NamedTuple):
-    """The operating position of a planetary set.
-
-    Parameters
-    ----------
-    centre_distances : a of (sun–planet, planet–ring) [m]
-    shifts : profile shift coefficients (sun, planet, ring) [1]
-    tip_alteration : k of sun and planet that keeps their standard tip clearance [1]
-    assumed : how shifts nobody gave were split, in words
-    """
-
-    centre_distances: tuple[float, float]
-    shifts: tuple[float, float, float]
-    tip_alteration: float
-    assumed: tuple[str, ...]
+    x1, x2 = shifts
+    if x1 is None and x2 is None:
+        half = 0.5 * total if abs(total) >= 1e-12 else 0.0
+        return half, half, (f"profile shift {word} {total:.4f} split in halves",) if half else ()
+    x1 = total - (x2 or 0.0) if x1 is None else x1
+    x2 = total - x1 if x2 is None else x2
+    if abs(x1 + x2 - total) > LARGEST_SLACK:
+        raise GearError(
+            f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
+            f"{centre_distance * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; leave out "
+            "one of the three"
+        )
+    return x1, x2, ()
 
 
 def planetary_position(
     teeth: tuple[int, int, int],
     shifts: tuple[float | None, float | None, float | None],
-    *,
-    module: float,
-    pressure_angle: float,
+    rack: Basics,
     centre_distance: float | tuple[float, float] | None = None,
-) -> PlanetaryPosition:
+) -> tuple[Operating, Operating]:
     """Solve both meshes of a planetary set for what is not given; the planet's shift is common to them.
 
     Parameters
     ----------
     teeth : (sun, planet, ring) [1]
     shifts : (sun, planet, ring) profile shift coefficients, None where absent [1]
-    module, pressure_angle : m [m], α [rad]
-    centre_distance : of both meshes, or (sun–planet, planet–ring) [m]; None: from the shifts
+    rack : m and α
+    centre_distance : of both meshes, or (sun–planet, planet–ring) [m]; None: from the shifts, 0 where absent
 
     Returns
     -------
-    PlanetaryPosition
+    the positions of sun and planet, and of planet and ring
 
     Raises
     ------
@@ -272,35 +235,18 @@ def planetary_position(
     x_s, x_p, x_r = shifts
     if not z_r > z_p:
         raise GearError(f"ring: {z_r} teeth cannot surround a planet of {z_p}: give the ring more teeth")
-    if centre_distance is None:
-        return _planetary_from_shifts(teeth, shifts, module, pressure_angle)
     a_sp, a_pr = centre_distance if isinstance(centre_distance, tuple) else (centre_distance,) * 2
-    rack = {"module": module, "pressure_angle": pressure_angle}
-    if x_s is None and x_p is None and x_r is not None:
-        x_p = internal_position((z_p, z_r), (None, x_r), centre_distance=a_pr, **rack).shifts[0]
-    outer = operating_position((z_s, z_p), (x_s, x_p), centre_distance=a_sp, **rack)
-    inner = internal_position((z_p, z_r), (outer.shifts[1], x_r), centre_distance=a_pr, **rack)
-    return PlanetaryPosition(
-        (a_sp, a_pr), (*outer.shifts, inner.shifts[1]), outer.tip_alteration, outer.assumed
-    )
-
-
-def _planetary_from_shifts(
-    teeth: tuple[int, int, int],
-    shifts: tuple[float | None, float | None, float | None],
-    module: float,
-    pressure_angle: float,
-) -> PlanetaryPosition:
-    """Return the position with shifts 0 where absent, whose two centre distances must be one."""
-    rack = {"module": module, "pressure_angle": pressure_angle}
-    outer = operating_position(teeth[:2], shifts[:2], **rack)
-    inner = internal_position(teeth[1:], shifts[1:], **rack)
+    if a_pr is not None and x_s is None and x_p is None and x_r is not None:
+        x_p = internal_position((z_p, z_r), (None, x_r), rack, a_pr).shifts[0]
+    outer = operating_position((z_s, z_p), (x_s, x_p), rack, a_sp)
+    inner = internal_position((z_p, z_r), (outer.shifts[1], x_r), rack, a_pr)
+    if centre_distance is not None:
+        return outer, inner
     a_sp, a_pr = outer.centre_distance, inner.centre_distance
-    if abs(a_sp - a_pr) > ROUNDING * module:
+    if abs(a_sp - a_pr) > ROUNDING * rack.module:
         raise GearError(
             f"the centre distances differ: {a_sp * 1e3:.5g} mm of sun and planets, {a_pr * 1e3:.5g} mm of "
-            f"planets and ring ({teeth[0]} + {teeth[1]} and {teeth[2]} − {teeth[1]} teeth); give a common "
-            "centre_distance and leave the ring's shift to it, or {sun_planet, planet_ring} as printed"
+            f"planets and ring ({z_s} + {z_p} and {z_r} − {z_p} teeth); give a common centre_distance and "
+            "leave the ring's shift to it, or {sun_planet, planet_ring} as printed"
         )
-    x_s, x_p, x_r = (x or 0.0 for x in shifts)
-    return PlanetaryPosition((a_sp, a_sp), (x_s, x_p, x_r), outer.tip_alteration, ())
+    return outer, inner._replace(centre_distance=a_sp)

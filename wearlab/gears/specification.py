@@ -4,6 +4,7 @@ Material, modification of the profile as material removed normal to the flank, t
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -58,19 +59,21 @@ class Material(NamedTuple):
 STEEL = Material(youngs_modulus=206e9, poisson_ratio=0.3, density=7830.0)
 
 
-def check_material(material: Material, name: str) -> None:
-    """Refuse a material without stiffness, or with a Poisson's ratio outside 0 … 0.5.
+def refuse(name: str, reasons: Mapping[str, bool]) -> None:
+    """Refuse a gear for the first reason that holds.
+
+    Parameters
+    ----------
+    name : of the gear
+    reasons : each with its remedy, and whether it holds
 
     Raises
     ------
-    GearError : the material cannot exist
+    GearError : one holds
     """
-    E, nu, rho = material
-    if not (E > 0.0 and 0.0 <= nu < 0.5 and rho > 0.0):
-        raise GearError(
-            f"{name}: a material needs youngs_modulus > 0, 0 <= poisson_ratio < 0.5 and density > 0, "
-            f"not {E:g} Pa, {nu:g} and {rho:g} kg/m³"
-        )
+    for reason, holds in reasons.items():
+        if holds:
+            raise GearError(f"{name}: {reason}")
 
 
 POWERS = {"linear": 1, "parabolic": 2}
@@ -181,23 +184,23 @@ class Modification:
         return removed
 
 
-def check_reliefs(item: Modification, active_length: float, name: str) -> None:
+def check_reliefs(item: Modification | None, active_length: float, name: str) -> None:
     """Refuse reliefs that are negative or longer than the active profile.
 
     Raises
     ------
     GearError : naming the relief, its numbers and the longest one possible
     """
-    for word, relief in (("tip_relief", item.tip_relief), ("root_relief", item.root_relief)):
-        if relief is None:
-            continue
-        if not relief.amount >= 0.0:
-            raise GearError(f"{name}: {word} amount {relief.amount * 1e6:.3g} µm is negative; give >= 0")
-        if not 0.0 < relief.length <= active_length * (1.0 + 1e-9):
-            raise GearError(
-                f"{name}: {word} length {relief.length * 1e3:.4g} mm must lie above 0 and within the "
-                f"active path of {active_length * 1e3:.4g} mm"
-            )
+    for word in ("tip_relief", "root_relief"):
+        relief = getattr(item, word, None)
+        if relief is not None:
+            reasons = {
+                f"{word} amount {relief.amount * 1e6:.3g} µm is negative; give >= 0": not relief.amount
+                >= 0.0,
+                f"{word} length {relief.length * 1e3:.4g} mm must lie above 0 and within the active path of "
+                f"{active_length * 1e3:.4g} mm": not 0.0 < relief.length <= active_length * (1.0 + 1e-9),
+            }
+            refuse(name, reasons)
 
 
 RootProfile = Literal["trochoid", "radial", "fillet"]
