@@ -5,11 +5,11 @@ whose default is not a value has ``derived``, what its absence means.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
-from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
 from wearlab import slots, units
 from wearlab.campaign import campaign, case, claims, distributions, update_options
@@ -178,63 +178,41 @@ class CampaignFile(Scene):
     )
 
 
-class _Plain(GenerateJsonSchema):
-    """Says what pydantic's own schema does not, and leaves out what it says twice."""
-
-    def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
-        """Return the schema of one table of a campaign file."""
-        document: dict[str, Any] = _plain(super().generate(schema, mode))
-        return document
-
-
-class _Whole(_Plain):
-    """Says what goes for a campaign file as a whole."""
-
-    def generate(self, schema: Any, mode: Any = "validation") -> JsonSchemaValue:
-        """Return the schema of a campaign file."""
-        document = super().generate(schema, mode)
-        written = [{"required": document.pop("required")}, {"required": ["extends"]}]
-        return {
-            "$schema": DIALECT,
-            "title": "wearlab campaign",
-            "sources": SOURCES,
-            **document,
-            "anyOf": written,
-        }
-
-
-def _plain(value: Any, names: bool = False) -> Any:
-    """Return a schema without titles and nulls, limits and defaults as users would write them.
+def _changed(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]], names: bool = False) -> Any:
+    """Return a schema with every table of keywords changed, the inner ones first.
 
     Parameters
     ----------
     value : a piece of the schema
+    change : what becomes of a table
     names : whether its keys are names of properties, not keywords
     """
     if isinstance(value, list):
-        return [_plain(inner) for inner in value if inner != {"type": "null"}]
+        return [_changed(inner, change) for inner in value]
     if not isinstance(value, dict):
         return value
-    plain = {key: _plain(inner, key in ("properties", "$defs")) for key, inner in value.items()}
-    if names:
-        return plain
-    plain.pop("title", None)
-    if isinstance(plain.get("default"), dict | None):
-        plain |= {"default": _chosen(plain.pop("default", None))}
+    table = {key: _changed(inner, change, key in ("properties", "$defs")) for key, inner in value.items()}
+    return table if names else change(table)
+
+
+def _plain(table: dict[str, Any]) -> dict[str, Any]:
+    """Return a table without titles and nulls, limits and defaults as users would write them."""
+    plain = {LIMITS.get(key, key): inner for key, inner in table.items() if key != "title"}
+    if isinstance(
+        plain.get("default"), dict | None
+    ):  # the choice; defaults of other tables stand at their keys
+        default = plain.pop("default", None) or {}
+        plain["default"] = default.get("model", default.get("method"))
         plain = {key: inner for key, inner in plain.items() if inner is not None}
+    if "anyOf" in plain:
+        plain["anyOf"] = [kind for kind in plain["anyOf"] if kind != {"type": "null"}]
     if len(plain.get("anyOf", ())) == 1:
         plain = {**plain.pop("anyOf")[0], **plain}
-    plain = {LIMITS.get(key, key): inner for key, inner in plain.items()}
     if "required" in plain:
         plain["required"] = [key for key in plain["required"] if key in plain["properties"]]
     if "unit" in plain and isinstance(plain.get("default"), int | float):
         plain["default"] = _written(plain["default"], plain["unit"], plain["examples"][0])
     return plain
-
-
-def _chosen(default: dict[str, Any] | None) -> str | None:
-    """Return the name of a default choice; the defaults of other tables stand at their keys."""
-    return None if default is None else default.get("model", default.get("method"))
 
 
 def _written(default: float, unit: str, example: str) -> str:
@@ -246,7 +224,10 @@ def _written(default: float, unit: str, example: str) -> str:
 
 def schema_json() -> str:
     """Return the JSON Schema of a campaign file, every option with unit, default, meaning and source."""
-    return json.dumps(CampaignFile.model_json_schema(schema_generator=_Whole), indent=2, ensure_ascii=False)
+    schema = _changed(CampaignFile.model_json_schema(), _plain)
+    given = [{"required": schema.pop("required")}, {"required": ["extends"]}]
+    whole = {"$schema": DIALECT, "title": "wearlab campaign", "sources": SOURCES, **schema, "anyOf": given}
+    return json.dumps(whole, indent=2, ensure_ascii=False)
 
 
 def added_json(plugins: Iterable[Plugin]) -> str:
@@ -254,34 +235,24 @@ def added_json(plugins: Iterable[Plugin]) -> str:
     theirs = {plugin.sha256 for plugin in plugins}
     added: dict[str, dict[str, Any]] = {}
     for name, variant in brought():
-        if variant.origin is None or variant.origin.sha256 not in theirs:
-            continue
-        added.setdefault(variant.slot.key, {})[name] = variant.model_json_schema(schema_generator=_Plain)
+        if variant.origin is not None and variant.origin.sha256 in theirs:
+            added.setdefault(variant.slot.key, {})[name] = _changed(variant.model_json_schema(), _plain)
     return json.dumps(added, indent=2, ensure_ascii=False)
 
 
 def editors_schema() -> str:
     """Return the JSON Schema of one file: what a file that it extends may give is optional."""
-    return json.dumps(_partial(json.loads(schema_json())), indent=1, ensure_ascii=False)
+    return json.dumps(_changed(json.loads(schema_json()), _partial), indent=1, ensure_ascii=False)
 
 
-def _partial(value: Any, names: bool = False) -> Any:
-    """Return a schema that demands nothing: a table in part is of any variant that has its keys."""
-    if isinstance(value, list):
-        return [_partial(inner) for inner in value]
-    if not isinstance(value, dict):
-        return value
-    kept = {key: part for key, part in value.items() if names or key != "required"}
-    plain = {key: _partial(part, key in ("properties", "$defs")) for key, part in kept.items()}
-    if not names and "oneOf" in plain:
-        plain["anyOf"] = plain.pop("oneOf")
+def _partial(table: dict[str, Any]) -> dict[str, Any]:
+    """Return a table that demands nothing: one in part is of any variant that has its keys."""
+    plain = {key: part for key, part in table.items() if key not in ("required", "oneOf")}
+    if "oneOf" in table:
+        plain["anyOf"] = table["oneOf"]
     if plain.get("anyOf") and not any(plain["anyOf"]):
         del plain["anyOf"]
     return plain
 
 
-def _renew() -> None:
-    CampaignFile.model_rebuild(force=True)
-
-
-slots.when_changed(_renew)
+slots.when_changed(partial(CampaignFile.model_rebuild, force=True))
