@@ -241,10 +241,10 @@ def coming_from(origin: Origin) -> Iterator[None]:
         _ORIGIN.reset(token)
 
 
-_WHEN_CHANGED: list[Callable[[], None]] = []
+_WHEN_CHANGED: list[Callable[[], object]] = []
 
 
-def when_changed(renew: Callable[[], None]) -> None:
+def when_changed(renew: Callable[[], object]) -> None:
     """Have something renewed whenever a slot has got other variants."""
     _WHEN_CHANGED.append(renew)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab.campaign import distributions
-from wearlab.campaign.inheritance import CampaignError, is_list_of
+from wearlab.campaign.inheritance import CampaignError, is_list_of, listed
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_quantity, split
@@ -63,11 +63,9 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
     CampaignError
         When a block is empty or malformed, two names clash, or the product is beyond `MOST_CASES`.
     """
-    if not is_list_of(blocks, dict):
-        raise CampaignError(f"sweep: {shown(blocks)} is no list of tables: write [[sweep]]")
     axes: list[Axis] = []
     swept: dict[str, str] = {}
-    for number, block in enumerate(blocks):
+    for number, block in enumerate(listed(blocks, "sweep")):
         axis = _axis(
             block, f"sweep[{number}]", {a.name for a in axes} | {c for a in axes for c in a.coordinates}
         )
@@ -79,8 +77,8 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
         axes.append(axis)
     count = math.prod(len(axis.values) for axis in axes)
     if count > MOST_CASES:
-        listed = " × ".join(f"{axis.name} {len(axis.values)}" for axis in axes)
-        raise CampaignError(f"sweep: {listed} = {too_many(count)}")
+        sizes = " × ".join(f"{axis.name} {len(axis.values)}" for axis in axes)
+        raise CampaignError(f"sweep: {sizes} = {too_many(count)}")
     return tuple(axes)
 
 
@@ -109,29 +107,20 @@ def _axis(block: dict[str, Any], where: str, taken: set[str]) -> Axis:
         written = {key: _values(value, f"{where}.{key}") for key, value in keys.items()}
     lengths = {key: len(values) for key, values in written.items()}
     if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{key} has {n}" for key, n in lengths.items())
-        raise CampaignError(f"{where}: keys of one block advance together, but {listed} values")
-    first = next(iter(written))
-    if "sample" in block:
-        return _drawn(block, written, where, taken)
-    name = _name(block.get("name"), first, where, taken)
-    labels = _labels(block.get("labels"), len(written[first]), where)
-    if labels is not None:
-        along = Coordinate(labels, None, first)
-    else:
-        along = _coordinate(written[first], first, where)
+        counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+        raise CampaignError(f"{where}: keys of one block advance together, but {counts} values")
+    first = key = next(iter(written))
+    sampled, count, name = "sample" in block, len(written[first]), block.get("name")
+    if sampled:
+        key = distributions.INDICES if block["sample"]["method"] == distributions.INDICES else "sample"
+        name = block.get("name", "sample")
+    name = _name(name, key, where, taken)
+    labels = range(count) if sampled else _labels(block.get("labels"), count, where)
+    along = _coordinate(written[first], first, where) if labels is None else Coordinate((*labels,), None, key)
     if len(set(along.values)) < len(along.values):
         raise CampaignError(f"{where}.{first}: a value stands twice in {shown(list(along.values))}")
-    return Axis(name, along.values, along.units, first, _others(written, name, taken, where), written)
-
-
-def _drawn(block: dict[str, Any], written: dict[str, tuple[Any, ...]], where: str, taken: set[str]) -> Axis:
-    """Return the axis of samples: numbered, with what was drawn as coordinates along it."""
-    key = distributions.INDICES if block["sample"]["method"] == distributions.INDICES else "sample"
-    name = _name(block.get("name", "sample"), key, where, taken)
-    count = len(next(iter(written.values())))
-    beside = _others({key: (), **written}, name, taken, where)
-    return Axis(name, tuple(range(count)), None, key, beside, written)
+    others = {key: values for key, values in written.items() if sampled or key != first}
+    return Axis(name, *along, _others(others, name, taken, where), written)
 
 
 def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
@@ -268,7 +257,7 @@ def _others(
 ) -> dict[str, Coordinate]:
     """Return the further keys of a block, each by as few of its last words as make a free name."""
     named: dict[str, Coordinate] = {}
-    for key in list(written)[1:]:
+    for key in written:
         if key.partition(".")[0] == "expect":
             continue
         free = free_name(key, taken | RESERVED | set(named) | {name})

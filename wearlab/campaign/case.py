@@ -178,43 +178,32 @@ class Derivation:
         where the mesh frequency meets the lowest natural frequency that the mesh excites.
         """
         from wearlab.gears.specification import GearError
+        from wearlab.scene.build import sets
 
-        derived = {"contact_ratio": _contact_ratio, "mesh_frequency": _mesh_frequency}
         try:
-            return derived.get(name, self._speed_ratio)(scene)
+            gears = sets.build_set(scene)
+            if name == "contact_ratio":  # the smallest where a set has meshes of several kinds
+                return min(float(kind.pair.contact_ratio) for kind in gears.kinds)
+            if scene.operation.speed is None or (name == "speed_ratio" and scene.dynamics is None):
+                return None
+            frequency = float(gears.mesh_frequency)
+            if name == "mesh_frequency":
+                return frequency
+            first = self._first_excited(scene.replace("operation.speed", "1 rpm"))
+            return None if first is None else frequency / first
         except GearError:
             return None
 
-    def _speed_ratio(self, scene: Scene) -> float | None:
-        if scene.dynamics is None or scene.operation.speed is None:
-            return None
-        same = scene.replace("operation.speed", "1 rpm").canonical()
+    def _first_excited(self, scene: Scene) -> float | None:
+        """Return the lowest natural frequency that the mesh excites [Hz]."""
+        from wearlab.scene.build import build, build_modes
+
+        same = scene.canonical()
         if same not in self._critical:
-            self._critical[same] = _first_excited(scene)
-        first, frequency = self._critical[same], _mesh_frequency(scene)
-        return None if first is None or frequency is None else frequency / first
-
-
-def _contact_ratio(scene: Scene) -> float:
-    """Return the contact ratio, the smallest where a set has meshes of several kinds."""
-    from wearlab.scene.build import sets
-
-    return min(float(kind.pair.contact_ratio) for kind in sets.build_set(scene).kinds)
-
-
-def _mesh_frequency(scene: Scene) -> float | None:
-    from wearlab.scene.build import sets
-
-    return None if scene.operation.speed is None else float(sets.build_set(scene).mesh_frequency)
-
-
-def _first_excited(scene: Scene) -> float | None:
-    """Return the lowest natural frequency that the mesh excites [Hz]."""
-    from wearlab.scene.build import build, build_modes
-
-    modes = build_modes(build(scene)).modes
-    excited = modes.frequency[modes.excited()]
-    return float(excited.min()) if excited.size else None
+            modes = build_modes(build(scene)).modes
+            excited = modes.frequency[modes.excited()]
+            self._critical[same] = float(excited.min()) if excited.size else None
+        return self._critical[same]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from wearlab.campaign import campaign, case
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
-from wearlab.campaign.inheritance import CampaignError, is_list_of
+from wearlab.campaign.inheritance import CampaignError, is_list_of, listed
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene import Scene, SceneError, merge
 from wearlab.scene.problems import shown, unknown_key
@@ -114,9 +114,8 @@ def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, .
     CampaignError
         When a block is malformed, a label is missing or stands twice, or a swept case sets what is swept.
     """
-    if not is_list_of(blocks, dict):
-        raise CampaignError(f"case: {shown(blocks)} is no list of tables: write [[case]]")
-    differences = tuple(_difference(block, f"case[{number}]") for number, block in enumerate(blocks))
+    blocks = enumerate(listed(blocks, "case"))
+    differences = tuple(_difference(block, f"case[{number}]") for number, block in blocks)
     labels = [case.BASE, *(difference.label for difference in differences)]
     for number, label in enumerate(labels[1:]):
         if label in labels[: number + 1]:

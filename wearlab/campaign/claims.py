@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
-from wearlab.campaign.inheritance import CampaignError, is_list_of, modelled
+from wearlab.campaign import inheritance
+from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.query.formula import AmountError, amount, parse_formula, spelled_out
 from wearlab.query.keys import QueryError
-from wearlab.scene.problems import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,10 @@ class ClaimSpec(options.ClosedTable):
     @property
     def formula(self) -> str:
         """The quantity at its places."""
-        places = ", ".join(f"{dim}={_label(label)}" for dim, label in self.select.items())
+        places = ", ".join(
+            f"{dim}='{label}'" if isinstance(label, str) else f"{dim}={label!r}"
+            for dim, label in self.select.items()
+        )
         return f"({self.quantity})[{places}]" if places else self.quantity
 
     @property
@@ -71,10 +74,6 @@ class ClaimSpec(options.ClosedTable):
         return _measured(self.value if self.printed is None else self.printed)[0]
 
 
-def _label(label: Written) -> str:
-    return f"'{label}'" if isinstance(label, str) else repr(label)
-
-
 def _measured(written: Written) -> tuple[float, str]:
     if isinstance(written, str):
         number, unit = units.split(written)
@@ -89,9 +88,8 @@ def read_claims(blocks: Any) -> tuple[ClaimSpec, ...]:
     ------
     CampaignError : one is malformed, its formula cannot be read, or its name stands twice
     """
-    if not is_list_of(blocks, dict):
-        raise CampaignError(f"claim: {shown(blocks)} is no list of tables: write [[claim]]")
-    claims = tuple(modelled(ClaimSpec, block, f"claim[{number}]") for number, block in enumerate(blocks))
+    listed = enumerate(inheritance.listed(blocks, "claim"))
+    claims = tuple(modelled(ClaimSpec, block, f"claim[{number}]") for number, block in listed)
     problems = [line for number, claim in enumerate(claims) for line in _wrong(number, claim, claims)]
     if problems:
         raise CampaignError(problems)
@@ -164,24 +162,25 @@ def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
     return PLACEHOLDER.sub(spelled, note)
 
 
-def filled(note: str, grid: "xr.Dataset", problems: list[str] | None = None) -> str:
+def filled(note: str, grid: "xr.Dataset") -> str:
     """Return a note with the numbers of the runs in place of its placeholders.
 
     Parameters
     ----------
     note : as `spelled_note` returns it
     grid : the campaign as the store has it
-    problems : takes why a number is not there; its place then holds a dash
     """
-    numbers = {}
+    return refilled(note, {place: number for place, number, _ in _read_off(note, grid)})
+
+
+def _read_off(note: str, grid: "xr.Dataset") -> Iterator[tuple[str, str, str]]:
+    """Yield each placeholder of a spelled note, what stands for it, and why that is a dash."""
     for found in _placeholders(note):
         digits, _, unit = found[2].partition(" ")
         try:
-            numbers[found[0]] = format(amount(found[1], grid, unit), digits)
+            yield found[0], format(amount(found[1], grid, unit), digits), ""
         except AmountError as error:
-            if problems is not None:
-                problems.append(str(error))
-    return refilled(note, numbers)
+            yield found[0], ABSENT, str(error)
 
 
 def refilled(note: str, numbers: Mapping[str, str]) -> str:
@@ -285,20 +284,17 @@ def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
     """Return what the runs of a campaign say of its claims and notes."""
     claims = []
     for claim, formula in _spelled(campaign.claims):
-        number, reason = None, ""
+        told: dict[str, Any] = {"name": claim.name, "formula": formula, "unit": claim.unit}
         try:
-            number = amount(formula, grid, claim.unit)
+            claims.append(MeasuredClaim(**told, measured=amount(formula, grid, claim.unit)))
         except AmountError as error:
-            reason = str(error)
-        claims.append(
-            MeasuredClaim(name=claim.name, formula=formula, unit=claim.unit, measured=number, reason=reason)
-        )
+            claims.append(MeasuredClaim(**told, measured=None, reason=str(error)))
     numbers: dict[str, str] = {}
     unfilled: list[str] = []
     for where, note in _notes(campaign):
-        own: list[str] = []
-        numbers |= {found[0]: filled(found[0], grid, own) for found in _placeholders(note)}
-        unfilled += [f"{where}: {line}" for line in own]
+        for place, number, problem in _read_off(note, grid):
+            numbers[place] = number
+            unfilled += [f"{where}: {problem}"] if problem else []
     there = grid["run_id"].values[grid["status"].values == "done"]
     runs = tuple(dict.fromkeys(there.ravel().tolist()))
     return ClaimRecord(runs=runs, claims=tuple(claims), numbers=numbers, unfilled=tuple(unfilled))
@@ -338,12 +334,12 @@ def stale(campaign: Any, record: ClaimRecord) -> str:
     moved = [case for case in campaign.cases if case.id not in record.runs]
     lost = len(set(record.runs) - ids)
     if moved:
-        at = {
-            axis.name: f"{axis.values[moved[0].position[axis.name]]} {axis.units or ''}".replace(".0 ", " ")
+        places = (
+            f"{axis.name}={axis.values[moved[0].position[axis.name]]} {axis.units or ''}"
             for axis in campaign.axes
             if axis.name in moved[0].position
-        }
-        first = ", ".join([moved[0].label, *(f"{name}={value}".rstrip() for name, value in at.items())])
+        )
+        first = ", ".join([moved[0].label, *(place.replace(".0 ", " ").rstrip() for place in places)])
         return (
             f"{len({case.id for case in moved})} of {len(ids)} runs were not measured, or with another scene "
             f"or model version, the first {first}; measure anew"

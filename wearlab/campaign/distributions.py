@@ -17,6 +17,7 @@ from wearlab.units import UnitError, convert, is_quantity, split
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
 LEAST_KEPT = 1e-9  # probability that a truncation must leave
 TRUNCATE = "truncate"
+Correlation = tuple[str, str, float]
 
 
 class Word(NamedTuple):
@@ -156,11 +157,10 @@ def read_distribution(given: dict[str, Any], where: str) -> Distribution:
     whole = Distribution(kind, tuple(numbers), unit)
     if TRUNCATE not in given:
         return whole
-    ends = given[TRUNCATE]
-    place = f"{where}.{TRUNCATE}"
+    ends, place = given[TRUNCATE], f"{where}.{TRUNCATE}"
     if not isinstance(ends, list) or len(ends) != 2:
         raise CampaignError(f"{place}: {shown(ends)} is not [low, high]")
-    low, high = (_in(value, unit, place) for value in ends)
+    low, high = (in_unit(*number_of(value, place), unit, place) for value in ends)
     if not low < high:
         raise CampaignError(f"{place}: from {low:g} to {high:g} there is nothing to draw")
     if whole.below(high) - whole.below(low) < LEAST_KEPT:
@@ -186,11 +186,6 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
             raise CampaignError(f"{where}.{name}: a plain number, {word.about}")
         numbers.append(value)
     return numbers, unit
-
-
-def _in(value: Any, unit: str | None, where: str) -> float:
-    number, own = number_of(value, where)
-    return in_unit(number, own, unit, where)
 
 
 def number_of(value: Any, where: str) -> tuple[float, str | None]:
@@ -233,16 +228,8 @@ def _check(word: str, numbers: Sequence[float], where: str) -> None:
             raise CampaignError(f"{where}.{name}: {number:g} must be greater than 0")
 
 
-class Correlation(NamedTuple):
-    """Spearman's rank correlation ρ of two drawn keys, −1 < ρ < 1."""
-
-    first: str
-    second: str
-    rank: float
-
-
 def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
-    """Return the correlations of a sample.
+    """Return the correlations of a sample, those of two drawn keys: Spearman's ρ, −1 < ρ < 1.
 
     Parameters
     ----------
@@ -263,7 +250,7 @@ def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
             raise CampaignError(
                 f"{where}[{number}]: {shown(block)} is not [key, key, ρ] with ρ within −1 and 1"
             )
-        correlations.append(Correlation(block[0], block[1], float(rank)))
+        correlations.append((*block[:2], float(rank)))
     return tuple(correlations)
 
 
@@ -287,16 +274,16 @@ def coupled(points: Array, correlations: tuple[Correlation, ...], keys: list[str
     from scipy.special import ndtr, ndtri
 
     matrix = np.eye(len(keys))
-    for number, correlation in enumerate(correlations):
-        for key in correlation[:2]:
+    for number, (first, second, rank) in enumerate(correlations):
+        for key in (first, second):
             if key not in keys:
                 raise CampaignError(
                     f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"
                 )
-        i, j = keys.index(correlation.first), keys.index(correlation.second)
+        i, j = keys.index(first), keys.index(second)
         if i == j:
-            raise CampaignError(f"{where}[{number}]: {correlation.first!r} stands beside itself")
-        matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * correlation.rank / 6.0)
+            raise CampaignError(f"{where}[{number}]: {first!r} stands beside itself")
+        matrix[i, j] = matrix[j, i] = 2.0 * sin(pi * rank / 6.0)
     try:
         lower = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:

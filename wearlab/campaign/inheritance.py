@@ -4,7 +4,7 @@ import hashlib
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from os import PathLike, fspath
 from pathlib import Path
@@ -29,6 +29,27 @@ def plain_table(table: Mapping[str, Any]) -> Table:
 def is_list_of(value: Any, kind: type) -> bool:
     """Whether a value is a list, all of whose elements are of a kind."""
     return isinstance(value, list) and all(isinstance(element, kind) for element in value)
+
+
+def listed(value: Any, name: str, kind: type = dict) -> list[Any]:
+    """Return the ``[[name]]`` blocks of a file.
+
+    Raises
+    ------
+    CampaignError : the value is no list of a kind
+    """
+    if not is_list_of(value, kind):
+        raise CampaignError(f"{name}: {shown(value)} is no list of tables: write [[{name}]]")
+    return list(value)
+
+
+def tried(faults: list[str], read: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a reader returns, None where it refuses: its problems join the others."""
+    try:
+        return read(*arguments)
+    except CampaignError as error:
+        faults.extend(error.problems)
+        return None
 
 
 def _plain(value: Any) -> Any:

@@ -1,6 +1,6 @@
 """Whatever describes runs becomes a campaign: a file, a table, a scene or a list of scenes."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from os import PathLike
@@ -24,31 +24,28 @@ def undone(layers: Sequence[inheritance.Layer]) -> Iterator[str]:
     ----------
     layers : the files of a campaign, the one that counts most last
     """
-    for again, layer in enumerate(layers):
-        first = next(i for i, other in enumerate(layers) if other.file == layer.file)
-        if first == again:
-            continue
-        for key, value in _values(layer):
-            others = [other for other in layers[first + 1 : again] if other.file != layer.file]
-            between = [other for other in others if _sets_otherwise(other, key, value)]
-            later = any(
-                axes.overlap(key, other) for layer in layers[again + 1 :] for other, _ in _values(layer)
-            )
-            if between and not later:
-                other = between[-1].file.name
-                yield (
-                    f"extends: {layer.file.name} is reached again after {other} and sets {key} "
-                    f"back to {problems.shown(value)}: put {other} last"
+    files = [layer.file for layer in layers]
+    written = [
+        axes.swept_keys({name: own for name, own in layer.table.items() if name not in TOLD_ELSEWHERE})
+        for layer in layers
+    ]
+    for again, file in enumerate(files):
+        first = files.index(file)
+        for key, value in written[again].items() if first < again else ():
+            between = [
+                other.name
+                for other, own in zip(files[first:again], written[first:again], strict=True)
+                if other != file
+                and any(
+                    axes.overlap(key, theirs) and (theirs, x) != (key, value) for theirs, x in own.items()
                 )
-
-
-def _values(layer: inheritance.Layer) -> list[tuple[str, object]]:
-    sections = {name: own for name, own in layer.table.items() if name not in TOLD_ELSEWHERE}
-    return list(axes.swept_keys(sections).items())
-
-
-def _sets_otherwise(layer: inheritance.Layer, key: str, value: object) -> bool:
-    return any(axes.overlap(key, other) and (other, own) != (key, value) for other, own in _values(layer))
+            ]
+            later = any(axes.overlap(key, other) for own in written[again + 1 :] for other in own)
+            if between and not later:
+                yield (
+                    f"extends: {file.name} is reached again after {between[-1]} and sets {key} "
+                    f"back to {problems.shown(value)}: put {between[-1]} last"
+                )
 
 
 TABLE = Path("campaign")  # what errors call a campaign that is no file
@@ -102,66 +99,63 @@ def _naming_files(inherited: inheritance.Inherited) -> Iterator[None]:
     try:
         yield
     except inheritance.CampaignError as error:
-        raise inheritance.CampaignError(_with_file(line, inherited) for line in error.problems) from None
+        raise inheritance.CampaignError(
+            f"{inherited.file_of(_written_at(line, inherited.table))}: {line}" for line in error.problems
+        ) from None
 
 
-def _with_file(line: str, inherited: inheritance.Inherited) -> str:
-    """Return a problem with the file in front that wrote what it is about."""
-    about = line.split(": ")[0]
+def _written_at(problem: str, table: merge.Table) -> str:
+    """Return the dotted key that a problem is about; "sweep" where that gives the value."""
+    about = problem.split(": ")[0]
     path = about.removeprefix("scene.").split("[")[0].split(" ")[0]
-    if about.startswith("scene.") and any(axes.overlap(path, key) for key in _swept_keys(inherited.table)):
-        path = "sweep"
-    return f"{inherited.file_of(path)}: {line}"
-
-
-def _swept_keys(table: merge.Table) -> list[str]:
     blocks = table.get("sweep", [])
-    blocks = blocks if isinstance(blocks, list) else [blocks]
-    return [key for block in blocks if isinstance(block, dict) for key in axes.swept_keys(block)]
+    for block in blocks if isinstance(blocks, list) else [blocks]:
+        if about.startswith("scene.") and isinstance(block, dict):
+            if any(axes.overlap(path, key) for key in axes.swept_keys(block)):
+                return "sweep"
+    return path
 
 
 def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campaign:
     table = inherited.table
     plugins = _plugins(table.get(inheritance.PLUGINS, []))
-    faults = list(_unknown(table))
-    tried: Callable[..., Any] = partial(_tried, faults)
+    valid = list(CampaignFile.model_fields)
+    listed = f"; there are {', '.join(valid)}"
+    faults = [f"{key}: unknown key{nearest.meant(key, valid, listed)}" for key in table if key not in valid]
+    tried = partial(inheritance.tried, faults)
     swept = tried(axes.read_axes, table.get("sweep", []))
     differences = None if swept is None else tried(cases.read_differences, table.get("case", []), swept)
-    figures = tried(_figures, table.get("figure", []))
-    claimed = tried(claims.read_claims, table.get("claim", []))
-    if figures and claimed is not None:
-        faults += claims.note_problems([figure.note for figure in figures], claimed)
-    metadata = tried(_metadata, table.get("metadata", {}))
+    told: dict[str, Any] = {"figures": tried(_figures, table.get("figure", []))}
+    told["claims"] = tried(claims.read_claims, table.get("claim", []))
+    if told["figures"] and told["claims"] is not None:
+        faults += claims.note_problems([figure.note for figure in told["figures"]], told["claims"])
+    told["metadata"] = tried(_metadata, table.get("metadata", {}))
     title, reference = (tried(_text, table, key) for key in ("title", "reference"))
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, cases.EXPECT)}
-    sections = _with_results(sections, plugins)
+    kept = sections.get("store", {})
+    if isinstance(kept, dict) and (own := held("results", plugins)):
+        sections["store"] = {**kept, "results": {**kept.get("results", {}), **own}}
     conditions = tried(case.read_conditions, table.get("exclude", []))
     every = tried(cases.expand, sections, swept or (), differences or (), load)
     section = update_options.SECTION
-    asked = tried(update.read_update, table[section]) if section in table else None
-    report = tried(campaign.read_report, table.get(campaign.SECTION, {}))
-    if asked is not None and every:
-        tried(update.refuse_unknown_keys, asked, [one.scene for one in every], [one.label for one in every])
+    told["update"] = tried(update.read_update, table[section]) if section in table else None
+    told["report"] = tried(campaign.read_report, table.get(campaign.SECTION, {}))
+    if told["update"] is not None and every:
+        tried(update.refuse_unknown_keys, told["update"], every)
     if faults:
         raise inheritance.CampaignError(faults)
-    kept, excluded = case.without_excluded(every, conditions)
-    unmeant = dict.fromkeys(line for one in kept for line in oversights(one.scene))
+    told["cases"], told["excluded"] = case.without_excluded(every, conditions)
+    unmeant = dict.fromkeys(line for one in told["cases"] for line in oversights(one.scene))
     tables = [sections, *({key: list(texts) for key, texts in axis.written.items()} for axis in swept)]
     return campaign.Campaign(
         title=title or (file.stem if file else "untitled"),
         reference=reference or None,
-        metadata=metadata,
-        cases=kept,
         axes=swept,
-        figures=figures,
         path=file,
-        excluded=excluded,
         plugins=plugins,
-        update=asked,
-        report=report,
         warnings=(*undone(inherited.layers), *unmeant),
-        claims=claimed,
         written=written_quantities([*tables, *(each.own for each in differences or ())]),
+        **told,
     )
 
 
@@ -197,29 +191,6 @@ def _plugins(named: Any) -> tuple[Plugin, ...]:
         raise inheritance.CampaignError(f"{inheritance.PLUGINS}: {error}") from None
 
 
-def _with_results(sections: merge.Table, plugins: tuple[Plugin, ...]) -> merge.Table:
-    """Return sections that have the results of plug-ins stored."""
-    own, kept = held("results", plugins), sections.get("store", {})
-    if not own or not isinstance(kept, dict):
-        return sections
-    return {**sections, "store": {**kept, "results": {**kept.get("results", {}), **own}}}
-
-
-def _tried(faults: list[str], read: Callable[..., Any], *arguments: Any) -> Any:
-    """Return what a reader returns, None where it refuses: its problems join the others."""
-    try:
-        return read(*arguments)
-    except inheritance.CampaignError as error:
-        faults.extend(error.problems)
-        return None
-
-
-def _unknown(table: merge.Table) -> list[str]:
-    valid = list(CampaignFile.model_fields)
-    listed = f"; there are {', '.join(valid)}"
-    return [f"{key}: unknown key{nearest.meant(key, valid, listed)}" for key in table if key not in valid]
-
-
 def _text(table: merge.Table, key: str) -> str:
     if not isinstance(table.get(key, ""), str):
         raise inheritance.CampaignError(f"{key}: {problems.shown(table[key])} is no text")
@@ -232,14 +203,8 @@ def _metadata(given: Any) -> dict[str, str]:
 
 
 def _figures(blocks: Any) -> tuple[campaign.FigureSpec, ...]:
-    if not isinstance(blocks, list):
-        raise inheritance.CampaignError(
-            f"figure: {problems.shown(blocks)} is no list of tables: write [[figure]]"
-        )
-    return tuple(
-        inheritance.modelled(campaign.FigureSpec, block, f"figure[{number}]")
-        for number, block in enumerate(blocks)
-    )
+    listed = enumerate(inheritance.listed(blocks, "figure", object))
+    return tuple(inheritance.modelled(campaign.FigureSpec, block, f"figure[{n}]") for n, block in listed)
 
 
 Given = campaign.Campaign | Scene | Sequence[Scene] | Mapping[str, Any] | str | PathLike[str]

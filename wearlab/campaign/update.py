@@ -4,13 +4,15 @@ No part of any run's identity: the same stored runs serve every measurement.
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 from wearlab.campaign.axes import swept_keys
+from wearlab.campaign.case import Case
 from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
-from wearlab.campaign.inheritance import CampaignError, modelled
+from wearlab.campaign.inheritance import CampaignError, modelled, tried
 from wearlab.campaign.update_options import SECTION, DataBlock, PopulationBlock, UpdateBlock, UpdateSpec
-from wearlab.scene import Scene, SceneError
+from wearlab.scene import SceneError
 from wearlab.scene.problems import not_a_choice, shown
 
 FACTOR = "wear.coefficient.factor"
@@ -26,23 +28,16 @@ def read_update(given: Any) -> UpdateSpec:
     """
     block = modelled(UpdateBlock, {"unknown": {}, **given} if isinstance(given, dict) else given, SECTION)
     problems: list[str] = []
-
-    def tried(read: Any, *arguments: Any) -> Any:
-        try:
-            return read(*arguments)
-        except CampaignError as error:
-            problems.extend(error.problems)
-            return None
-
+    heard = partial(tried, problems)
     read: dict[str, Any] = {
-        "unknown": tried(_unknown, block.unknown),
+        "unknown": heard(_unknown, block.unknown),
         "limit": block.limit and block.limit.read(),
-        "data": tuple(tried(one.read, number) for number, one in enumerate(block.data, 1)),
-        "check": block.check and tried(block.check.read, block.data),
+        "data": tuple(heard(one.read, number) for number, one in enumerate(block.data, 1)),
+        "check": block.check and heard(block.check.read, block.data),
     }
     keys = [*swept_keys(block.unknown)]
     if block.population is not None or block.unit or any(one.columns.unit for one in block.data):
-        fleet = tried((block.population or PopulationBlock()).read, block.unit)
+        fleet = heard((block.population or PopulationBlock()).read, block.unit)
         read |= {"fleet": fleet, "population": None, "unit": ()}
         problems += _not_of_a_fleet(block, keys)
     problems += _not_together(block, keys)
@@ -51,7 +46,7 @@ def read_update(given: Any) -> UpdateSpec:
     return UpdateSpec.model_construct(**{**dict(block), **read})
 
 
-def refuse_unknown_keys(spec: UpdateSpec, scenes: Sequence[Scene], labels: Sequence[str]) -> None:
+def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
     """Refuse unknowns that are no key of the scene, and data of cases that are not there.
 
     Raises
@@ -64,16 +59,14 @@ def refuse_unknown_keys(spec: UpdateSpec, scenes: Sequence[Scene], labels: Seque
     problems = []
     for place, key, value in tried:
         try:
-            scenes[0].replace(key, value)
+            cases[0].scene.replace(key, value)
         except SceneError as error:
             problems += [f"{SECTION}.{place}: {line}" for line in error.problems]
-    if spec.fleet is not None and len(scenes) > 1:
-        problems.append(f"{SECTION}: a fleet has one case, here are {len(scenes)}: give update.unit.scene")
-    for data in spec.data:
-        for case in data.cases:
-            if case not in labels:
-                said = not_a_choice(case, list(dict.fromkeys(labels)))
-                problems.append(f"{data.place}.case: {said}")
+    if spec.fleet is not None and len(cases) > 1:
+        problems.append(f"{SECTION}: a fleet has one case, here are {len(cases)}: give update.unit.scene")
+    labels = list(dict.fromkeys(case.label for case in cases))
+    wrong = ((data.place, label) for data in spec.data for label in data.cases if label not in labels)
+    problems += [f"{place}.case: {not_a_choice(label, labels)}" for place, label in wrong]
     if problems:
         raise CampaignError(problems)
 
