@@ -113,14 +113,10 @@ OURS = re.compile(r"wearlab\..*Error")
 """What wearlab refuses with a message; anything else is a fault."""
 
 
-def _register() -> None:
-    """Import every file of ``commands``; everything heavy is imported by the command that needs it."""
-    modules = {module.name for module in pkgutil.iter_modules(commands.__path__)}
-    for name in [*FIRST, *sorted(modules.difference(FIRST))]:
-        import_module(f"{commands.__name__}.{name}")
-
-
-_register()
+# everything heavy is imported by the command that needs it
+_modules = {module.name for module in pkgutil.iter_modules(commands.__path__)}
+for _name in [*FIRST, *sorted(_modules.difference(FIRST))]:
+    import_module(f"{commands.__name__}.{_name}")
 
 
 def status_of(arguments: Sequence[str] | None = None) -> int:
@@ -133,7 +129,9 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
         ASKED.set(_store_of(words))
-        result = _commands()(args=_trust_first(words), prog_name="wearlab", standalone_mode=False)
+        front = [TRUST] * (TRUST in words)  # every command takes it, the application reads it
+        words = front + [word for word in words if word != TRUST]
+        result = _commands()(args=words, prog_name="wearlab", standalone_mode=False)
         sys.stdout.flush()
         return int(result or Status.WELL)
     except Stop as stop:
@@ -164,11 +162,6 @@ def _unwritten(error: OSError) -> int:
     nowhere(sys.stdout)
     complain(f"wearlab: cannot write to standard output or to the disk: {error.strerror}")
     return Status.TROUBLE
-
-
-def _trust_first(words: list[str]) -> list[str]:
-    """Return the words with ``--plugins``, which every command takes, in front of the command."""
-    return [TRUST] * (TRUST in words) + [word for word in words if word != TRUST]
 
 
 def _store_of(words: list[str]) -> Path:

@@ -302,20 +302,13 @@ def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], No
     silent : whether nobody is to see it
     what : what the steps are, shown in place of their names
     """
-    from rich import progress
-    from rich.console import Console
+    from wearlab.runner.progress import Progress, ProgressBar
 
-    console = Console(stderr=True)
-    columns = (
-        progress.SpinnerColumn(),
-        progress.TextColumn("{task.description}"),
-        progress.BarColumn(),
-        progress.MofNCompleteColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-    )
-    unseen = silent or not console.is_terminal
-    with progress.Progress(*columns, console=console, transient=True, disable=unseen) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda text: bar.update(task, advance=1, description=what or text)
+    with Progress() if silent or not sys.stderr.isatty() else ProgressBar() as shown:
+        shown.start(total, what)
+
+        def tell(text: str) -> None:
+            shown.done += 1
+            shown.step(what or text)
+
+        yield tell

@@ -1,6 +1,6 @@
 """What a store holds: ``ls``, ``show``, ``features``, and remarks on runs (``tag``, ``note``)."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from json import loads
 from pathlib import Path
@@ -116,23 +116,17 @@ def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, An
     from wearlab.store import catalogue
 
     entries = store.entries(ids)
-    members = _once(member for member in store.catalogue.members(ids) if member.run in entries)
+    once: dict[tuple[Any, ...], catalogue.Member] = {}  # however often a file was extended and run again
+    for m in store.catalogue.members(ids):
+        if m.run in entries:
+            once.setdefault((m.campaign, m.path, m.run, m.label, *m.position.items()), m)
+    members = list(once.values())
     named = {member.run for member in members}
     alone = [catalogue.Member("", None, run_id, "", {}) for run_id in entries if run_id not in named]
     if ids is not None:
         place = {run_id: number for number, run_id in enumerate(entries)}
         members = sorted(members, key=lambda member: place[member.run])
     return [_row(store, member, entries[member.run]) for member in members + alone]
-
-
-def _once(members: "Iterable[catalogue.Member]") -> "list[catalogue.Member]":
-    """Return each case of a campaign once, however often its file was extended and run again."""
-    known: dict[tuple[Any, ...], catalogue.Member] = {}
-    for member in members:
-        known.setdefault(
-            (member.campaign, member.path, member.run, member.label, *member.position.items()), member
-        )
-    return list(known.values())
 
 
 def _row(store: "Store", member: "catalogue.Member", entry: "catalogue.Entry") -> dict[str, Any]:
@@ -162,26 +156,16 @@ def _row(store: "Store", member: "catalogue.Member", entry: "catalogue.Entry") -
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    expected = row["expected"] or {"expected": "", "measured": "", "met": True}
     return (
-        row["id"][:SHORT_ID],
-        row["campaign"],
-        row["label"],
-        output.place(row["position"]),
-        row["state"],
-        row["result"],
+        *(row["id"][:SHORT_ID], row["campaign"], row["label"], output.place(row["position"])),
+        *(row["state"], row["result"]),
         "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %",
         outcome.seconds_text(row["seconds"]),
         _note(row),
-        *_expected(row),
+        expected["expected"],
+        f"{'' if expected['met'] else 'MISSED '}{expected['measured']}",
     )
-
-
-def _expected(row: Mapping[str, Any]) -> tuple[str, str]:
-    """Return what the campaign expects and what was measured, a missed one marked."""
-    expected = row["expected"]
-    if expected is None:
-        return "", ""
-    return expected["expected"], expected["measured"] if expected["met"] else f"MISSED {expected['measured']}"
 
 
 def _note(row: Mapping[str, Any]) -> str:
@@ -248,20 +232,13 @@ def _tell_facts(facts: Mapping[str, Any], entry: "catalogue.Entry") -> None:
 
 
 def _variables(variables: Mapping[str, dict[str, Any]], entry: "catalogue.Entry") -> list[tuple[str, ...]]:
-    return [
-        (
-            name,
-            ", ".join(f"{dim} {entry.sizes.get(dim, '?')}" for dim in variable["dims"]),
-            str(variable["attrs"].get("units", "")),
-            "" if variable["dims"] else _brief(entry.summary.get(name)),
-            str(variable["attrs"].get("long_name", "")),
-        )
-        for name, variable in variables.items()
-    ]
-
-
-def _brief(value: Any) -> str:
-    return "(below)" if told.is_long(value) else told.value_text(value)
+    rows = []
+    for name, variable in variables.items():
+        dims, attributes, value = variable["dims"], variable["attrs"], entry.summary.get(name)
+        sizes = ", ".join(f"{dim} {entry.sizes.get(dim, '?')}" for dim in dims)
+        brief = "" if dims else "(below)" if told.is_long(value) else told.value_text(value)
+        rows.append((name, sizes, attributes.get("units", ""), brief, attributes.get("long_name", "")))
+    return [tuple(map(str, row)) for row in rows]
 
 
 ENDINGS = (".csv", ".nc")

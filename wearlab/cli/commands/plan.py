@@ -281,7 +281,9 @@ def _tell(planned: "Plan") -> None:
     if other := sum(run.other_code for run in planned.runs):
         output.say(f"  {other:>7} of the cached made by other code")
     for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
-        output.say(f"  {count:>7} of the new were run before with another {_some(keys)}")
+        others = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
+        said = f"{', '.join(keys[:SHOWN])}{others}"
+        output.say(f"  {count:>7} of the new were run before with another {said}")
     for condition, count in Counter(condition for condition, _ in planned.excluded).items():
         output.say(f"  {count:>7} excluded by {condition}")
     for run in planned.runs:
@@ -321,11 +323,6 @@ def _tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> Non
         label = some[0].label if len(some) == 1 else f"{len(some)} units"
         output.say(f"  {label}: {len(planned.runs)} runs, {states}{time}")
     output.say("  and as many longer ones where the measurements lie beyond them")
-
-
-def _some(keys: "Sequence[str]") -> str:
-    more = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
-    return ", ".join(keys[:SHOWN]) + more
 
 
 def _time(seconds: float) -> str:

@@ -25,7 +25,9 @@ def export(
     ----------
     out : OUT: out.nc, out.zarr (folder), out.xlsx, out.zip (crate).
     """
+    from wearlab.report import workbook
     from wearlab.store import export as exports
+    from wearlab.store import files
 
     if out.suffix.lower() not in EXPORTS:
         raise output.Stop(
@@ -38,7 +40,8 @@ def export(
             if out.suffix.lower() == ".zip":
                 _export_crate(campaign, store, out, tell)
             elif out.suffix.lower() == ".xlsx":
-                _export_workbook(campaign, store, out)
+                image = workbook.workbook(store.open(campaign), exports.export_attributes(campaign, store))
+                files.write_whole(out, image)
             else:
                 exports.export(campaign, store, out, tell)
         entries = store.entries(case.id for case in campaign.cases)
@@ -47,13 +50,6 @@ def export(
     if done < total and not json:
         output.complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
     return output.Status.WELL if done == total else output.Status.TROUBLE
-
-
-def _export_workbook(campaign: "Campaign", store: "Store", out: Path) -> None:
-    from wearlab.report.workbook import workbook
-    from wearlab.store import export, files
-
-    files.write_whole(out, workbook(store.open(campaign), export.export_attributes(campaign, store)))
 
 
 def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
