@@ -5,8 +5,8 @@ no unit, since it was read once.
 """
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Any, ClassVar
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any, ClassVar, get_args
 
 from annotated_types import Ge, Gt
 from pydantic import (
@@ -112,6 +112,13 @@ class Unit:
         limits = [f"{signs[key]} {limit:g}" for key, limit in handler(core).items() if key in signs]
         described = {"type": "string", "kind": kind.name, "unit": kind.unit, "examples": [kind.example]}
         return {**described, "limits": " and ".join(limits)} if limits else described
+
+
+def unit_within(annotation: Any, metadata: Iterable[Any] = ()) -> Unit | None:
+    """Return the mark of a value with a unit: of metadata, of an annotation, or of what that holds."""
+    marks = (*metadata, *getattr(annotation, "__metadata__", ()))
+    own = next((mark for mark in marks if isinstance(mark, Unit)), None)
+    return own or next((unit for inner in get_args(annotation) if (unit := unit_within(inner))), None)
 
 
 def _reader(kind: str) -> Callable[[object], float]:

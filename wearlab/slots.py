@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from wearlab.nearest import nearest
-from wearlab.options import Part, Unit
+from wearlab.options import Part, unit_within
 from wearlab.units import UnitError, quantity
 
 
@@ -183,7 +183,7 @@ class Variant(Part):
     def _read_defaults(cls) -> None:
         """Take a default with a unit for its value in SI; refuse one that a campaign file could not say."""
         for name, field in cls.model_fields.items():
-            unit = next((one for one in field.metadata if isinstance(one, Unit)), None)
+            unit = unit_within(None, field.metadata)
             if unit is None or not isinstance(field.default, str):
                 continue
             try:

@@ -171,12 +171,7 @@ class _FormulaReader:
 BASE = "base"
 STATES = ("cycle", "mesh_cycles")
 PLAIN = ("", "1")
-REDUCED = {
-    "max": lambda values, dims: values.max(dims),
-    "min": lambda values, dims: values.min(dims),
-    "mean": lambda values, dims: values.mean(dims),
-    "range": lambda values, dims: values.max(dims) - values.min(dims),
-}
+REDUCED = ("max", "min", "mean")
 
 
 class AmountError(ValueError):
@@ -256,7 +251,9 @@ def _applied(
     if dim is not None and dim not in values.dims:
         raise AmountError(f"{function}(…, {dim}): {_not_there(dim, values.dims)}")
     if function in REDUCED:
-        return Measured(REDUCED[function](values, dim), found.units)
+        return Measured(getattr(values, function)(dim), found.units)
+    if function == "range":
+        return Measured(values.max(dim) - values.min(dim), found.units)
     assert dim is not None
     filled = values.fillna(-np.inf if function == "largest_at" else np.inf)
     at = filled.argmax(dim) if function == "largest_at" else filled.argmin(dim)

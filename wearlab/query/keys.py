@@ -4,12 +4,9 @@ import json
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 from wearlab import units
-
-if TYPE_CHECKING:
-    from wearlab import options
 
 PLAIN = ("", "1", "cycles")
 SHOWN = 12
@@ -153,12 +150,11 @@ def _shown(kind: units.Measure) -> str:
 
 def quantity_at(name: str) -> str | None:
     """Return the kind of quantity that a dotted key holds, None for plain values."""
+    from wearlab import options
     from wearlab.scene.sections import field_at  # managing runs needs no scenes
 
     field = field_at(tuple(word for word in name.split(".") if not word.isdigit()))
-    if field is None:
-        return None
-    unit = _unit(field.metadata) or _within(field.annotation)
+    unit = None if field is None else options.unit_within(field.annotation, field.metadata)
     return unit.kind if unit else None
 
 
@@ -180,17 +176,6 @@ def declared_scene_key(name: str) -> Key | str | None:
 def _is_text(annotation: Any) -> bool:
     """Say whether a value may be a word."""
     return annotation is str or isinstance(annotation, str) or any(map(_is_text, get_args(annotation)))
-
-
-def _unit(metadata: Iterable[Any]) -> "options.Unit | None":
-    from wearlab import options
-
-    return next((mark for mark in metadata if isinstance(mark, options.Unit)), None)
-
-
-def _within(annotation: Any) -> "options.Unit | None":
-    own = _unit(getattr(annotation, "__metadata__", ()))
-    return own or next((unit for inner in get_args(annotation) if (unit := _within(inner))), None)
 
 
 STATISTICS = ("_min", "_mean", "_max")

@@ -201,7 +201,11 @@ def _choice(context: dict[str, Any], value: object, path: Path, kind: str) -> st
 def _as_a_value(given: object, path: Path) -> str:
     """Return how a quantity is written where the name of a model with one value stands, "" of other texts."""
     for part in parts_at(path if parts_at(path) else path[:-1]):
-        unit = _unit(part.model_fields["value"].metadata) if "value" in part.model_fields else None
+        unit = (
+            options.unit_within(None, part.model_fields["value"].metadata)
+            if "value" in part.model_fields
+            else None
+        )
         if unit is None or not units.is_quantity(given):
             continue
         return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
@@ -214,7 +218,7 @@ def _wanted(path: Path, parts: Parts) -> str:
     if not fields:
         return "a value"
     field = fields[0]
-    unit = _unit(field.metadata) or _unit_within(field.annotation)
+    unit = options.unit_within(field.annotation, field.metadata)
     example = f", such as {units.KINDS[unit.kind].example!r}" if unit else ""
     return f"{field.description}{example}"
 
@@ -227,13 +231,3 @@ def _table_with(kind: str, path: Path) -> str:
         return f": a table with {chooser_at(path)} = {' or '.join(map(repr, models))}"
     keys = dict.fromkeys(name for part in parts_at(path) for name in part.model_fields)
     return f": a table with {', '.join(keys)}" if keys else ""
-
-
-def _unit(metadata: Iterable[Any]) -> options.Unit | None:
-    return next((m for m in metadata if isinstance(m, options.Unit)), None)
-
-
-def _unit_within(annotation: Any) -> options.Unit | None:
-    if (own := _unit(getattr(annotation, "__metadata__", ()))) is not None:
-        return own
-    return next((unit for arg in get_args(annotation) if (unit := _unit_within(arg)) is not None), None)
