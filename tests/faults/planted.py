@@ -104,9 +104,9 @@ def command(dice: random.Random) -> bytes:
 
 
 CLASSES = [
-    f"{module}:{name}"
-    for module in ("wearlab.life.step", "wearlab.life.integrate", "wearlab.life.history", "wearlab.life.rate")
-    for name, kind in vars(importlib.import_module(module)).items()
+    f"wearlab.life.{module}:{name}"
+    for module in ("step", "integrate", "history", "limits")
+    for name, kind in vars(importlib.import_module(f"wearlab.life.{module}")).items()
     if isinstance(kind, type)
 ]
 STORED: list[Any] = [

@@ -4,8 +4,7 @@ from scipy.integrate import solve_ivp
 
 from wearlab.life.euler import Euler, Fixed, stability_limit, zigzag
 from wearlab.life.integrate import integrate
-from wearlab.life.limits import Limits
-from wearlab.life.rate import CountedRate
+from wearlab.life.limits import CountedRate, Limits
 from wearlab.life.step import Node
 
 

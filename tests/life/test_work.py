@@ -5,8 +5,7 @@ import pytest
 
 from wearlab.life.euler import Fixed
 from wearlab.life.integrate import integrate
-from wearlab.life.limits import Limits
-from wearlab.life.rate import CountedRate
+from wearlab.life.limits import CountedRate, Limits
 from wearlab.life.step import Node
 from wearlab.life.stiffness import HEAD_START, Work, share_of_depth
 

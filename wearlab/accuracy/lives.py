@@ -12,8 +12,8 @@ from wearlab.accuracy.ladder import ENOUGH, Rung, WorkPrecision, timing
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
-from wearlab.life import adaptive, euler, history, integrate, rate, record
-from wearlab.life.limits import Limits
+from wearlab.life import adaptive, euler, history, integrate, record
+from wearlab.life.limits import CountedRate, Limits
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.scene.build.wear import build_limits
@@ -103,7 +103,7 @@ def second_life(problem: Wearing, end: float) -> TimedLife:
     end : a guess of its end [1]
     """
     begun = time.perf_counter()
-    counted = rate.CountedRate(history.SetRate(problem.parts.coupling), MOST_ANALYSES)
+    counted = CountedRate(history.SetRate(problem.parts.coupling), MOST_ANALYSES)
     scale = float(problem.limits.depth or 1e-6)
     longest = problem.limits.cycles or 3.0 * end
 

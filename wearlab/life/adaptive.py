@@ -25,7 +25,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life import runge_kutta
-from wearlab.life.rate import CountedRate, Rate
+from wearlab.life.limits import CountedRate, Rate
 from wearlab.life.runge_kutta import Scheme
 from wearlab.life.step import FOURTH_ORDER, Jump, Node, Step, depth_at, growth
 from wearlab.life.stiffness import KnownSpectrum, Work, held_step, wearing

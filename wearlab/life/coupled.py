@@ -6,15 +6,17 @@ One wear state, wholly evaluated: the flanks of every kind of mesh, and the stea
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.periodic import Unbounded
 from wearlab.dynamics.orbits.response import Response
+from wearlab.life import loads
 from wearlab.life.limits import StopWear
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh import clock, contact, excitation
@@ -73,11 +75,6 @@ class WearState(NamedTuple):
     block: "tuple[WearState, ...]" = ()
 
     @property
-    def response(self) -> Response | None:
-        """The steady response (at the first error angle), None without dynamics."""
-        return self.responses[0] if self.responses else None
-
-    @property
     def flanks(self) -> list[excitation.MeshFlanks]:
         """The flanks of every kind of mesh, as the dynamics see them."""
         return [kind.flanks for kind in self.kind]
@@ -98,16 +95,25 @@ class WearState(NamedTuple):
         return tuple(kind.rate for kind in self.kind if kind.rate is not None)
 
 
-@dataclass
 class Account:
-    """Time spent and work done, for the record of the run."""
+    """Time spent [s] and work done, for the record of the run."""
 
-    seconds: dict[str, float] = field(
-        default_factory=lambda: {"contact": 0.0, "dynamics": 0.0, "wear": 0.0, "estimates": 0.0}
-    )
-    counts: dict[str, int] = field(
-        default_factory=lambda: {"contact_analyses": 0, "period_maps": 0, "right_hand_sides": 0}
-    )
+    def __init__(self) -> None:
+        self.seconds = {"contact": 0.0, "dynamics": 0.0, "wear": 0.0, "estimates": 0.0}
+        self.counts = {"contact_analyses": 0, "period_maps": 0, "right_hand_sides": 0}
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Count the time within as that of a stage, unless it ends in an error."""
+        begun = time.perf_counter()
+        yield
+        self.seconds[stage] += time.perf_counter() - begun
+
+    def add(self, responses: Iterable[Response]) -> None:
+        """Count the work of finding responses."""
+        for response in responses:
+            self.counts["period_maps"] += response.counts.period_maps
+            self.counts["right_hand_sides"] += response.counts.right_hand_sides
 
 
 @dataclass(frozen=True)
@@ -179,7 +185,7 @@ class Coupled(ABC):
     @property
     @abstractmethod
     def shared(self) -> tuple[Any, ...]:
-        """What responses belong to and is told apart by identity, of every block of a duty."""
+        """What responses belong to and is told apart by identity: moving system, its stages, the contact."""
 
     @abstractmethod
     def wearing(self) -> "Coupled":
@@ -219,10 +225,12 @@ class OneCondition(Coupled):
     Parameters
     ----------
     vibration : the dynamics, None: quasi-static
+    load : which force wears
     account : where time and work are written down
     """
 
     vibration: Vibration | None
+    load: loads.LoadModel
     account: Account = field(default_factory=Account, kw_only=True)
 
     @property
@@ -230,17 +238,21 @@ class OneCondition(Coupled):
         """Where time and work are written down."""
         return (self.account,)
 
-    def _spent(self, stage: str, since: float) -> float:
-        now = time.perf_counter()
-        self.account.seconds[stage] += now - since
-        return now
+    def wearing(self) -> Self:
+        """Return what the wear rate needs of it: no response where the static force wears."""
+        return replace(self, vibration=self.vibration if self.load.moving else None)
 
-    def _respond(self, vibration: Vibration, flanks: Sequence[Any], start: Responses | None) -> Responses:
+    def resting(self) -> Self | None:
+        """Return what wears under the static load alone, None where it does so already."""
+        return replace(self, vibration=None, load=loads.StaticLoad()) if self.load.moving else None
+
+    def _respond(self, flanks: Sequence[Any], start: Responses | None) -> Responses:
+        """Return the steady responses, none without dynamics."""
+        if self.vibration is None:
+            return ()
         try:
-            responses = vibration.solve(flanks, start)
+            responses = self.vibration.solve(flanks, start or None)
         except Unbounded as error:
             raise StopWear("unbounded motion") from error
-        for response in responses:
-            self.account.counts["period_maps"] += response.counts.period_maps
-            self.account.counts["right_hand_sides"] += response.counts.right_hand_sides
+        self.account.add(responses)
         return responses

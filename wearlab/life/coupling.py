@@ -3,10 +3,10 @@
 Several operating conditions in turn: one wear rate, mixed per cycle.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
 from wearlab.life import limits, loads
 from wearlab.life.coupled import Account, Coupled, KindState, MeshKind, OneCondition, Wear, WearState
 from wearlab.life.vibration import Responses
-from wearlab.mesh import clock, contact, excitation, stiffness
+from wearlab.mesh import clock, excitation, stiffness
 from wearlab.mesh.force import Deflections, flank_forces
 from wearlab.wear.law import PreparedLaw, wear_rate
 
@@ -28,15 +28,7 @@ LEAST_BLOCKS = 3
 
 @dataclass(frozen=True)
 class Coupling(OneCondition):
-    """Contact, dynamics and wear of a gear set, joined.
-
-    Parameters
-    ----------
-    kinds : the kinds of mesh
-    load : which force wears
-    """
-
-    load: loads.LoadModel
+    """Contact, dynamics and wear of a gear set, joined."""
 
     def evaluate(
         self, wear: Wear, start: Responses | None = None, near: WearState | None = None
@@ -54,45 +46,34 @@ class Coupling(OneCondition):
         StopWear
             When the teeth can no longer bear, for their section vanishes, or their motion knows no bound.
         """
-        begun = time.perf_counter()
-        worn = self.flanks(wear, near)
-        static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in worn]
-        begun = self._spent("contact", begun)
+        with self.account.timed("contact"):
+            worn = self.flanks(wear, near)
+            static = [flanks.analysis.quasistatic(flanks.nodes, flanks.analysis.at_nodes) for flanks in worn]
         self.account.counts["contact_analyses"] += 1
-        responses = self._respond(self.vibration, worn, start or None) if self.vibration else ()
-        forces = [
-            self._forces(kind, flanks, responses) if responses else loads.still(flanks, state)
-            for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
-        ]
-        begun = self._spent("dynamics", begun)
+        with self.account.timed("dynamics"):
+            responses = self._respond(worn, start)
+            forces = [
+                self._forces(kind, flanks, responses) if responses else loads.still(flanks, state)
+                for kind, flanks, state in zip(self.kinds, worn, static, strict=True)
+            ]
         states, noises = [], [0.0]
-        for depth, flanks, state, kind, force in zip(wear, worn, static, self.kinds, forces, strict=True):
-            tooth_force = self.load.at_nodes(flanks, state, force)
-            own = KindState(depth, flanks, state, force.weight, force.drive, tooth_force, None)
-            if kind.law is not None:
-                own = own._replace(rate=_rate(kind, kind.law, own))
-                if any(response.period == 0 for response in responses):
-                    rate_of = partial(self._rate_of, kind.law, flanks, state, force, depth)
-                    noises.append(scatter(rate_of, len(kind.meshes), force.periods))
-            states.append(own)
-        self._spent("wear", begun)
+        with self.account.timed("wear"):
+            for depth, flanks, state, kind, force in zip(wear, worn, static, self.kinds, forces, strict=True):
+                tooth_force = self.load.at_nodes(flanks, state, force)
+                own = KindState(depth, flanks, state, force.weight, force.drive, tooth_force, None)
+                if kind.law is not None:
+                    own = own._replace(rate=_rate(kind, kind.law, own))
+                    if any(response.period == 0 for response in responses):
+                        rate_of = partial(self._rate_of, kind.law, own, force)
+                        noises.append(scatter(rate_of, len(kind.meshes), force.periods))
+                states.append(own)
         return WearState(tuple(states), responses, max(noises))
 
     @property
     def shared(self) -> tuple[Any, ...]:
         """The moving system, its stages, and the contact analyses."""
         moves = self.vibration
-        if moves is None:
-            return ()
-        return moves.system, moves.sampling, *(k.analysis for k in self.kinds)
-
-    def wearing(self) -> "Coupling":
-        """Return what the wear rate needs of it: no response where the static force wears."""
-        return self if self.load.moving else replace(self, vibration=None)
-
-    def resting(self) -> "Coupling | None":
-        """Return what wears under the static load alone, None where it does so already."""
-        return replace(self, vibration=None, load=loads.StaticLoad()) if self.load.moving else None
+        return () if moves is None else (moves.system, moves.sampling, *(k.analysis for k in self.kinds))
 
     def flanks(self, wear: Wear, near: WearState | None = None) -> list[excitation.MeshFlanks]:
         """Return the flanks of every kind of mesh, worn (2, n) each [m], from the contact of another state.
@@ -103,58 +84,40 @@ class Coupling(OneCondition):
             When a section of a tooth vanishes.
         """
         known = [None] * len(self.kinds) if near is None else [kind.static for kind in near.kind]
-        return [self._flanks_of_kind(*each) for each in zip(self.kinds, wear, known, strict=True)]
+        moves, worn = self.vibration, []
+        for kind, depth, static in zip(self.kinds, wear, known, strict=True):
+            try:
+                nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth), static)
+            except stiffness.SectionVanished as error:
+                raise limits.StopWear(str(error)) from error
+            series = None if moves is None else moves.excitation.prepare(kind.analysis, nodes)
+            worn.append(excitation.MeshFlanks(kind.analysis, nodes, series))
+        return worn
 
-    def _flanks_of_kind(
-        self, kind: MeshKind, depth: Array, near: contact.Quasistatic | None
-    ) -> excitation.MeshFlanks:
-        try:
-            nodes = kind.analysis.nodes(depth if kind.patch is None else kind.patch.felt(depth), near)
-        except stiffness.SectionVanished as error:
-            raise limits.StopWear(str(error)) from error
-        if self.vibration is None:
-            return excitation.MeshFlanks(kind.analysis, nodes, None)
-        return excitation.MeshFlanks(
-            kind.analysis, nodes, self.vibration.excitation.prepare(kind.analysis, nodes)
-        )
-
-    def _rate_of(
-        self,
-        law: PreparedLaw,
-        flanks: excitation.MeshFlanks,
-        static: contact.Quasistatic,
-        force: loads.Forces,
-        depth: Array,
-        rows: Index,
-    ) -> Array:
+    def _rate_of(self, law: PreparedLaw, own: KindState, force: loads.Forces, rows: Index) -> Array:
         """Return the wear rate of some of the rows by themselves, (2, n) [m per cycle]."""
         weight = force.weight[rows] / force.weight[rows].sum()
         some = loads.Forces(weight, force.drive[rows], force.pair[rows])
-        return averaged_rate(law, weight, self.load.at_nodes(flanks, static, some), depth)
+        return averaged_rate(law, weight, self.load.at_nodes(own.flanks, own.static, some), own.wear)
 
     def _forces(self, kind: MeshKind, flanks: excitation.MeshFlanks, responses: Responses) -> loads.Forces:
         """Return mesh and pair forces at the phase nodes, of every mesh of a kind at every error angle."""
         vibration = self.vibration
         assert vibration is not None
         where = flanks.analysis.at_nodes
-        rows: list[Deflections] = []
-        weights: list[float] = []
-        counts: list[int] = []
-        for response in responses:
-            each = [
-                vibration.motions(response, when, slice(mesh, mesh + 1))
-                for mesh, when in zip(kind.meshes, kind.when, strict=True)
-            ]
-            rows += [Deflections(*(values[:, 0] for values in motion)) for motion in each]
-            periods = len(rows[-1].rate)
-            counts.append(periods)
-            weights += [1.0 / (len(responses) * periods * len(each))] * (periods * len(each))
-        motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*rows, strict=True)))
+        each = [
+            vibration.motions(response, when, slice(mesh, mesh + 1))
+            for response in responses
+            for mesh, when in zip(kind.meshes, kind.when, strict=True)
+        ]
+        periods = [len(motion.rate) for motion in each[:: len(kind.meshes)]]
+        rows = np.multiply(periods, len(kind.meshes))
+        weight = np.repeat(1.0 / (len(responses) * rows), rows)
+        motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*each, strict=True)))
         dashpot = dashpot_of_mesh(vibration.system, int(kind.meshes[0]))
-        acting = flank_forces(flanks, clock.repeated(where, len(weights)), motion, dashpot, vibration.period)
-        shape = (len(weights), len(where.phase))
-        drive = acting.pair_normal.sum(axis=-1).reshape(shape)
-        return loads.Forces(np.array(weights), drive, acting.pair_normal.reshape(*shape, -1), tuple(counts))
+        acting = flank_forces(flanks, clock.repeated(where, len(weight)), motion, dashpot, vibration.period)
+        pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
+        return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))
 
 
 def _rate(kind: MeshKind, law: PreparedLaw, state: KindState) -> Array:
@@ -242,7 +205,7 @@ class DutyCoupling(Coupled):
     @property
     def accounts(self) -> tuple[Account, ...]:
         """Where time and work are written down, block after block."""
-        return tuple(account for block in self.blocks for account in block.accounts)
+        return tuple(block.account for block in self.blocks)
 
     @property
     def shared(self) -> tuple[Any, ...]:
@@ -255,16 +218,14 @@ class DutyCoupling(Coupled):
 
     def resting(self) -> "DutyCoupling | None":
         """Return what wears under the static loads alone, None where it does so already."""
-        static = [block.resting() for block in self.blocks]
-        resting = tuple(still_block or block for still_block, block in zip(static, self.blocks, strict=True))
-        return replace(self, blocks=resting) if any(force is not None for force in static) else None
+        resting = tuple(block.resting() or block for block in self.blocks)
+        return replace(self, blocks=resting) if any(block.load.moving for block in self.blocks) else None
 
     def apart(self, responses: Responses) -> list[Responses]:
         """Return the responses of each block."""
-        counts = [len(block.vibration.slow) if block.vibration and block.vibration.slow is not None else 1
-                  for block in self.blocks]  # fmt: skip
-        ends = np.cumsum(counts)
-        return [responses[end - count : end] for end, count in zip(ends, counts, strict=True)]
+        left = iter(responses)
+        slow = [None if block.vibration is None else block.vibration.slow for block in self.blocks]
+        return [tuple(islice(left, 1 if angles is None else len(angles))) for angles in slow]
 
 
 def mixed(states: tuple[WearState, ...], weight: Array) -> WearState:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.life.rate import CountedRate
+from wearlab.life.limits import CountedRate
 from wearlab.life.step import EULER, Node, Step, growth
 from wearlab.life.stiffness import random_direction, spectrum
 
@@ -76,7 +76,7 @@ class Euler:
         """Return the stepper at the first state."""
         if not self.threshold > 0.0:
             raise ValueError(f"wear threshold {self.threshold:g} m must be positive")
-        return EulerStepper(rate, threshold=self.threshold, size=None, stops=False)
+        return EulerStepper(rate, threshold=self.threshold)
 
 
 @dataclass(frozen=True)
@@ -99,19 +99,14 @@ class Fixed:
             size = self.stability * stability_limit(node, rate, scale)
         if size is None or not size > 0.0:
             raise ValueError("a fixed step needs a positive size in cycles or a share of the stability limit")
-        return EulerStepper(rate, threshold=None, size=size, stops=True)
+        return EulerStepper(rate, size=size)
 
 
 def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
     """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
     memory = rate.remember()
     seen = spectrum(
-        rate,
-        node.depth,
-        random_direction(node.rate),
-        amplitude=1e-3 * scale,
-        tolerance=1e-4,
-        iterations=60,
+        rate, node.depth, random_direction(node.rate), amplitude=1e-3 * scale, tolerance=1e-4, iterations=60
     )
     rate.recall(memory)
     return STABILITY_LIMIT / seen.radius if seen.radius > 0.0 else np.inf
@@ -123,21 +118,15 @@ class EulerStepper:
     Parameters
     ----------
     rate : the wear rate
-    threshold : largest wear of a step [m], or None
-    size : cycles of a step, or None
-    stops : whether a saw-tooth ends the run
+    threshold : largest wear of a step [m], where its size is not given
+    size : cycles of a step, of which a saw-tooth ends the run; None: by the threshold
     """
 
     hurried, wave_growth = False, 0.0
 
-    def __init__(
-        self, rate: CountedRate, *, threshold: float | None, size: float | None, stops: bool
-    ) -> None:
-        self.rate, self.threshold, self.size, self.stops = rate, threshold, size, stops
-        self.rejected = 0
-        self.trying = 0.0
-        self.saw_tooth = False
-        self.cap = np.inf
+    def __init__(self, rate: CountedRate, *, threshold: float = np.inf, size: float | None = None) -> None:
+        self.rate, self.threshold, self.size = rate, threshold, size
+        self.rejected, self.trying, self.cap, self.saw_tooth = 0, 0.0, np.inf, False
         self.last_rate: Array | None = None
 
     def advance(self, node: Node, largest: float) -> tuple[Step, None]:
@@ -148,10 +137,17 @@ class EulerStepper:
         SawTooth
             When the step makes a saw-tooth and the method stops there.
         """
-        self.trying = size = float(min(self._wanted(node), largest, self.cap))
+        fastest = float(node.rate.max(initial=0.0))
+        wanted = self.size or (self.threshold / fastest if fastest > 0.0 else np.inf)
+        self.trying = size = float(min(wanted, largest, self.cap))
         depth = node.depth + size * node.rate
         end = Node(node.cycle + size, depth, self.rate(depth))
-        self._inspect(node, end)
+        if self.last_rate is not None:
+            rates = self.last_rate, node.rate, end.rate
+            self.saw_tooth = self.saw_tooth or swings(*rates) or grows_saw(*rates)
+        if self.saw_tooth and self.size is not None:
+            self.rejected += 1
+            raise SawTooth
         self.last_rate = node.rate
         error = 0.5 * size * (end.rate - node.rate)
         return Step(node, end, (node.rate, node.rate), error, growth(node, end), EULER), None
@@ -159,19 +155,3 @@ class EulerStepper:
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
         self.cap = size
-
-    def _wanted(self, node: Node) -> float:
-        if self.threshold is None:
-            return float(self.size or 0.0)
-        fastest = float(node.rate.max(initial=0.0))
-        return self.threshold / fastest if fastest > 0.0 else np.inf
-
-    def _inspect(self, node: Node, end: Node) -> None:
-        if self.last_rate is None:
-            return
-        rates = self.last_rate, node.rate, end.rate
-        if swings(*rates) or grows_saw(*rates):
-            self.saw_tooth = True
-            if self.stops:
-                self.rejected += 1
-                raise SawTooth

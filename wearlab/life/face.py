@@ -1,7 +1,7 @@
 """One wear state of flanks with a width, evaluated: line loads → wear rate at every slice and node."""
 
-import time
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -11,7 +11,7 @@ from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
 from wearlab.dynamics.orbits.response import Response
 from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
 from wearlab.life.limits import StopWear
-from wearlab.life.vibration import Responses, Vibration
+from wearlab.life.vibration import Responses
 from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, curves
 from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.mesh.stiffness import SectionVanished
@@ -68,19 +68,10 @@ class FaceKind:
 
 @dataclass(frozen=True)
 class FaceCoupling(OneCondition):
-    """Contact and wear of a gear set whose flanks have a width, joined.
-
-    Parameters
-    ----------
-    kinds : the kinds of mesh
-    vibration : the dynamics, None: quasi-static
-    moving : whether the force of the moment wears, or the static one
-    """
+    """Contact and wear of a gear set whose flanks have a width, joined; each with loads to start from."""
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
-    vibration: Vibration | None = None
-    moving: bool = False
-    _last: list[LineLoads | None] = field(default_factory=list, repr=False, compare=False)
+    _last: list[LineLoads] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate one wear state.
@@ -95,23 +86,20 @@ class FaceCoupling(OneCondition):
         StopWear
             When wear is deeper than a tooth is thick, or the motion knows no bound.
         """
-        clock = time.perf_counter()
-        found = self._in_contact(wear)
-        clock = self._spent("contact", clock)
-        responses: Responses = ()
-        if self.vibration is not None:
-            responses = self._respond(self.vibration, [state.flanks for state in found], start or None)
-            if self.moving:
+        with self.account.timed("contact"):
+            found = self._in_contact(wear)
+        with self.account.timed("dynamics"):
+            responses = self._respond([state.flanks for state in found], start)
+            if responses and self.load.moving:
                 found = [
                     state._replace(line_load=self._moving_load(kind, state, responses[0]))
                     for kind, state in zip(self.kinds, found, strict=True)
                 ]
-            clock = self._spent("dynamics", clock)
-        states = [
-            state if kind.law is None else state._replace(rate=face_rate(kind, kind.law, state))
-            for kind, state in zip(self.kinds, found, strict=True)
-        ]
-        self._spent("wear", clock)
+        with self.account.timed("wear"):
+            states = [
+                state if kind.law is None else state._replace(rate=face_rate(kind, kind.law, state))
+                for kind, state in zip(self.kinds, found, strict=True)
+            ]
         return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
@@ -121,22 +109,22 @@ class FaceCoupling(OneCondition):
     def _in_contact(self, wear: Wear) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
         worn = [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
-        near = self._last or [None] * len(self.kinds)
+        contacts = [kind.contact for kind in self.kinds]
+        near: Sequence[LineLoads | None] = self._last or [None] * len(contacts)
         try:
             static = [
-                kind.contact.solve(own, last) for kind, own, last in zip(self.kinds, worn, near, strict=True)
+                contact.solve(own, last) for contact, own, last in zip(contacts, worn, near, strict=True)
             ]
         except SectionVanished as error:
             raise StopWear(str(error)) from error
         self._last[:] = static
         self.account.counts["contact_analyses"] += 1
         found: list[FaceState] = []
-        for kind, depth, own, loads in zip(self.kinds, wear, worn, static, strict=True):
+        for contact, depth, own, loads in zip(contacts, wear, worn, static, strict=True):
             flanks = None
             if self.vibration is not None:
-                table = curves(kind.contact, own, loads)
-                flanks = FaceFlanks(kind.contact.analysis, kind.contact, table)
-            found.append(FaceState(depth, loads, kind.contact.grid.at_nodes(loads.load), None, flanks))
+                flanks = FaceFlanks(contact.analysis, contact, curves(contact, own, loads))
+            found.append(FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks))
         return found
 
     def _moving_load(self, kind: FaceKind, state: FaceState, response: Response) -> Array:
@@ -170,14 +158,6 @@ class FaceCoupling(OneCondition):
         """The moving system, its stages, and the contact."""
         moves = self.vibration
         return () if moves is None else (moves.system, moves.sampling, *(kind.contact for kind in self.kinds))
-
-    def resting(self) -> "FaceCoupling | None":
-        """Return what wears under the static load alone, None where it does so already."""
-        return replace(self, vibration=None, moving=False, _last=[]) if self.moving else None
-
-    def wearing(self) -> "FaceCoupling":
-        """Return what the wear rate needs of it, with loads of its own to start from."""
-        return replace(self, vibration=self.vibration if self.moving else None, _last=[])
 
 
 def felt(patch: Patch | None, depth: Array) -> Array:

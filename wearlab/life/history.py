@@ -1,15 +1,15 @@
 """A life of a gear set: integrate the wear, then evaluate in full every state that is kept."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wearlab.arrays import Array, Index
-from wearlab.life import coupled, integrate, record, step
-from wearlab.life.limits import Limits, Snapshots, StopWear
-from wearlab.life.rate import Rate
+from wearlab.arrays import Array
+from wearlab.life import coupled, integrate, record
+from wearlab.life.limits import Limits, Rate, Snapshots, StopWear
 from wearlab.life.vibration import Responses
 
 MOST_EVALUATIONS = 5_000
@@ -49,13 +49,6 @@ class History(NamedTuple):
             return self.sampled
         chosen = spread_over(len(self.state))
         return History(self.cycle[chosen], tuple(self.state[k] for k in chosen))
-
-    @property
-    def stage_of(self) -> Index:
-        """Number of the stage that each state belongs to, from 0, (m,)."""
-        return np.repeat(
-            np.arange(len(self.stages)), [len(self.kept(k).cycle) for k in range(len(self.stages))]
-        )
 
     def kept(self, stage: int) -> "History":
         """Return the kept states of one stage; a later one begins with the last of the one before."""
@@ -160,7 +153,6 @@ def history(
     most_work: float = np.inf,
     kept_work: float = np.inf,
     most_kept: int | None = None,
-    progress: Callable[[step.Node], None] | None = None,
 ) -> History:
     """Integrate the wear of a gear set to its limit and evaluate every kept state.
 
@@ -168,7 +160,7 @@ def history(
     ----------
     coupling : contact, dynamics and wear of the gear set
     wear : wear depth of every kind of mesh at cycle 0 [m]
-    limits, method, snapshots, tolerance, most_work, progress : see :func:`wearlab.life.integrate.integrate`
+    limits, method, snapshots, tolerance, most_work : see :func:`wearlab.life.integrate.integrate`
     kept_work : work on states that nobody asked for, beyond which no more of them are kept
     most_kept : of these states, None: as many as there are
 
@@ -181,12 +173,6 @@ def history(
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
     anchors: list[tuple[float, Responses]] = [(-np.inf, rate.responses)]
-
-    def accepted(node: step.Node) -> None:
-        anchors.append((node.cycle, rate.responses))
-        if progress is not None:
-            progress(node)
-
     life = integrate.integrate(
         rate,
         coupling.flat(wear),
@@ -194,47 +180,32 @@ def history(
         method=method,
         snapshots=snapshots,
         tolerance=tolerance,
-        progress=accepted,
+        progress=lambda node: anchors.append((node.cycle, rate.responses)),
         most_evaluations=most_evaluations(tolerance),
         most_work=most_work,
     )
-    wanted = life.updates(only_snapshots=snapshots.asked)
+    wanted = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
     if most_kept is not None and not snapshots.asked:
-        some = spread_over(len(wanted[0]), most_kept)
-        wanted = wanted[0][some], wanted[1][some]
-    chosen = spread_over(len(life.cycle))
-    needed = slice(None) if snapshots.asked else [0, -1]
+        wanted = [wanted[k] for k in spread_over(len(wanted), most_kept)]
+    chosen = [(life.cycle[k], life.depth[k]) for k in spread_over(len(life.cycle))]
     states: dict[float, coupled.WearState | None] = {}
 
-    def keep(cycles: Array, depths: Array, most: float) -> None:
-        for cycle, depth in zip(cycles, depths, strict=True):
+    def keep(some: Iterable[tuple[float, Array]], most: float) -> None:
+        for cycle, depth in some:
             if cycle not in states and coupling.work < most:
-                states[cycle] = _in_full(coupling, coupling.split(depth), _orbits_before(anchors, cycle))
+                before = [orbits for reached, orbits in anchors if reached < cycle][-1]
+                states[cycle] = None
+                with suppress(StopWear):  # the gears cannot run in the state that ended the life
+                    states[cycle] = coupling.evaluate(coupling.split(depth), before)
 
-    keep(wanted[0][needed], wanted[1][needed], np.inf)
-    keep(life.cycle[chosen], life.depth[chosen], np.inf)
-    order = halving(len(wanted[0]))
-    keep(wanted[0][order], wanted[1][order], coupling.work + kept_work)
-    kept, sampled = (_known(states, cycles) for cycles in (wanted[0], life.cycle[chosen]))
-    return kept._replace(life=life, sampled=sampled)
+    def known(some: Iterable[tuple[float, Array]]) -> History:
+        can_run = {cycle: state for cycle, _ in some if (state := states.get(cycle)) is not None}
+        return History(np.array(list(can_run)), tuple(can_run.values()))
 
-
-def _known(states: dict[float, coupled.WearState | None], cycles: Array) -> History:
-    """Return the states at some cycles, those that can run."""
-    known = {cycle: state for cycle in cycles if (state := states.get(cycle)) is not None}
-    return History(np.array(list(known)), tuple(known.values()))
-
-
-def _orbits_before(anchors: list[tuple[float, Responses]], cycle: float) -> Responses:
-    return [orbits for reached, orbits in anchors if reached < cycle][-1]
-
-
-def _in_full(coupling: coupled.Coupled, wear: coupled.Wear, start: Responses) -> coupled.WearState | None:
-    """Return the state, or None when the gears can no longer run in it (it ended the life)."""
-    try:
-        return coupling.evaluate(wear, start)
-    except StopWear:
-        return None
+    keep(wanted if snapshots.asked else (wanted[0], wanted[-1]), np.inf)
+    keep(chosen, np.inf)
+    keep((wanted[k] for k in halving(len(wanted))), coupling.work + kept_work)
+    return known(wanted)._replace(life=life, sampled=known(chosen))
 
 
 def worn(

@@ -6,18 +6,29 @@
 from collections.abc import Callable
 from functools import partial
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.life import adaptive, checkpoint, euler, record
-from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Limits, OutOfEvaluations, Snapshots, StopWear
-from wearlab.life.rate import CountedRate, Rate
+from wearlab.life.limits import (
+    ALL_CYCLES,
+    WORN_OUT,
+    CountedRate,
+    Limits,
+    OutOfEvaluations,
+    Snapshots,
+    StopWear,
+)
 from wearlab.life.step import Jump, Node, Step, crossing, depth_at
 
 Method = adaptive.Adaptive | euler.Euler | euler.Fixed
+"""Ways to step over cycles, or a plug-in's: ``start(node, rate, tolerance, scale)`` returns a stepper."""
+Stepper = adaptive.AdaptiveStepper | euler.EulerStepper
+"""Steppers, or any of a plug-in that has ``advance`` and ``shorten`` as they have; and ``trying``, the cycles
+of the last try, ``rejected`` tries, and ``saw_tooth``, ``wave_growth`` and ``hurried`` for the `Life`."""
 
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
@@ -39,30 +50,8 @@ IDLE: Any = SimpleNamespace(rejected=0, saw_tooth=False, wave_growth=0.0, hurrie
 """What stepped through a life that is at its limit from the beginning."""
 
 
-class Stepper(Protocol):
-    """What a life asks of a method of stepping over cycles."""
-
-    rejected: int
-    trying: float
-    saw_tooth: bool
-
-    @property
-    def hurried(self) -> bool:
-        """Whether steps were as long as the work left paid for."""
-
-    @property
-    def wave_growth(self) -> float:
-        """Fastest growth of a wave of wear where it is too fast to foresee its end, else 0 [1/cycle]."""
-
-    def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
-        """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
-
-    def shorten(self, size: float) -> None:
-        """Take no longer step next."""
-
-
 def integrate(
-    rate: Rate,
+    rate: Callable[[Array], Array],
     initial: ArrayLike,
     *,
     limits: Limits,
@@ -135,8 +124,7 @@ class _Integration:
         self.reason = WORN_OUT if self._reached(self.node) else ""
         followed: list[tuple[Node, Any]] = []
         if keep is not None and self._is_own(kept := keep.kept):
-            followed = self._taken_up(kept, method)
-            self._show(progress, followed)
+            followed = self._taken_up(kept, method, progress)
         while not self.reason:
             try:
                 if self.stepper is None:
@@ -169,8 +157,10 @@ class _Integration:
         whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
         return whole and (steps is None or isinstance(steps, dict))
 
-    def _taken_up(self, kept: dict[str, Any], method: Method) -> list[tuple[Node, Any]]:
-        """Go on from what was put down; return what was told along the way."""
+    def _taken_up(
+        self, kept: dict[str, Any], method: Method, progress: Callable[[Node], None] | None
+    ) -> list[tuple[Node, Any]]:
+        """Go on from what was put down; tell the states reached, with the memory that the rate had there."""
         if kept["stepper"] is not None:
             self.stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
             vars(self.stepper).update(kept["stepper"])
@@ -178,16 +168,13 @@ class _Integration:
         self.rate.take_up(kept["rate"])
         if self.finishing:
             self.rate.grant(LAST_WORK)
-        return list(kept["followed"])
-
-    def _show(self, progress: Callable[[Node], None] | None, followed: list[tuple[Node, Any]]) -> None:
-        """Tell the states that an earlier process reached, with the memory that the rate had there."""
-        now = self.rate.remember()
+        now, followed = self.rate.remember(), list(kept["followed"])
         for node, memory in followed:
             self.rate.recall(memory)
             if progress is not None:
                 progress(node)
         self.rate.recall(now)
+        return followed
 
     def _advance(self, stepper: Stepper) -> None:
         largest = longest_step(self.node, self.limits, self.curves[-1] if self.curves else None)
@@ -217,13 +204,11 @@ class _Integration:
 
     def _may_finish(self) -> bool:
         """Whether a life that is out of work, but nearly at its limit, gets some more: once."""
-        limit = self.limits.depth
-        near = limit is not None and float(self.node.depth[self.limits.flank].max()) >= NEARLY * limit
-        if near and not self.finishing:
-            self.finishing = True
-            self.rate.grant(LAST_WORK)
-            return True
-        return False
+        if self.finishing or not self._reached(self.node, NEARLY):
+            return False
+        self.finishing = True
+        self.rate.grant(LAST_WORK)
+        return True
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""
@@ -231,9 +216,9 @@ class _Integration:
         reached = max(float(self.node.depth.max(initial=0.0)), self.scale)
         return size <= self.tolerance * self.node.cycle or worn <= self.tolerance * reached
 
-    def _reached(self, node: Node) -> bool:
+    def _reached(self, node: Node, share: float = 1.0 - LANDED) -> bool:
         depth = self.limits.depth
-        return depth is not None and bool(node.depth[self.limits.flank].max() >= depth * (1.0 - LANDED))
+        return depth is not None and bool(node.depth[self.limits.flank].max() >= depth * share)
 
     def _keep(self, step: Step, noise: float) -> None:
         """Record a step, or its part up to the limit; ``noise``: standard error of its rates."""

@@ -1,28 +1,39 @@
-"""When a life ends, and the states asked for on the way."""
+"""When a life ends, the states asked for on the way, and its wear rate: counted, bounded and checked."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Index
+from wearlab.arrays import Array, Index
 
+Rate = Callable[[Array], Array]
+"""Depths h (n,) [m] to dh/dN (n,) [m per cycle]."""
 Flanks = slice | Index
 """Which of the flanks, along their axis."""
 
 EVERYWHERE = slice(None)
 
 
-class StopWear(Exception):
-    """Raised by a rate when the worn gears can no longer run; carries the physical reason.
+class Ended(Exception):
+    """A life cannot go on; carries the reason.
 
     Parameters
     ----------
-    reason : for instance "section vanished" or "unbounded motion"
+    reason : for instance "section vanished" or "unbounded motion"; or one of `ENDS_OF_WORK`
     """
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
         self.reason = reason
+
+
+class StopWear(Ended):
+    """Raised by a rate when the worn gears can no longer run; carries the physical reason."""
+
+
+class OutOfEvaluations(Ended):
+    """A bound on the work of a life is reached; carries which."""
 
 
 WORN_OUT = "depth"
@@ -31,19 +42,6 @@ ALL_CYCLES = "cycles"
 """End of a life that ran all its cycles."""
 ENDS_OF_WORK = ("evaluation limit", "work limit")
 """Ends of a life whose bound on its rates, or on the right-hand sides they take, was reached before."""
-
-
-class OutOfEvaluations(Exception):
-    """A bound on the work of a life is reached; carries which.
-
-    Parameters
-    ----------
-    reason : one of `ENDS_OF_WORK`
-    """
-
-    def __init__(self, reason: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
 
 
 class Limits(NamedTuple):
@@ -90,3 +88,96 @@ class Snapshots(NamedTuple):
     def asked(self) -> bool:
         """Whether states were asked for."""
         return bool(self.cycles or self.depths or self.only)
+
+
+class CountedRate:
+    """``rate(h)`` with a count and checks.
+
+    A rate may have more: ``work``, the ``noise`` of the last one, a rate under the ``still`` load, cheap and
+    smooth beside it; a memory
+    (the last orbits), which a rejected step must not leave on another branch: ``remember()``,
+    ``recall(memory)`` and what it holds by identity, ``shared``; and an account of work that another process
+    may have done in part: ``accounted()``, ``account_for(done)``.
+
+    Parameters
+    ----------
+    rate : h (n,) [m] -> dh/dN (n,) [m per cycle], ≥ 0; raises StopWear when the gears can no longer run
+    most : bound on the evaluations
+    most_work : bound on the work they take, where the rate counts it
+
+    Raises
+    ------
+    OutOfEvaluations
+        When a bound is reached.
+    StopWear
+        When the rate says so, or is not finite.
+    """
+
+    def __init__(self, rate: Rate, most: int, most_work: float = np.inf) -> None:
+        self.rate, self.most, self.count = rate, most, 0
+        self.still: Rate | None = getattr(rate, "still", None)
+        self.shared = tuple(getattr(rate, "shared", ()))
+        self.first_work, self.most_work = self.work, self.work + most_work
+
+    def __call__(self, h: Array) -> Array:
+        """Return the rate at h, (n,) [m per cycle]."""
+        if self.count >= self.most:
+            raise OutOfEvaluations("evaluation limit")
+        if self.work >= self.most_work:
+            raise OutOfEvaluations("work limit")
+        self.count += 1
+        r = np.asarray(self.rate(h), float)
+        if r.shape != h.shape:
+            raise ValueError(f"wear rate of shape {r.shape} for depths of shape {h.shape}")
+        if not np.all(np.isfinite(r)):
+            raise StopWear("wear rate not finite")
+        if r.size and r.min() < 0.0:
+            raise ValueError(f"wear rate {r.min():.3g} m per cycle is negative: wear cannot refill a flank")
+        return r
+
+    @property
+    def work(self) -> float:
+        """Work done so far, 0 unless the rate says otherwise."""
+        return float(getattr(self.rate, "work", 0.0))
+
+    @property
+    def share_of_work(self) -> float:
+        """Share of the evaluations or of the work allowed that is done, the larger of both [1]."""
+        work = (self.work - self.first_work) / (self.most_work - self.first_work)
+        return max(work, self.count / self.most)
+
+    def grant(self, share: float) -> None:
+        """Allow more work, a share of all that was allowed."""
+        self.most_work += share * (self.most_work - self.first_work)
+
+    def affords(self, each: float) -> float:
+        """Return how many more evaluations the bounds allow of which each takes so much work."""
+        return min((self.most_work - self.work) / each, float(self.most - self.count))
+
+    @property
+    def noise(self) -> float:
+        """Standard error of the last rate, 0 unless the rate says otherwise [m per cycle]."""
+        return float(getattr(self.rate, "noise", 0.0))
+
+    def put_down(self) -> tuple[int, Any, Any]:
+        """Return evaluations, account and memory, to be taken up by another process."""
+        return self.count, self._asked("accounted"), self.remember()
+
+    def take_up(self, kept: tuple[int, Any, Any]) -> None:
+        """Go on counting, and remembering, from where another process put it down."""
+        self.count, done, memory = kept
+        self._asked("account_for", done)
+        self.recall(memory)
+
+    def remember(self) -> Any:
+        """Return the rate's memory, None when it has none."""
+        return self._asked("remember")
+
+    def recall(self, memory: Any) -> None:
+        """Put the rate's memory back."""
+        self._asked("recall", memory)
+
+    def _asked(self, name: str, *given: Any) -> Any:
+        """Return what the rate answers, None where it does not know the question."""
+        answer = getattr(self.rate, name, None)
+        return None if answer is None else answer(*given)

@@ -1,11 +1,12 @@
 """Wear over cycles as it was found: accepted states, snapshots, how it ended, and its error so far."""
 
+from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.life.limits import ALL_CYCLES, WORN_OUT, Snapshots
+from wearlab.life.limits import WORN_OUT, Snapshots
 from wearlab.life.step import Jump, Node, Step, crossing, depth_at
 
 
@@ -53,25 +54,15 @@ class Life:
     steps: tuple[Step, ...] = ()
 
     @property
-    def error_estimate_depth(self) -> float:
-        """Estimated error of the last depths, largest over the nodes [m]."""
-        return float(self.accumulated_error[-1])
-
-    @property
     def error_estimate_life(self) -> float:
         """Estimated error of the life: the depth error over the fastest wear at the end [1]."""
         fastest = float(self.rate[-1].max(initial=0.0))
-        return self.error_estimate_depth / fastest if fastest > 0.0 else 0.0
+        return float(self.accumulated_error[-1]) / fastest if fastest > 0.0 else 0.0
 
     @property
     def worn_out(self) -> bool:
         """Whether it ended at its depth limit."""
         return self.end_reason == WORN_OUT
-
-    @property
-    def ran_its_cycles(self) -> bool:
-        """Whether it ended because all its cycles were run."""
-        return self.end_reason == ALL_CYCLES
 
     @property
     def count_steps(self) -> int:
@@ -94,8 +85,7 @@ class Life:
             return self.cycle, self.depth
         inner = (self.snapshot_cycle > 0.0) & (self.snapshot_cycle < self.cycle[-1])
         cycle = np.concatenate([self.cycle[:1], self.snapshot_cycle[inner], self.cycle[-1:]])
-        depth = np.concatenate([self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]])
-        return cycle, depth
+        return cycle, np.concatenate([self.depth[:1], self.snapshot_depth[inner], self.depth[-1:]])
 
 
 def read_off(wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> tuple[Array, Array]:
@@ -112,30 +102,17 @@ def read_off(wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> tuple[
     cycle : (k,) [1]
     depth : (k, n) [m]
     """
-    cycles = [float(cycle) for cycle in wanted.cycles if 0.0 <= cycle <= nodes[-1].cycle]
-    crossed = (_cycle_of(depth, wanted, nodes, curves) for depth in wanted.depths)
-    cycles = sorted(cycles + [cycle for cycle in crossed if cycle is not None])
-    depths = np.array([_depth_at(cycle, nodes, curves) for cycle in cycles])
-    return np.array(cycles), depths.reshape(-1, nodes[0].depth.size)
-
-
-def _cycle_of(depth: float, wanted: Snapshots, nodes: list[Node], curves: list[Step]) -> float | None:
-    if nodes[0].depth[wanted.flank].max() >= depth:
-        return 0.0
-    for step in curves:
-        if step.end.depth[wanted.flank].max() >= depth:
-            cycle = crossing(step, depth, wanted.flank)
-            return cycle if cycle <= nodes[-1].cycle else None
-    return None
-
-
-def _depth_at(cycle: float, nodes: list[Node], curves: list[Step]) -> Array:
-    for step, end in zip(curves, nodes[1:], strict=True):
-        if cycle == end.cycle:
-            return end.depth
-        if cycle < end.cycle:
-            return depth_at(step, cycle)
-    return nodes[0].depth if cycle == 0.0 else nodes[-1].depth
+    cycles, flank = list(wanted.cycles), wanted.flank
+    for depth in wanted.depths:
+        end = bisect_left(nodes, depth, key=lambda node: node.depth[flank].max())
+        if end < len(nodes):
+            cycles.append(crossing(curves[end - 1], depth, flank) if end else 0.0)
+    cycles = sorted(float(cycle) for cycle in cycles if 0.0 <= cycle <= nodes[-1].cycle)
+    depths = np.empty((len(cycles), nodes[0].depth.size))
+    for row, cycle in zip(depths, cycles, strict=True):
+        end = bisect_left(nodes, cycle, key=lambda node: node.cycle)
+        row[:] = nodes[end].depth if cycle == nodes[end].cycle else depth_at(curves[end - 1], cycle)
+    return np.array(cycles), depths
 
 
 class AccumulatedError:

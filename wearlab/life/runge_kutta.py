@@ -15,15 +15,13 @@ Verwer, J. Comput. Appl. Math. 88 (1997) 315–326, doi:10.1016/S0377-0427(97)00
 off the axis: Verwer, Sommeijer, Hundsdorfer, J. Comput. Phys. 201 (2004) 61–79.
 """
 
-from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
-
-Rate = Callable[[Array], Array]
+from wearlab.life.limits import Rate
 
 REACH = 2.5
 """ΔN ρ up to which it is used; it is stable to 2.8 on the real axis and on the imaginary one."""
@@ -126,16 +124,14 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
     nu[2:] = -b[2:] / b[:-2]
     mu_rate[2:] = 2.0 * b[2:] * w1 / b[1:-1]
     gamma_rate[2:] = -a[1:-1] * mu_rate[2:]
-    reach = (w0 + 1.0) / w1
-    return Scheme(_floats(mu), _floats(nu), _floats(mu_rate), _floats(gamma_rate), float(reach))
+    coefficients = [tuple(each.tolist()) for each in (mu, nu, mu_rate, gamma_rate)]
+    return Scheme._make([*coefficients, float((w0 + 1.0) / w1)])
 
 
 def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
     """Return the scheme with the fewest stages that is stable at ``stiffness = ΔN ρ`` (or the longest)."""
-    for stages in range(2, MOST_STAGES):
-        if scheme(stages, damping).reach >= stiffness:
-            return scheme(stages, damping)
-    return scheme(MOST_STAGES, damping)
+    fewest = (n for n in range(2, MOST_STAGES) if scheme(n, damping).reach >= stiffness)
+    return scheme(next(fewest, MOST_STAGES), damping)
 
 
 def longest_reach(damping: float = SHARP) -> float:
@@ -172,10 +168,6 @@ def chebyshev_step(rate: Rate, h: Array, r: Array, size: float, coefficients: Sc
 def chebyshev_error(h0: Array, h1: Array, r0: Array, r1: Array, size: float) -> Array:
     """Return RKC2's estimate of its local error, ``0.8 (h0 − h1) + 0.4 ΔN (r0 + r1)``, (n,) [m]."""
     return np.asarray(0.8 * (h0 - h1) + 0.4 * size * (r0 + r1))
-
-
-def _floats(values: Array) -> tuple[float, ...]:
-    return tuple(map(float, values))
 
 
 def _polynomials(order: int, x: float) -> tuple[Array, Array, Array]:

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.life.limits import Flanks
-from wearlab.life.runge_kutta import Rate, Scheme, chebyshev_step, fourth_order_step
+from wearlab.life.limits import Flanks, Rate
+from wearlab.life.runge_kutta import Scheme, chebyshev_step, fourth_order_step
 
 FOURTH_ORDER, EULER = "fourth order", "Euler"
 """Methods of a step beside the schemes of RKC2."""

@@ -34,7 +34,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life import runge_kutta
-from wearlab.life.rate import CountedRate, Rate
+from wearlab.life.limits import CountedRate, Rate
 from wearlab.life.step import Node, Step
 
 RADIUS_SAFETY = 1.15

@@ -47,15 +47,14 @@ class Vibration:
 
     def solve(self, kinds: Sequence[MeshFlanks], start: Responses | None) -> Responses:
         """Return the steady responses of one wear state, each from its own of a neighbouring state."""
-        tables = self.tables(kinds)
-        if self.slow is None:
-            near = None if start is None else start[0]
-            return (self._solved(tables, near, self._between(kinds)),)
-        responses: list[Response] = []
-        for angle, slow in enumerate(self.slow):
+        tables, responses = self.tables(kinds), list[Response]()
+        for angle, slow in enumerate([None] if self.slow is None else self.slow):
             near = start[angle] if start is not None else (responses[-1] if responses else None)
-            own = tables._replace(error=tables.error + slow)
-            responses.append(self._solved(own, near, self._between(kinds, slow)))
+            own = tables if slow is None else tables._replace(error=tables.error + slow)
+            found = self.method.solve(self.system, own, self.period, near)
+            if self.hunting == 1:  # else slow errors turn in the tables, which nothing less is told of
+                found = replace(found, between=tabulation.Between(kinds, self.sampling, slow))
+            responses.append(found)
         return tuple(responses)
 
     def tables(self, kinds: Sequence[MeshFlanks]) -> stages.StageTables:
@@ -64,15 +63,6 @@ class Vibration:
         if self.hunting == 1:
             return tables
         return over_hunting_period(tables, self.sampling, self.hunting, revolving=self.revolving)
-
-    def _solved(
-        self, tables: stages.StageTables, start: Response | None, between: tabulation.Between | None
-    ) -> Response:
-        return replace(self.method.solve(self.system, tables, self.period, start), between=between)
-
-    def _between(self, kinds: Sequence[MeshFlanks], slow: Array | None = None) -> tabulation.Between | None:
-        """Return what the tables of all stages are taken of, None where slow errors turn in them."""
-        return tabulation.Between(kinds, self.sampling, slow) if self.hunting == 1 else None
 
     def look(self, phase: Array) -> clock.Instants:
         """Return phases of the clock (n,) as instants."""
@@ -92,8 +82,6 @@ class Vibration:
         return position, velocity
 
     def _over_periods(self, when: clock.Instants) -> tuple[stages.StageGrid, Array, Index]:
-        if self.hunting == 1:
-            return self.sampling.grid, when.phase, when.segment
         segments = int(self.sampling.grid.segment[-1]) + 1
         turns = np.repeat(np.arange(self.hunting), len(when.phase))
         return (
@@ -136,10 +124,9 @@ def over_hunting_period(
     if not revolving:
         return tables._replace(**repeated)
     phase = hunting_grid(sampling.grid, periods).phase
-    slow, slow_rate = (
-        np.stack([of_turning(mesh.error)(phase) for mesh in sampling.meshes], axis=-1)
-        for of_turning in (lambda error: error.slow, lambda error: error.slow_rate)
+    errors = [mesh.error for mesh in sampling.meshes]
+    repeated["error"] = repeated["error"] + np.stack([own.slow(phase) for own in errors], axis=-1)
+    repeated["error_rate"] = repeated["error_rate"] + np.stack(
+        [own.slow_rate(phase) for own in errors], axis=-1
     )
-    repeated["error"] = repeated["error"] + slow
-    repeated["error_rate"] = repeated["error_rate"] + slow_rate
     return tables._replace(**repeated)

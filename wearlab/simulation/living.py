@@ -200,7 +200,7 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
         cycles += float(lived.life.cycle[-1])
         seconds += _seconds(stage, float(lived.life.cycle[-1]))
         reason = lived.life.end_reason
-        if ends or not lived.life.ran_its_cycles:
+        if ends or lived.life.end_reason != limits.ALL_CYCLES:
             break
     return _joined(histories, stages, reason)
 

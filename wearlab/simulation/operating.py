@@ -151,11 +151,11 @@ def condition_coordinates(scene: Scene, lived: history.History) -> Values:
         }
     if operation.stages:
         reached = operation.stages[: len(lived.stages)]
-        labels = np.array(labels_of(operation.stages))
+        labels = labels_of(operation.stages)[: len(reached)]
         return {
-            "stage": list(labels[: len(reached)]),
+            "stage": labels,
             "stage_torque": [stage.torque for stage in reached],
             "stage_speed": [stage.speed for stage in reached],
-            "update_stage": list(labels[lived.stage_of]),
+            "update_stage": [label for k, label in enumerate(labels) for _ in lived.kept(k).cycle],
         }
     return {}

@@ -203,14 +203,14 @@ def _over_face(
         lags = {mesh: meshes[mesh].lag for mesh in clock.of_kind(meshes, number)}
         kinds.append(build_face(scene, kind, own, lags, turned))
     if scene.dynamics is None:
-        return FaceCoupling(tuple(kinds))
+        return FaceCoupling(tuple(kinds), None, build_load(scene))
     contacts = [kinds[mesh.kind].contact for mesh in meshes]
     stiffness = StiffnessOfMeshes(
         np.array([contact.mean_stiffness for contact in contacts]),
         np.array([contact.unworn.tangent.max() for contact in contacts]),
     )
     vibration = build_vibration(scene, gears, on_clock, stiffness)
-    return FaceCoupling(tuple(kinds), vibration, build_load(scene).moving)
+    return FaceCoupling(tuple(kinds), vibration, build_load(scene))
 
 
 class SceneModes(NamedTuple):
