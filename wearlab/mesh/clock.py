@@ -192,8 +192,7 @@ def _rubbing(
     pairs = max(nodes.n_pairs for nodes in grids)
     sliding, moment = np.zeros((2, steps, 3, len(meshes), pairs))
     for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
-        position = np.empty((len(at.phase), nodes.n_pairs))
-        interpolate(nodes.first, at, nodes.contact_position, np.nan, position)
+        position = interpolate(nodes, at, nodes.contact_position, np.nan)
         s = position.reshape(-1, steps, 3, nodes.n_pairs).transpose(1, 2, 0, 3)
         own = of_kind(meshes, kind)
         sign = np.broadcast_to(np.sign(s[:, 1:2]), s.shape)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Flags, Index
+from wearlab.arrays import Array, Index
 from wearlab.mesh.exact.gaps import Gaps
 from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes, interpolate
 from wearlab.mesh.sharing import share
@@ -85,10 +85,9 @@ class ContactAnalysis:
         return at_phase_nodes(self.grid)
 
     @cached_property
-    def _in_contact(self) -> tuple[Flags, Index]:
-        """Whether there is a pair at each phase node and slot, and the touching nodes of these."""
-        pairs = self.grid.pairs_at_phase_nodes
-        return pairs >= 0, pairs[pairs >= 0]
+    def _pairs(self) -> Index:
+        """Contact node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
+        return self.grid.pairs_at_phase_nodes
 
     @cached_property
     def unworn(self) -> tuple[Nodes, Quasistatic]:
@@ -145,19 +144,14 @@ class ContactAnalysis:
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
         """Return compliance, gap (n, n_pairs) and cross compliance (n, n_pairs, n_apart) at phases."""
-        shape = (len(where.segment), self.grid.n_pairs)
-        compliance, gap = np.empty(shape), np.empty(shape)
         stiffness = self.stiffness.at_phases(where)
-        if stiffness is not None:
-            compliance = np.divide(1.0, stiffness, out=np.full(shape, np.inf), where=stiffness > 0.0)
+        if stiffness is None:
+            compliance = interpolate(self.grid, where, nodes.compliance, np.inf)
         else:
-            interpolate(self.grid.first, where, nodes.compliance, np.inf, compliance)
-        interpolate(self.grid.first, where, nodes.gap, np.inf, gap)
-        cross = np.zeros((*shape, len(nodes.cross)))
-        for apart, values in enumerate(nodes.cross):
-            layer = np.empty(shape)
-            interpolate(self.grid.first, where, values, 0.0, layer)
-            cross[..., apart] = layer
+            with np.errstate(divide="ignore"):  # a pair out of the path has none
+                compliance = 1.0 / stiffness
+        gap = interpolate(self.grid, where, nodes.gap, np.inf)
+        cross = np.ascontiguousarray(np.moveaxis(interpolate(self.grid, where, nodes.cross, 0.0), 0, -1))
         if self.engagement_gap < np.inf:
             late = gap > gap.min(axis=1, keepdims=True) + self.engagement_gap
             compliance[late] = np.inf
@@ -166,12 +160,11 @@ class ContactAnalysis:
     def quasistatic(self, nodes: Nodes, where: Lookup, load: Array | None = None) -> Quasistatic:
         """Solve the sharing at phases, under the static load or under given loads (n,) [N]."""
         compliance, gap, cross = self.at(nodes, where)
-        n = len(compliance)
-        load = np.full(n, self.load) if load is None else load
-        deflection, tangent, force = np.empty(n), np.empty(n), np.empty(compliance.shape)
-        share(compliance, gap, cross, load, deflection, force, tangent)
-        if self.engagement_gap < np.inf:
-            tangent = _stiffness_of_engaged(compliance, gap, cross)
+        load = np.full(len(compliance), self.load) if load is None else load
+        deflection, tangent, force = share(compliance, gap, cross, load)
+        if self.engagement_gap < np.inf:  # every pair that engages touches, loaded or not (Y23)
+            together = np.where(np.isfinite(compliance) & np.isfinite(gap), 0.0, np.inf)
+            _, tangent, _ = share(compliance, together, cross, np.ones(len(load)))
         return Quasistatic(deflection, tangent, force, gap.min(axis=1), 1.0 / compliance, gap)
 
     def force_at_nodes(self, force: Array) -> Array:
@@ -179,16 +172,6 @@ class ContactAnalysis:
         return self._force_in_contact(force)[self.grid.on_flank]
 
     def _force_in_contact(self, force: Array) -> Array:
-        present, nodes = self._in_contact
         nodal = np.empty(len(self.grid.contact_position))
-        nodal[nodes] = force[present]
+        nodal[self._pairs[self._pairs >= 0]] = force[self._pairs >= 0]
         return nodal
-
-
-def _stiffness_of_engaged(compliance: Array, gap: Array, cross: Array) -> Array:
-    """Return dF/dδ with every pair of finite compliance in contact, loaded or not (Y23), (n,) [N/m]."""
-    n = len(compliance)
-    together = np.where(np.isfinite(compliance) & np.isfinite(gap), 0.0, np.inf)
-    unused, stiffness = np.empty(n), np.empty(n)
-    share(compliance, together, cross, np.ones(n), unused, np.empty(compliance.shape), stiffness)
-    return stiffness

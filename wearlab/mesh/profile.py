@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit
 from wearlab.gears.gear import GearPair
 
 SAME_PHASE = 1e-9
@@ -338,21 +337,11 @@ def at_phase_nodes(grid: ProfileGrid) -> Lookup:
     return lookup(grid, phases, np.repeat(np.arange(len(grid.intervals)), grid.intervals + 1))
 
 
-@jit
-def interpolate(first: Index, table: Lookup, nodes: Array, absent: float, out: Array) -> None:
-    """Fill ``out`` (n, n_pairs) with node values (n_nodes,) at the prepared phases.
+def interpolate(grid: ProfileGrid, where: Lookup, values: Array, absent: float) -> Array:
+    """Return values at the touching nodes (…, n_contact) at the prepared phases, (…, n, n_pairs).
 
     Slots whose pair is out of the path get ``absent``.
     """
-    for i in range(out.shape[0]):
-        segment = table.segment[i]
-        for p in range(out.shape[1]):
-            node = first[segment, p]
-            if node < 0:
-                out[i, p] = absent
-                continue
-            node += table.offset[i]
-            value = 0.0
-            for q in range(4):
-                value += table.weight[i, q] * nodes[node + q]
-            out[i, p] = value
+    first = grid.first[where.segment]
+    four = values[..., (first + where.offset[:, None])[..., None] + np.arange(4)]
+    return np.where(first >= 0, (where.weight[:, None] * four).sum(axis=-1), absent)

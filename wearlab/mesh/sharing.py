@@ -5,25 +5,44 @@ share a gear body (C full) do the same, only at shifted gaps and with shifted sl
 still a sum of one-sided springs, and that equivalent is what the dynamics integrate.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit, jit_inner
 
 ROUNDED = 1e-15
 """Difference of gaps that is rounding: where a pair begins to touch its gap is that of its mate [m]."""
 
 
+class Sharing(NamedTuple):
+    """Pairs at one phase: what they yield under each other's forces, and the forces of those that touch.
+
+    Parameters
+    ----------
+    matrix : (n_pairs, n_pairs) C, inf on the diagonal of an absent pair [m/N]
+    active : (n_pairs,) which pairs touch
+    unit, offset : (n_pairs,) forces ``unit δ − offset`` [N/m], [N]
+    work, place : (n_pairs, n_pairs + 2) and (n_pairs,) room to solve for them
+    """
+
+    matrix: Array
+    active: Flags
+    unit: Array
+    offset: Array
+    work: Array
+    place: Index
+
+
+@jit_inner
+def _room(n):  # type: ignore[no-untyped-def]
+    work, place = np.zeros((n, n + 2)), np.zeros(n, np.int64)
+    return Sharing(np.zeros((n, n)), np.zeros(n, np.bool_), np.zeros(n), np.zeros(n), work, place)
+
+
 @jit
-def share(
-    compliance: Array,
-    gap: Array,
-    cross: Array,
-    load: Array,
-    deflection: Array,
-    force: Array,
-    tangent: Array,
-) -> None:
+def share(compliance: Array, gap: Array, cross: Array, load: Array) -> tuple[Array, Array, Array]:
     """Solve the load sharing at every phase.
 
     Parameters
@@ -32,31 +51,40 @@ def share(
     gap : (n, n_pairs) gap of each pair, inf when absent [m]
     cross : (n, n_pairs, n_apart) compliance shared by slot p with slot p − 1 − a; n_apart = 0: none [m/N]
     load : (n,) total normal force [N]
-    deflection, tangent : (n,) filled with δ [m] and dF/dδ [N/m], where pairs engage that of a growing load
-    force : (n, n_pairs) filled with the pair forces [N]
+
+    Returns
+    -------
+    deflection, tangent : (n,) δ [m] and dF/dδ [N/m], where pairs engage that of a growing load
+    force : (n, n_pairs) of the pairs [N]
     """
     n, n_pairs = compliance.shape
-    matrix = np.zeros((n_pairs, n_pairs))
-    active = np.zeros(n_pairs, np.bool_)
-    unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
-    work, index = np.zeros((n_pairs, n_pairs + 2)), np.zeros(n_pairs, np.int64)
+    deflection, tangent, force = np.full(n, np.inf), np.zeros(n), np.zeros((n, n_pairs))
+    pairs = _room(n_pairs)
     for i in range(n):
-        _fill_matrix(compliance[i], cross[i], matrix)
-        deflection[i], tangent[i] = _share(
-            matrix, gap[i], load[i], active, unit, offset, work, index, force[i]
-        )
+        _begin(compliance[i], cross[i], pairs)
+        for _ in range(n_pairs):
+            following, where = _next_in_contact(gap[i], pairs)
+            if following < 0 or where > deflection[i]:
+                break
+            _touch(gap[i], pairs, following)
+            tangent[i] = pairs.unit.sum()
+            deflection[i] = (load[i] + pairs.offset.sum()) / tangent[i]
+        for p in range(n_pairs):
+            if pairs.active[p]:
+                force[i, p] = max(0.0, pairs.unit[p] * deflection[i] - pairs.offset[p])
+    return deflection, tangent, force
 
 
 @jit_inner
-def _fill_matrix(compliance, cross, matrix):  # type: ignore[no-untyped-def]
-    n_pairs = len(compliance)
-    for p in range(n_pairs):
-        matrix[p, p] = compliance[p]
+def _begin(compliance, cross, pairs):  # type: ignore[no-untyped-def]
+    """Fill the matrix, and let no pair touch."""
+    pairs.active[:] = False
+    for p in range(len(compliance)):
+        pairs.matrix[p, p] = compliance[p]
         for q in range(p):
             apart = p - 1 - q
             value = cross[p, apart] if apart < cross.shape[1] else 0.0
-            matrix[p, q] = value
-            matrix[q, p] = value
+            pairs.matrix[p, q], pairs.matrix[q, p] = value, value
 
 
 @jit_inner
@@ -75,95 +103,56 @@ def eliminate(work, n):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _respond(matrix, gap, active, unit, offset, work, index):  # type: ignore[no-untyped-def]
-    """Solve ``C_AA [unit, offset] = [1, g_A]`` by elimination, so that ``F_A = unit δ − offset``."""
-    n = len(gap)
+def _touch(gap, pairs, following):  # type: ignore[no-untyped-def]
+    """Let one more pair touch: ``F_A = unit δ − offset`` with ``C_AA [unit, offset] = [1, g_A]``."""
+    matrix, active, unit, offset, work, place = pairs
+    active[following] = True
     m = 0
-    for p in range(n):
+    for p in range(len(gap)):
         unit[p], offset[p] = 0.0, 0.0
         if active[p]:
-            index[m] = p
+            place[m] = p
             m += 1
     for r in range(m):
         for c in range(m):
-            work[r, c] = matrix[index[r], index[c]]
-        work[r, m] = 1.0
-        work[r, m + 1] = gap[index[r]]
+            work[r, c] = matrix[place[r], place[c]]
+        work[r, m], work[r, m + 1] = 1.0, gap[place[r]]
     eliminate(work, m)
     for r in range(m):
-        unit[index[r]] = work[r, m]
-        offset[index[r]] = work[r, m + 1]
+        unit[place[r]], offset[place[r]] = work[r, m], work[r, m + 1]
 
 
 @jit_inner
-def _first_in_contact(compliance_diagonal_finite, gap):  # type: ignore[no-untyped-def]
-    first = -1
-    for p in range(len(gap)):
-        if compliance_diagonal_finite[p, p] < np.inf and gap[p] < np.inf:
-            if first < 0:
-                first = p
-                continue
-            ahead = gap[first] - gap[p]
-            if abs(ahead) <= ROUNDED:  # the stiffer one: a pair that begins to touch is the softer
-                ahead = compliance_diagonal_finite[first, first] - compliance_diagonal_finite[p, p]
-            first = p if ahead > 0.0 else first
-    return first
-
-
-@jit_inner
-def _contact_at(matrix, gap, active, unit, offset, p):  # type: ignore[no-untyped-def]
+def _contact_at(gap, pairs, p):  # type: ignore[no-untyped-def]
     """Return the δ at which slot ``p`` engages while the active ones bear, inf where it does not."""
     slope, level = 1.0, gap[p]
     for q in range(len(gap)):
-        if active[q]:
-            slope -= matrix[p, q] * unit[q]
-            level -= matrix[p, q] * offset[q]
+        if pairs.active[q]:
+            slope -= pairs.matrix[p, q] * pairs.unit[q]
+            level -= pairs.matrix[p, q] * pairs.offset[q]
     return level / slope if slope > 0.0 else np.inf
 
 
 @jit_inner
-def _next_in_contact(matrix, gap, active, unit, offset):  # type: ignore[no-untyped-def]
-    """Return the slot that engages next as δ grows, and the δ at which it does."""
-    nearest, where = -1, np.inf
+def _next_in_contact(gap, pairs):  # type: ignore[no-untyped-def]
+    """Return the slot that engages next as δ grows, and the δ at which it does; −1: none."""
+    matrix, nearest, where = pairs.matrix, -1, np.inf
     for p in range(len(gap)):
-        if active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
+        if pairs.active[p] or not (matrix[p, p] < np.inf and gap[p] < np.inf):
             continue
-        at = _contact_at(matrix, gap, active, unit, offset, p)
-        if at < where:
+        at = _contact_at(gap, pairs, p)
+        later = at - where
+        if abs(later) <= ROUNDED:  # the stiffer one: a pair that begins to touch is the softer
+            later = matrix[p, p] - matrix[nearest, nearest]
+        if later < 0.0:
             nearest, where = p, at
     return nearest, where
 
 
-@jit_inner
-def _share(matrix, gap, load, active, unit, offset, work, index, force):  # type: ignore[no-untyped-def]
-    active[:] = False
-    first = _first_in_contact(matrix, gap)
-    if first >= 0:
-        active[first] = True
-    deflection, stiffness = np.inf, 0.0
-    for _ in range(len(gap)):
-        _respond(matrix, gap, active, unit, offset, work, index)
-        stiffness, moment = unit.sum(), offset.sum()
-        deflection = (load + moment) / stiffness
-        following, where = _next_in_contact(matrix, gap, active, unit, offset)
-        if following < 0 or where > deflection:
-            break
-        active[following] = True
-    for p in range(len(gap)):
-        force[p] = max(0.0, unit[p] * deflection - offset[p]) if active[p] else 0.0
-    return deflection, stiffness
-
-
 @jit
 def equivalent_springs(
-    compliance: Array,
-    gap: Array,
-    cross: Array,
-    stages: int,
-    stiffness_out: Array,
-    gap_out: Array,
-    pair_out: Array | None = None,
-) -> None:
+    compliance: Array, gap: Array, cross: Array, stages: int
+) -> tuple[Array, Array, Array]:
     """Turn coupled pairs into the uncoupled springs of the same total force, at every phase.
 
     ``Σ_j F_j(δ) = Σ_p k_p max(0, δ − g_p)`` with the springs in their order of engagement. Without
@@ -178,60 +167,41 @@ def equivalent_springs(
     compliance, gap : (n, n_pairs) as in :func:`share`
     cross : (n, n_pairs, n_apart) as in :func:`share`
     stages : phases one after another that have one order, that of the middle one
-    stiffness_out, gap_out : (n, n_pairs) filled; absent springs get stiffness 0 and gap 0
-    pair_out : (n, n_pairs, n_pairs) filled with what each spring (rows) adds to dF/dδ of each pair, so that
-        ``F_j(δ) = Σ_p k_pj max(0, δ − g_p)`` and ``k_p = Σ_j k_pj``; a spring takes from pairs that touched
-        before it. None: not wanted [N/m]
+
+    Returns
+    -------
+    stiffness, gap : (n, n_pairs) of the springs; absent ones have stiffness 0 and gap 0 [N/m], [m]
+    part : (n, n_pairs, n_pairs) what each spring (rows) adds to dF/dδ of each pair, so that ``F_j(δ) =
+        Σ_p k_pj max(0, δ − g_p)`` and ``k_p = Σ_j k_pj``; a spring takes from pairs that touched before it
+        [N/m]
     """
     n, n_pairs = compliance.shape
-    matrix = np.zeros((n_pairs, n_pairs))
-    active = np.zeros(n_pairs, np.bool_)
-    unit, offset = np.zeros(n_pairs), np.zeros(n_pairs)
-    work, index = np.zeros((n_pairs, n_pairs + 2)), np.zeros(n_pairs, np.int64)
-    earlier, order = np.zeros(n_pairs), np.full(n_pairs, -1)
+    stiffness, level = np.zeros((n, n_pairs)), np.zeros((n, n_pairs))
+    part = np.zeros((n, n_pairs, n_pairs))
+    pairs, earlier, order = _room(n_pairs), np.zeros(n_pairs), np.arange(n_pairs)
     for i in range(n):
-        for p in range(n_pairs):
-            present = compliance[i, p] < np.inf and gap[i, p] < np.inf
-            stiffness_out[i, p] = 1.0 / compliance[i, p] if present else 0.0
-            gap_out[i, p] = gap[i, p] if present else 0.0
-            if pair_out is not None:
-                pair_out[i, p, :] = 0.0
-                pair_out[i, p, p] = stiffness_out[i, p]
-        if cross.shape[2] == 0:
-            continue
-        stiffness_out[i, :] = 0.0
-        gap_out[i, :] = 0.0
+        if cross.shape[2] > 0 and i % stages == 0:
+            _begin(compliance[i + stages // 2], cross[i + stages // 2], pairs)
+            order[:] = -1
+            for slot in range(n_pairs):
+                order[slot], _ = _next_in_contact(gap[i + stages // 2], pairs)
+                if order[slot] < 0:
+                    break
+                _touch(gap[i + stages // 2], pairs, order[slot])
+        _begin(compliance[i], cross[i], pairs)
         earlier[:] = 0.0
-        if pair_out is not None:
-            pair_out[i, :, :] = 0.0
-        if i % stages == 0:
-            at = i + stages // 2
-            _fill_matrix(compliance[at], cross[at], matrix)
-            _order_of(matrix, gap[at], active, unit, offset, work, index, order)
-        _fill_matrix(compliance[i], cross[i], matrix)
-        active[:] = False
         for slot in range(n_pairs):
             p = order[slot]
             if p < 0 or not (compliance[i, p] < np.inf and gap[i, p] < np.inf):
                 continue
-            gap_out[i, slot] = _contact_at(matrix, gap[i], active, unit, offset, p)
-            active[p] = True
-            _respond(matrix, gap[i], active, unit, offset, work, index)
-            stiffness_out[i, slot] = unit.sum() - earlier.sum()
+            if cross.shape[2] == 0:
+                stiffness[i, p], level[i, p] = 1.0 / compliance[i, p], gap[i, p]
+                part[i, p, p] = stiffness[i, p]
+                continue
+            level[i, slot] = _contact_at(gap[i], pairs, p)
+            _touch(gap[i], pairs, p)
+            stiffness[i, slot] = pairs.unit.sum() - earlier.sum()
             for q in range(n_pairs):  # not by slices: telling of unequal lengths compiles for seconds
-                if pair_out is not None:
-                    pair_out[i, slot, q] = unit[q] - earlier[q]
-                earlier[q] = unit[q]
-
-
-@jit_inner
-def _order_of(matrix, gap, active, unit, offset, work, index, order):  # type: ignore[no-untyped-def]
-    """Fill the slots in their order of engagement, −1 after the last."""
-    active[:], order[:] = False, -1
-    following = _first_in_contact(matrix, gap)
-    for slot in range(len(gap)):
-        if following < 0:
-            break
-        order[slot], active[following] = following, True
-        _respond(matrix, gap, active, unit, offset, work, index)
-        following, _ = _next_in_contact(matrix, gap, active, unit, offset)
+                part[i, slot, q] = pairs.unit[q] - earlier[q]
+                earlier[q] = pairs.unit[q]
+    return stiffness, level, part

@@ -121,12 +121,9 @@ def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Spri
         still = np.zeros_like(stiffness)
         return Springs(stiffness, still, still, still[:, 0], None)
     compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
-    stiffness, gaps = np.empty(compliance.shape), np.empty(compliance.shape)
-    part = np.empty((*compliance.shape, compliance.shape[1])) if cross.shape[2] else None
-    sharing.equivalent_springs(compliance, gap, cross, stages, stiffness, gaps, part)
-    if part is not None:
-        full = stiffness[:, :, None]
-        part = np.divide(part, full, out=np.zeros_like(part), where=full > 0.0)
+    stiffness, gaps, each = sharing.equivalent_springs(compliance, gap, cross, stages)
+    full = stiffness[:, :, None]
+    part = np.divide(each, full, out=np.zeros_like(each), where=full > 0.0) if cross.shape[2] else None
     rates = gap_rates(flanks, where)
     apart = np.where(np.isfinite(compliance), gap, np.inf)
     lead = np.take_along_axis(rates, apart.argmin(axis=1)[:, None], axis=1)[:, 0]

@@ -86,10 +86,7 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
     pairs = rough.pairs_at_phase_nodes
     present = pairs >= 0
     depths = np.empty((len(values), len(rough.contact_position)))
-    for row, removed in zip(depths, fine.beyond(values), strict=True):
-        at_phases = np.empty(pairs.shape)
-        profile.interpolate(fine.first, where, np.ascontiguousarray(removed), 0.0, at_phases)
-        row[pairs[present]] = at_phases[present]
+    depths[:, pairs[present]] = profile.interpolate(fine, where, fine.beyond(values), 0.0)[:, present]
     return depths[:, rough.on_flank]
 
 

@@ -93,8 +93,7 @@ def moments(
     if coefficient is None:
         return np.stack([plain, plain])
     grid = flanks.analysis.grid
-    s = np.zeros(forces.pair.shape[1:])
-    profile.interpolate(grid.first, where, grid.contact_position, 0.0, s)
+    s = profile.interpolate(grid, where, grid.contact_position, 0.0)
     rubs = coefficient * grid.sliding_sense[where.segment]
     of_gears = []
     for arm, gear in zip(pair.curvature(s.ravel()), pair.gears, strict=True):
