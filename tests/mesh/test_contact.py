@@ -9,11 +9,11 @@ from scipy.optimize import brentq
 from wearlab.mesh.body import body_coupling
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.profile import lookup, profile_grid
+from wearlab.mesh.series import PotentialEnergy
 from wearlab.mesh.stiffness import (
     ConstantContact,
     GivenStiffness,
     PiecewiseCurve,
-    PotentialEnergy,
     SectionVanished,
     WeberContact,
     constant,
@@ -40,7 +40,6 @@ def potential_energy(pair, grid, **changes):
     parts = {
         "teeth": tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears)),
         "hertz": ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width)),
-        "foundation": True,
         "correction": (1.0, 1.0),
         "coupling": np.zeros((0, 2, n)),
         "partner": np.zeros((0, n), dtype=np.int64),
@@ -134,7 +133,7 @@ def test_wear_vanishing_is_the_healthy_mesh(pair, grid):
 
 def test_the_series_of_compliances_has_every_term(pair, grid):
     full = potential_energy(pair, grid).nodes(np.zeros((2, len(grid.position)))).compliance
-    rigid_body = potential_energy(pair, grid, foundation=False)
+    rigid_body = potential_energy(pair, grid, correction=(np.inf, np.inf))
     no_hertz = potential_energy(pair, grid, hertz=ConstantContact(0.0))
     wear = np.zeros((2, len(grid.position)))
     hertz = yang_sun(pair.driving.material, pair.driven.material, pair.face_width)

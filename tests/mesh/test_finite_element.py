@@ -12,10 +12,11 @@ from wearlab.gears.outline import load_angle
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import arc_tractions, arc_work
 from wearlab.mesh.finite_element import compliance as remembered
-from wearlab.mesh.finite_element.compliance import FiniteElement, gear_compliance, solve_gear
+from wearlab.mesh.finite_element.compliance import gear_compliance, solve_gear
 from wearlab.mesh.finite_element.compliance import pair_compliance as compliance
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
+from wearlab.mesh.series import FiniteElement
 from wearlab.mesh.stiffness import ConstantContact, WeberContact
 
 QUICK = Options(refinement=2, samples=11)
@@ -172,8 +173,8 @@ def test_wear_of_micrometres_hardly_matters(pair):
 def test_the_model_adds_up(pair):
     s = np.linspace(pair.path.A, pair.path.E, 5)
     total, shared = compliance(pair, s, 2, QUICK)
-    one = FiniteElement(total, shared, hertz=ConstantContact(2e-9))
-    twice = FiniteElement(total, shared, hertz=ConstantContact(2e-9), scale=2.0)
+    one = FiniteElement(own=total, shared=shared, hertz=ConstantContact(2e-9))
+    twice = FiniteElement(own=total, shared=shared, hertz=ConstantContact(2e-9), scale=2.0)
     wear = np.full((2, 5), 1e-6)
     assert not one.load_dependent
     assert np.array_equal(one.body(wear), total) and one.contact(None) == 2e-9

@@ -38,10 +38,10 @@ def y23(driving="pinion", **ring):
 
 
 def evaluate(gear, radius, wear=None):
-    tooth, foundation = np.empty((2, len(radius)))
-    worn = np.zeros(len(radius)) if wear is None else wear
-    assert tooth_compliance(tooth_flexibility(gear, radius), worn, tooth, foundation)
-    return tooth, foundation
+    flexibility = tooth_flexibility(gear, radius)
+    tooth = tooth_compliance(flexibility, np.zeros(len(radius)) if wear is None else wear)
+    assert not np.isnan(tooth).any()
+    return tooth, flexibility.foundation
 
 
 def by_quadrature(ring, radius, wear_at=lambda r: 0.0, deepest=None):

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from wearlab.campaign import load
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.finite_element.compliance import FiniteElement, GearCompliance, pair_compliance, solve_gear
+from wearlab.mesh.finite_element.compliance import GearCompliance, pair_compliance, solve_gear
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.gear_set import PairOfSet
-from wearlab.mesh.series import plane_of
+from wearlab.mesh.series import FiniteElement, plane_of
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analysis
 from wearlab.scene.build.sets import build_set
@@ -133,7 +133,7 @@ def _worn(
 ) -> FiniteElement:
     assert isinstance(analysis.stiffness, FiniteElement)
     own, shared = pair_compliance(pair, analysis.grid.position, analysis.grid.n_pairs, solved=solved)
-    return replace(analysis.stiffness, own=own, shared=shared, teeth=None)
+    return replace(analysis.stiffness, own=own, shared=shared, teeth=())
 
 
 def report(title: str, judged: Sequence[Judgement]) -> str:

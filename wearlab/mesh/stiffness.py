@@ -5,7 +5,8 @@ given wear, the compliance of the contact itself, and what neighbouring pairs sh
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import ArrayLike
 from wearlab.arrays import Array, Index
 from wearlab.gears.specification import Material
 from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes
-from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 
 def yang_sun(first: Material, second: Material, face_width: float) -> float:
@@ -127,17 +127,19 @@ class PiecewiseCurve:
 
     x: Array
     y: Array
-    _pieces: tuple[Any, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        from scipy.interpolate import PchipInterpolator
-
         if np.any(np.diff(self.x) < 0):
             raise ValueError("the abscissae of a table must not descend")
-        pieces = []
-        for x, y in zip(np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True):
-            pieces.append(PchipInterpolator(x, y) if len(x) > 1 else _Constant(float(y[0])))
-        object.__setattr__(self, "_pieces", tuple(pieces))
+
+    @cached_property
+    def _pieces(self) -> list[Any]:
+        from scipy.interpolate import PchipInterpolator
+
+        return [
+            PchipInterpolator(x, y) if len(x) > 1 else partial(np.full_like, fill_value=y[0])
+            for x, y in zip(np.split(self.x, self._cuts), np.split(self.y, self._cuts), strict=True)
+        ]
 
     @property
     def _cuts(self) -> Index:
@@ -146,7 +148,7 @@ class PiecewiseCurve:
     @property
     def jumps(self) -> tuple[float, ...]:
         """Abscissae at which the curve jumps."""
-        return tuple(float(x) for x in self.x[self._cuts])
+        return tuple(self.x[self._cuts].tolist())
 
     def value(self, x: Array, side: Array) -> Array:
         """Return the curve at ``x``, on the side of a jump on which the point ``side`` lies."""
@@ -158,14 +160,6 @@ class PiecewiseCurve:
             here = piece == index
             result[here] = curve(inside[here])
         return result
-
-
-@dataclass(frozen=True)
-class _Constant:
-    value: float
-
-    def __call__(self, x: Array) -> Array:
-        return np.full(np.shape(x), self.value)
 
 
 def constant(value: float) -> PiecewiseCurve:
@@ -238,108 +232,6 @@ class PairStiffness(Protocol):
 
 class SectionVanished(ValueError):
     """The wear is deeper than the tooth can bear: a section of it is gone."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class HertzInSeries(PairStiffness):
-    """Teeth and bodies in series with the contact.
-
-    Parameters
-    ----------
-    hertz : how the contact itself yields
-    scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
-    """
-
-    hertz: HertzContact
-    scale: float = 1.0
-
-    @property
-    def load_dependent(self) -> bool:
-        """Whether the contact's compliance depends on the force."""
-        return self.hertz.load_dependent
-
-    def contact(self, force: Array | None) -> Array | float:
-        """Return the compliance of the contact, under pair forces (n,) when it depends on them [m/N]."""
-        return self.hertz.compliance(force) / self.scale
-
-    @property
-    def softening(self) -> float:
-        """By how much the contact's compliance grows as the force shrinks, ``−F dc/dF`` [m/N]."""
-        return self.hertz.softening / self.scale
-
-
-Teeth = tuple[ToothFlexibility, ToothFlexibility]
-"""The two teeth of a pair, (driving, driven)."""
-
-
-def with_backs(teeth: Teeth, depth: Array) -> Teeth:
-    """Return teeth whose back flanks are worn by (2, n) [m]."""
-    first, second = (tooth._replace(back=np.array(own)) for tooth, own in zip(teeth, depth, strict=True))
-    return first, second
-
-
-@dataclass(frozen=True)
-class PotentialEnergy(HertzInSeries):
-    """Bending, shear and compression of both teeth, their foundations, and the Hertzian contact in series.
-
-    ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``
-
-    Parameters
-    ----------
-    hertz, scale : as of `HertzInSeries`
-    teeth : the two teeth, (driving, driven)
-    foundation : whether the wheel bodies yield
-    correction : λ of each gear's foundation [1]
-    coupling : (n_apart, 2, n) for each gear the foundation compliance shared with the pair 1, 2 … base
-        pitches ahead, over the geometric mean of the two pairs' own; (0, 2, n): nothing is shared
-    partner : (n_apart, n) node of that pair, −1 when there is none
-    """
-
-    teeth: tuple[ToothFlexibility, ToothFlexibility]
-    foundation: bool
-    correction: tuple[float, float]
-    coupling: Array
-    partner: Index
-
-    def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        return np.asarray(self.bodies(wear).sum(axis=0))
-
-    def with_worn_backs(self, depth: Array) -> "PotentialEnergy":
-        """Return the stiffness of teeth whose back flanks are worn by (2, n) along the normal as well [m]."""
-        return replace(self, teeth=with_backs(self.teeth, depth))
-
-    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
-        """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
-        first, second = self.bodies(wear)
-        return np.asarray(np.interp(driving, nodes, first) + np.interp(driven, nodes, second))
-
-    def bodies(self, wear: Array) -> Array:
-        """Return the compliance of each gear's tooth and body for wear (2, n), (2, n) [m/N].
-
-        Raises
-        ------
-        SectionVanished
-            When a worn section of a tooth has no thickness left.
-        """
-        total = np.empty_like(wear)
-        body = np.empty(wear.shape[1])
-        for flexibility, depth, factor, out in zip(self.teeth, wear, self.correction, total, strict=True):
-            if not tooth_compliance(flexibility, depth, out, body):
-                raise SectionVanished("section vanished")
-            if self.foundation:
-                out += body / factor
-        return total / self.scale
-
-    def cross(self, wear: Array) -> Array:
-        """Return the body compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
-        shared = np.zeros((len(self.coupling), wear.shape[1]))
-        for apart, (ratios, partner) in enumerate(zip(self.coupling, self.partner, strict=True)):
-            for flexibility, factor, ratio in zip(self.teeth, self.correction, ratios, strict=True):
-                own = flexibility.foundation / factor
-                shared[apart] += ratio * np.sqrt(own * own[partner])
-            shared[apart][partner < 0] = 0.0
-        return shared / self.scale
 
 
 @dataclass(frozen=True)

@@ -186,10 +186,8 @@ def _root_integrals(gear: Gear, lowest: float, foot: float) -> Array:
 
 
 @jit
-def tooth_compliance(
-    tooth: ToothFlexibility, wear: np.ndarray, tooth_out: np.ndarray, foundation_out: np.ndarray
-) -> bool:
-    """Fill the compliances of a worn tooth at every node, per whole face width.
+def tooth_compliance(tooth: ToothFlexibility, wear: np.ndarray) -> np.ndarray:
+    """Return the compliance of a worn tooth at every node, without its body, per whole face width.
 
     ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B t³/12`` and
     ``t = 2y − h_y`` less the back flank's wear, from the root to the worn contact point ``x_A − h sinλ``.
@@ -199,18 +197,16 @@ def tooth_compliance(
     ----------
     tooth : the prepared tooth
     wear : (n,) wear depth along the flank normal [m]
-    tooth_out : (n,) bending, shear and axial compliance [m/N]
-    foundation_out : (n,) compliance of the wheel body [m/N]
 
     Returns
     -------
-    whether every section still holds; False leaves the outputs unfinished
+    (n,) bending, shear and axial compliance; NaN where a section no longer holds, and beyond [m/N]
 
     References
     ----------
     W23, whose Eq. 16 has the worn section: here about its own centroid, without the term that stays at h = 0.
     """
-    n = wear.size
+    n, compliance = wear.size, np.full(wear.size, np.nan)
     J0, J1, J2, K0 = tooth.root[1], tooth.root[2], tooth.root[3], tooth.root[0]
     H0, H1, HH = 0.0, 0.0, 0.0
     for k in range(n):
@@ -225,7 +221,7 @@ def tooth_compliance(
                 t = tooth.section_thickness[k - 1, g] - h - b
                 h -= b
                 if t <= tooth.minimum_thickness:
-                    return False
+                    return compliance
                 x, inverse = tooth.section_height[k - 1, g], 1.0 / t
                 area = tooth.section_weight[k - 1, g] * inverse
                 cube = area * inverse * inverse
@@ -245,9 +241,8 @@ def tooth_compliance(
         h, b = wear[i] / cos, tooth.back[i] / cos
         t = 2.0 * tooth.half_thickness[i] + strip * sin / cos - h - b
         if t <= tooth.minimum_thickness:
-            return False
+            return compliance
         moment = arm - (tooth.height[i] - 0.5 * strip) * cos - 0.5 * (h - b) * sin
         lost = strip / t
-        tooth_out[i] = tooth.bending * (bend - lost * moment * moment / (t * t)) + stretch * (K0 - lost)
-        foundation_out[i] = tooth.foundation[i]
-    return True
+        compliance[i] = tooth.bending * (bend - lost * moment * moment / (t * t)) + stretch * (K0 - lost)
+    return compliance

@@ -19,7 +19,7 @@ Thomas, Int. J. Numer. Methods Eng. 14 (1979) 81–102: rotationally periodic st
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,6 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element import elements
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear, chart
-from wearlab.mesh.stiffness import HertzInSeries, SectionVanished, with_backs
-from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance
 
 KEPT_IN_PROCESS = 64
 KEPT_SPLINES = 8
@@ -223,55 +221,6 @@ def solve_gear(gear: Gear, options: elements.Options, wear: Wear | None = None) 
     work = wheel_compliance(cut, elements.flank_loads(cut, q, half_width), options.teeth_apart)
     local = elements.half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q))
     return GearCompliance(q, np.diag(work[0]) - local, work[1:])
-
-
-@dataclass(frozen=True)
-class FiniteElement(HertzInSeries):
-    """Teeth and bodies of both gears by plane finite elements, and the contact in series.
-
-    The elements are those of the unworn gears; what wear takes off their sections makes them softer by as
-    much as it does the beams of the potential-energy method: 100 µm off both flanks of a module of 3 mm by
-    some 2.7 per cent near the tip (:func:`solve_gear` takes a worn outline for comparison). What wear does to
-    gaps and load sharing is not part of a stiffness.
-
-    Parameters
-    ----------
-    hertz, scale : as of `HertzInSeries`
-    own : (n,) compliance of both gears' teeth and bodies [m/N]
-    shared : (n_apart, n) what it shares with the pair 1, 2 … base pitches ahead, 0 where there is none [m/N]
-    teeth : the two teeth as beams, (driving, driven), None: wear takes nothing off their sections
-    """
-
-    own: Array
-    shared: Array
-    teeth: tuple[ToothFlexibility, ToothFlexibility] | None = None
-
-    def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        return (self.own + self._beams(wear) - self._unworn_beams) / self.scale
-
-    def with_worn_backs(self, depth: Array) -> "FiniteElement":
-        """Return the stiffness of teeth whose back flanks are worn by (2, n) along the normal as well [m]."""
-        return self if self.teeth is None else replace(self, teeth=with_backs(self.teeth, depth))
-
-    @cached_property
-    def _unworn_beams(self) -> Array:
-        unworn = np.zeros((2, len(self.own)))
-        teeth = None if self.teeth is None else with_backs(self.teeth, unworn)
-        return replace(self, teeth=teeth)._beams(unworn)
-
-    def _beams(self, wear: Array) -> Array:
-        """Return the compliance of both teeth as beams, without bodies, (n,) [m/N]."""
-        total, out, unused = np.zeros((3, len(self.own)))
-        for flexibility, depth in zip(self.teeth or (), wear, strict=False):
-            if not tooth_compliance(flexibility, depth, out, unused):
-                raise SectionVanished("section vanished")
-            total += out
-        return total
-
-    def cross(self, wear: Array) -> Array:
-        """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
-        return self.shared / self.scale
 
 
 def pair_compliance(

@@ -151,14 +151,9 @@ class PotentialEnergyStiffness(StiffnessModel):
     )
 
     @property
-    def bodies_yield(self) -> bool:
-        """Whether the wheel bodies are elastic."""
-        return self.foundation != "none"
-
-    @property
     def bodies_shared(self) -> bool:
-        """Whether simultaneous pairs share them."""
-        return self.bodies_yield and self.coupling == "shared"
+        """Whether simultaneous pairs share the wheel bodies."""
+        return self.foundation != "none" and self.coupling == "shared"
 
     @property
     def model_error(self) -> str:
