@@ -11,7 +11,7 @@ from skfem import MeshQuad, MeshQuad2
 
 from wearlab.gears.external import build_gear, external_pair
 from wearlab.gears.specification import STEEL, Basics, GearSpec
-from wearlab.mesh.finite_element.compliance import wheel_compliance
+from wearlab.mesh.finite_element.compliance import through_cuts
 from wearlab.mesh.finite_element.elements import assemble, flank_loads, half_plane_compliance, sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 
@@ -35,6 +35,11 @@ def few_teeth():
 
 
 EXTERNAL, RING = few_teeth()
+
+
+def wheel(one, loads, teeth_apart):
+    held, beyond = through_cuts(one, loads, teeth_apart)
+    return np.concatenate([beyond[:1] + held, beyond[1:]])
 
 
 def mapped(across, along, shape):
@@ -138,7 +143,7 @@ def test_the_wheel_from_one_sector_is_the_whole_wheel(gear):
     z, reach = gear.teeth, 2
     one = sector(chart(LoadedFlank(gear)), STEEL, "strain", 1)
     loads = flank_loads(one, [1.2, 1.6], 0.2 * gear.module)
-    found = wheel_compliance(one, loads, reach)
+    found = wheel(one, loads, reach)
     points, turned = [], []
     n = one.stiffness.shape[0]
     axis = np.empty(n, dtype=int)
@@ -178,7 +183,7 @@ def test_reciprocity_round_the_wheel():
     """Maxwell and Betti: tooth k under a load at a and b on tooth 0 is tooth 0 under a load at b."""
     one = sector(chart(LoadedFlank(EXTERNAL)), STEEL, "strain", 1)
     loads = flank_loads(one, [1.1, 1.5, 1.8], 0.2 * EXTERNAL.module)
-    C = wheel_compliance(one, loads, EXTERNAL.teeth - 1)
+    C = wheel(one, loads, EXTERNAL.teeth - 1)
     for k in range(1, EXTERNAL.teeth):
         assert C[k] == pytest.approx(C[EXTERNAL.teeth - k].T, rel=1e-9, abs=1e-12 * C[0].max())
     assert C[0] == pytest.approx(C[0].T, rel=1e-12, abs=0)

@@ -22,7 +22,7 @@ from scipy.optimize import brentq, nnls
 
 from wearlab.gears.gear import GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.mesh.finite_element.compliance import wheel_compliance
+from wearlab.mesh.finite_element.compliance import through_cuts
 from wearlab.mesh.finite_element.elements import Options, flank_loads, half_plane_compliance, sector
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
 from wearlab.mesh.stiffness import WeberContact
@@ -175,7 +175,7 @@ def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Opti
 
     Returns
     -------
-    (teeth_apart + 1, m, m) as :func:`.wheel_compliance` returns it [m/N]
+    (teeth_apart + 1, m, m) observed × loaded, of the teeth further on, too [m/N]
     """
     gear = pair.gears[index]
     flank, half_width = LoadedFlank(gear), options.patch * gear.module
@@ -187,8 +187,8 @@ def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Opti
     q = np.clip(q, 1.0, edge)
     inward = np.array([one.inward[index] for one in touches]).T
     cut = sector(shape, gear.material, options.plane, options.refinement)
-    work = wheel_compliance(cut, flank_loads(cut, q, half_width, inward), options.teeth_apart)
-    work[0] -= np.diag(half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q)))
+    held, work = through_cuts(cut, flank_loads(cut, q, half_width, inward), options.teeth_apart)
+    work[0] += held - np.diag(half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q)))
     return work / gear.face_width
 
 

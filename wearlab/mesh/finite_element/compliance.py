@@ -24,15 +24,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import splu
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element import elements
-from wearlab.mesh.finite_element.outline import LoadedFlank, Wear, chart
+from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
 
 KEPT_IN_PROCESS = 64
-KEPT_SPLINES = 8
 LENGTHS = (
     "module", "base_radius", "reference_radius", "tip_radius", "root_radius", "form_radius", "fillet_radius",
     "bore_radius",
@@ -42,8 +41,10 @@ DIGITS = 12
 DISTANCE_SLACK = 1e-9
 
 
-def wheel_compliance(sector: elements.Sector, loads: Array, teeth_apart: int) -> Array:
-    """Return what loads on one tooth do to the same load points of teeth further on.
+def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
+    """Return what loads on one tooth do to its own load points and those of teeth further on.
+
+    Of a sector in three dimensions, under waves along the face, likewise.
 
     Parameters
     ----------
@@ -53,17 +54,9 @@ def wheel_compliance(sector: elements.Sector, loads: Array, teeth_apart: int) ->
 
     Returns
     -------
-    (teeth_apart + 1, m, m) observed × loaded; the teeth follow towards the loaded flank's side (y > 0) [1/Pa]
-    """
-    own, across = through_cuts(sector, loads, teeth_apart)
-    across[0] += own
-    return across
-
-
-def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
-    """Return the same in two parts: the sector held at both cuts, (m, m), and what the wheel beyond adds.
-
-    Of a sector in three dimensions, under waves along the face, likewise.
+    held : (m, m) of the sector held at both cuts, observed × loaded [1/Pa]
+    beyond : (teeth_apart + 1, m, m) what the wheel beyond them adds to the tooth itself, and what the teeth
+        further on move, which follow towards the loaded flank's side (y > 0) [1/Pa]
     """
     own, reduced, shown = _reduced(sector, loads)
     z = sector.chart.flank.gear.teeth
@@ -83,16 +76,17 @@ def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array
 
     The sector is its own mirror image: what the left cut moves tells what the right one does.
     """
-    left, right = (sector.unknowns(sector.nodes(u=side)[1:]) for side in (-2.0, 2.0))
+    left, right = (sector.dofs[:, sector.nodes(u=side)[1:]].T.ravel() for side in (-2.0, 2.0))
     cuts = np.concatenate([left, right])
     clamped = sector.dofs[:, sector.nodes(v=0.0)].ravel()
     inner = np.setdiff1d(np.arange(sector.stiffness.shape[0]), np.concatenate([cuts, clamped]))
     K = sector.stiffness.tocsc()
     coupling = K[inner][:, cuts]
     factors = splu(K[inner][:, inner], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    moved, by_left = (
-        _solved(factors, columns) for columns in (loads[inner], coupling[:, : len(left)].toarray())
-    )
+    given = np.hstack([loads[inner], coupling[:, : len(left)].toarray()])
+    # one by one: all at once, SuperLU's threads fight for busy cores
+    solved = np.stack([factors.solve(column) for column in np.ascontiguousarray(given.T)], axis=1)
+    moved, by_left = solved[:, : loads.shape[1]], solved[:, loads.shape[1] :]
     image, sign = sector.mirrored
     place = np.empty(len(image), dtype=np.int64)
     place[inner] = np.arange(len(inner))
@@ -103,11 +97,6 @@ def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array
     reduced = np.einsum("ki,kj->ij", turn, np.einsum("ik,kj->ij", of_cuts, turn))
     own = np.einsum("ki,kj->ij", loads[inner], moved)
     return own, 0.5 * (reduced + reduced.T), -np.einsum("ki,kj->ij", turn, coupling.T @ moved)
-
-
-def _solved(factors: SuperLU, columns: Array) -> Array:
-    """Solve for (n, m) right-hand sides one by one: all at once, SuperLU's threads fight for busy cores."""
-    return np.stack([factors.solve(column) for column in np.ascontiguousarray(columns.T)], axis=1)
 
 
 def _turn(angle: float, count: int, axes: int) -> Array:
@@ -143,18 +132,12 @@ class GearCompliance:
 
 def spline_weights(samples: Array, wanted: ArrayLike) -> Array:
     """Return the weights of samples (m,) at places (n,), (n, m) [1]: a cubic spline, straight beyond."""
-    q, spline = np.asarray(wanted, dtype=float), _spline(tuple(samples))
+    from scipy.interpolate import CubicSpline
+
+    q, spline = np.asarray(wanted, dtype=float), CubicSpline(samples, np.eye(len(samples)))
     inside = np.clip(q, samples[0], samples[-1])
     weights: Array = spline(inside) + (q - inside)[:, None] * spline(inside, 1)
     return weights
-
-
-@lru_cache(KEPT_SPLINES)
-def _spline(samples: tuple[float, ...]) -> Any:
-    """Return the cubic splines that are 1 at one sample and 0 at the others."""
-    from scipy.interpolate import CubicSpline
-
-    return CubicSpline(samples, np.eye(len(samples)))
 
 
 def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
@@ -213,14 +196,11 @@ def solve_gear(gear: Gear, options: elements.Options, wear: Wear | None = None) 
     -------
     GearCompliance
     """
-    flank, half_width = LoadedFlank(gear, wear), options.patch * gear.module
-    shape = chart(flank)
-    last = float(shape.measured.at(shape.measured.length[-1] - half_width))
-    q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
-    cut = elements.sector(shape, gear.material, options.plane, options.refinement)
-    work = wheel_compliance(cut, elements.flank_loads(cut, q, half_width), options.teeth_apart)
-    local = elements.half_plane_compliance(gear.material, options.plane, half_width, flank.depth(q))
-    return GearCompliance(q, np.diag(work[0]) - local, work[1:])
+    cut, q, loads = elements.loaded_sector(gear, options, wear)
+    held, beyond = through_cuts(cut, loads, options.teeth_apart)
+    half_width, depth = options.patch * gear.module, cut.chart.flank.depth(q)
+    local = elements.half_plane_compliance(gear.material, options.plane, half_width, depth)
+    return GearCompliance(q, np.diag(beyond[0] + held) - local, beyond[1:])
 
 
 def pair_compliance(
@@ -259,17 +239,9 @@ def pair_compliance(
             inside = ahead <= pair.path.E + recess + DISTANCE_SLACK * pair.base_pitch
             touched = np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
             there = compliance.weights(flank.parameter(pair.radius(index, touched)))
-            both = _across(compliance, apart, here[inside], there, leads=index == DRIVING)
+            # the mate pushes a driving tooth back and a driven tooth on: the tooth ahead lies on the loaded
+            # flank's side of a driving tooth, and on the other side of a driven one
+            first, second = (here[inside], there) if index == DRIVING else (there, here[inside])
+            both = np.einsum("no,ol,nl->n", second, compliance.across[apart - 1], first)
             shared[apart - 1, inside] += both / gear.face_width
     return own, shared
-
-
-def _across(solved: GearCompliance, apart: int, here: Array, there: Array, *, leads: bool) -> Array:
-    """Return the compliance between a tooth and the one ahead of it.
-
-    The mate pushes a driving tooth back and a driven tooth on: the tooth ahead lies on the loaded flank's
-    side of a driving tooth, and on the other side of a driven one.
-    """
-    first, second = (here, there) if leads else (there, here)
-    between: Array = np.einsum("no,ol,nl->n", second, solved.across[apart - 1], first)
-    return between

@@ -28,12 +28,13 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_matrix, csr_matrix
 
 from wearlab.arrays import Array, Index
+from wearlab.gears.gear import Gear
 from wearlab.gears.specification import Material
 from wearlab.gears.specification import Plane as Plane
-from wearlab.mesh.finite_element.outline import DEEP, Chart
+from wearlab.mesh.finite_element.outline import DEEP, Chart, LoadedFlank, Wear, chart
 
 if TYPE_CHECKING:
-    from skfem import MeshQuad2
+    from skfem import Basis, MeshQuad2
 
 INNER = 5.0  # element on the centre line over element on the flank
 
@@ -97,10 +98,6 @@ class Sector:
             image[self.dofs[axis, here]], sign[self.dofs[axis]] = self.dofs[axis, there], turned
         return image.astype(np.int64), sign
 
-    def unknowns(self, nodes: Index) -> Index:
-        """Return the unknowns of nodes, x and y node by node."""
-        return self.dofs[:, nodes].T.ravel()
-
 
 def mesh_lines(chart: Chart, refinement: int) -> tuple[Array, Array]:
     """Return the lines of the mesh in u and in v.
@@ -148,33 +145,66 @@ def sector(chart: Chart, material: Material, plane: Plane, refinement: int) -> S
 
 
 def assemble(mesh: "MeshQuad2", material: Material, plane: Plane) -> tuple[Index, csr_matrix]:
-    """Return the unknowns of the nodes, (2, n_nodes), and the stiffness matrix for unit face width [Pa].
+    """Return the unknowns of the nodes, (2, n_nodes), and the stiffness matrix for unit face width [Pa]."""
+    basis, gradient = gradients(mesh)
+    numbers = np.hstack([basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs])[0]
+    K = product(basis, gradient, gradient, lame(material, plane))
+    return 2 * numbers + np.arange(2)[:, None], K
 
-    ``K_ia,jb = ∫ λ ∂_a N_i ∂_b N_j + G (∂_b N_i ∂_a N_j + δ_ab ∇N_i·∇N_j)``, all elements at once.
-    """
+
+def gradients(mesh: "MeshQuad2") -> tuple["Basis", Array]:
+    """Return the shape functions of a mesh, and their slopes, (n_elements, n_shapes, 2, n_points) [1/m]."""
     from skfem import Basis, ElementQuad2
 
     basis = Basis(mesh, ElementQuad2())
-    numbers = np.hstack([basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs])[0]
-    gradient = np.stack([shape[0].grad for shape in basis.basis]).transpose(2, 0, 1, 3)
-    shapes, points = gradient.shape[1], gradient.shape[3]
-    flat = gradient.reshape(len(gradient), 2 * shapes, points)
-    product = (flat * basis.dx[:, None, :]) @ flat.transpose(0, 2, 1)
-    product = product.reshape(-1, shapes, 2, shapes, 2)
-    first, shear = lame(material, plane)
-    own = first * product + shear * product.swapaxes(2, 4)
-    own += shear * np.einsum("eicjc,ab->eiajb", product, np.eye(2))
-    unknown = (2 * basis.element_dofs.T[:, :, None] + np.arange(2)).reshape(len(flat), 2 * shapes)
+    return basis, np.stack([shape[0].grad for shape in basis.basis]).transpose(2, 0, 1, 3)
+
+
+def product(basis: "Basis", left: Array, right: Array, moduli: tuple[float, float]) -> csr_matrix:
+    """Return ``∫ λ A_ia B_jb + G (A_ib B_ja + δ_ab A_i·B_j)`` of all shapes i, j and axes a, b.
+
+    That is a stiffness for unit face width where A and B are the gradients of the shape functions [Pa].
+
+    Parameters
+    ----------
+    basis : the shape functions
+    left, right : A and B, (n_elements, n_shapes, n_axes, n_points)
+    moduli : λ and G [Pa]
+    """
+    count, shapes, axes, points = left.shape
+    left, right = (each.reshape(count, shapes * axes, points) for each in (left, right))
+    both = ((left * basis.dx[:, None, :]) @ right.transpose(0, 2, 1)).reshape(-1, shapes, axes, shapes, axes)
+    first, shear = moduli
+    own = first * both + shear * both.swapaxes(2, 4)
+    own += shear * np.einsum("eicjc,ab->eiajb", both, np.eye(axes))
+    unknown = (axes * basis.element_dofs.T[:, :, None] + np.arange(axes)).reshape(count, -1)
     row, column = np.broadcast_arrays(unknown[:, :, None], unknown[:, None, :])
-    size = 2 * len(numbers)
-    K = coo_matrix((own.ravel(), (row.ravel(), column.ravel())), (size, size)).tocsr()
-    return 2 * numbers + np.arange(2)[:, None], K
+    size = axes * basis.N
+    return coo_matrix((own.ravel(), (row.ravel(), column.ravel())), (size, size)).tocsr()
 
 
 def lame(material: Material, plane: Plane) -> tuple[float, float]:
     """Return Lamé's parameters of the plane problem, ``λ = E ν/(1 − ν²)`` and G [Pa]; see `in_plane`."""
     modulus, nu, _ = material.in_plane(plane)
     return modulus * nu / (1.0 - nu**2), material.shear_modulus
+
+
+def loaded_sector(gear: Gear, options: Options, wear: Wear | None = None) -> tuple[Sector, Array, Array]:
+    """Return the sector of a gear, places on its flank (m,) and unit loads there (n_dofs, m).
+
+    The outermost load touches the tip edge with its patch.
+
+    Parameters
+    ----------
+    gear : the gear
+    options : of mesh and load
+    wear : of every tooth's loaded flank; the other flank wears alike
+    """
+    shape, half_width = chart(LoadedFlank(gear, wear)), options.patch * gear.module
+    last = float(shape.measured.at(shape.measured.length[-1] - half_width))
+    q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
+    cut = sector(shape, gear.material, options.plane, options.refinement)
+    return cut, q, flank_loads(cut, q, half_width)
 
 
 def flank_loads(

@@ -54,7 +54,11 @@ class LoadedFlank:
         """Return points of the flank for parameters in [0, 2], (2, n) [m]."""
         q = np.asarray(parameter, dtype=float)
         x, y, _ = root_curve(self.gear, np.minimum(q, 1.0))
-        involute = self._involute(np.maximum(q, 1.0))
+        beyond = np.maximum(q, 1.0)
+        involute = np.stack(involute_point(self.gear, self._angle(beyond)))
+        if self.wear is not None:
+            depth = np.interp(np.hypot(*involute), self.wear.radius, self.wear.depth)
+            involute = involute - depth * self.normal(beyond)
         return np.where(q < 1.0, np.stack([x, y]), involute)
 
     def normal(self, parameter: ArrayLike) -> Array:
@@ -81,13 +85,6 @@ class LoadedFlank:
     def _angle(self, parameter: Array) -> Array:
         start, end = self._angles
         return start + (end - start) * (parameter - 1.0)
-
-    def _involute(self, parameter: Array) -> Array:
-        point = np.stack(involute_point(self.gear, self._angle(parameter)))
-        if self.wear is None:
-            return point
-        depth = np.interp(np.hypot(*point), self.wear.radius, self.wear.depth)
-        return point - depth * self.normal(parameter)
 
 
 @dataclass(frozen=True)

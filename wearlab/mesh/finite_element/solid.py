@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
-from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import splu
 
 from wearlab.arrays import Array, Index
@@ -70,28 +70,14 @@ def extruded(flat: elements.Sector, material: Material, oblique: float) -> tuple
     material : elastic constants
     oblique : t, sideways for each length along the face [1]
     """
-    from skfem import Basis, ElementQuad2
-
-    basis = Basis(flat.mesh, ElementQuad2())
+    basis, slope = elements.gradients(flat.mesh)
     value = np.stack([np.broadcast_to(np.asarray(shape[0]), basis.dx.shape) for shape in basis.basis], axis=1)
-    slope = np.stack([shape[0].grad for shape in basis.basis]).transpose(2, 0, 1, 3)
     across = np.concatenate([slope, -oblique * slope[:, :, 1:]], axis=2)
     along = np.zeros_like(across)
     along[:, :, 2] = value
-    first, shear = elements.lame(material, "strain")
+    moduli, factors = elements.lame(material, "strain"), ((across, across), (across, along), (along, along))
     dofs = 3 * (flat.dofs[0] // 2) + np.arange(3)[:, None]
-    unknown = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(len(value), -1)
-    row, column = np.broadcast_arrays(unknown[:, :, None], unknown[:, None, :])
-
-    def product(left: Array, right: Array) -> csr_matrix:
-        shapes, points = left.shape[1], left.shape[3]
-        left, right = (each.reshape(len(each), 3 * shapes, points) for each in (left, right))
-        each = ((left * basis.dx[:, None, :]) @ right.transpose(0, 2, 1)).reshape(-1, shapes, 3, shapes, 3)
-        own = first * each + shear * each.swapaxes(2, 4)
-        own += shear * np.einsum("eicjc,ab->eiajb", each, np.eye(3))
-        return coo_matrix((own.ravel(), (row.ravel(), column.ravel())), (dofs.size, dofs.size)).tocsr()
-
-    return dofs, Extruded(product(across, across), product(across, along), product(along, along))
+    return dofs, Extruded(*(elements.product(basis, left, right, moduli) for left, right in factors))
 
 
 class _Placed(NamedTuple):
@@ -105,12 +91,7 @@ class _Placed(NamedTuple):
 
 
 def _placed(gear: Gear, oblique: float, options: Options) -> _Placed:
-    flank, half_width = outline.LoadedFlank(gear), options.patch * gear.module
-    shape = outline.chart(flank)
-    last = float(shape.measured.at(shape.measured.length[-1] - half_width))
-    q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
-    flat = elements.sector(shape, gear.material, "strain", options.refinement)
-    plane = elements.flank_loads(flat, q, half_width)
+    flat, q, plane = elements.loaded_sector(gear, options)
     dofs, matrices = extruded(flat, gear.material, oblique)
     loads = np.zeros((dofs.size, len(q)))
     loads[dofs[:2]] = plane[flat.dofs]
