@@ -14,8 +14,8 @@ from wearlab.scene.scene import calibrating
 from wearlab.simulation import calibration
 from wearlab.store import Store
 from wearlab.store.export import export_attributes
-from wearlab.store.outcome import Outcome
-from wearlab.store.provenance import bibtex, calibrated_by, citation, facts_of
+from wearlab.store.outcome import CALIBRATION, Outcome
+from wearlab.store.provenance import bibtex, children, citation, facts_of
 from wearlab.store.upkeep import merge, prunable
 
 PAIR = {
@@ -65,7 +65,7 @@ def test_the_run_names_what_calibrated_it(kept, capsys):
     show(own, store.path, json=True)
     assert json.loads(capsys.readouterr().out)["calibrated by"] == by
     show(by, store.path, json=True)
-    assert json.loads(capsys.readouterr().out)["calibrates"] == [own] == calibrated_by(store, by)
+    assert json.loads(capsys.readouterr().out)["calibrates"] == [own] == children(store, by, CALIBRATION)
     facts = facts_of(store, own)
     assert f"calibrated by run {by}." in citation(facts) and f"calibrated by run {by}" in bibtex(facts)
 

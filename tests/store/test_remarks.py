@@ -8,7 +8,7 @@ from fake_campaign import filled, sweep
 from wearlab.query import QueryError
 from wearlab.store import Store, StoreError
 from wearlab.store.export import export_attributes
-from wearlab.store.remarks import Remark, path_of, read_line
+from wearlab.store.remarks import Remark, files_of, read_line
 
 
 @pytest.fixture
@@ -97,15 +97,15 @@ def test_reindex_finds_them_again(store):
 def test_lines_are_added_and_never_written_over(store):
     first = ids(store)[0]
     store.tag(first, "one")
-    before = path_of(store.catalogue, first).read_bytes()
+    before = files_of(store.catalogue).path(first).read_bytes()
     store.tag(first, "two", remove=["one"])
-    assert path_of(store.catalogue, first).read_bytes().startswith(before)
+    assert files_of(store.catalogue).path(first).read_bytes().startswith(before)
 
 
 def test_a_torn_and_a_changed_line_are_told_and_the_rest_stays(store):
     first = ids(store)[0]
     store.tag(first, "one")
-    path = path_of(store.catalogue, first)
+    path = files_of(store.catalogue).path(first)
     with path.open("ab") as file:
         file.write(b'{"subject": "half')
     store.tag(first, "two")
@@ -186,7 +186,7 @@ def test_an_older_store_without_any_is_asked_all_the_same(store):
 
 def test_a_link_is_not_followed(store, tmp_path):
     first = ids(store)[0]
-    path = path_of(store.catalogue, first)
+    path = files_of(store.catalogue).path(first)
     path.parent.mkdir(parents=True)
     (tmp_path / "elsewhere").write_text("kept")
     path.symlink_to(tmp_path / "elsewhere")

@@ -200,7 +200,7 @@ def test_many_values_in_one_question(asked):
 def test_numbers_of_keys_are_those_of_now_when_another_process_made_the_tables_anew(asked):
     other = Store(asked.store.path)
     other.catalogue.record([outcome(5, 500.0, 1e7)])
-    asked.store.catalogue.end_anew(asked.store.catalogue.begin_anew(), (), lambda owner: False)
+    asked.store.catalogue.make_anew((), lambda owner: False)
     asked.store.catalogue.record([outcome(9, 1.0, 1.0, summary={"first_here": 4.0})])
     other.catalogue.record([outcome(5, 500.0, 1e7)])
     assert asked("first_here = 4") == [9] and asked("life = 1e7") == [5]

@@ -176,7 +176,7 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "goes on from": [str(step) for step in provenance.lineage(store, entry)],
         "continued by": provenance.children(store, entry.id),
         "calibrated by": entry.calibration or None,
-        "calibrates": provenance.calibrated_by(store, entry.id),
+        "calibrates": provenance.children(store, entry.id, outcome.CALIBRATION),
         **{key: metadata[key] for key in provenance.WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
         "bytes": entry.size,

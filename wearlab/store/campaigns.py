@@ -90,17 +90,13 @@ class Campaigns(database.Database):
             connection.execute(RECORDS)
             for table, some in copied.items():
                 for row in some:
-                    marks = ", ".join("?" * len(row))
-                    connection.execute(f"INSERT OR IGNORE INTO {table} VALUES ({marks})", row)
+                    values = database.marks(len(row))
+                    connection.execute(f"INSERT OR IGNORE INTO {table} VALUES ({values})", row)
         return len(rows)
 
     def record_comparisons(self, campaign: str, comparisons: Sequence[outcome.Comparison | None]) -> None:
         """Write how a campaign's cases, in their order, compare with what it expects of them."""
-        rows = [
-            (campaign, number, *comparison)
-            for number, comparison in enumerate(comparisons)
-            if comparison is not None
-        ]
+        rows = [(campaign, number, *told) for number, told in enumerate(comparisons) if told is not None]
         with self._transaction() as connection:
             connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
             connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", rows)
@@ -112,11 +108,8 @@ class Campaigns(database.Database):
             "measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key "
             "LEFT JOIN expectations USING (campaign, number)"
         )
-        if runs is None:
-            rows = self.read(question)
-        else:
-            rows = list(self.read_many(f"{question} WHERE run IN", runs))
-        rows.sort(key=itemgetter(12, 13))
+        found = self.read(question) if runs is None else self.read_many(f"{question} WHERE run IN", runs)
+        rows = sorted(found, key=itemgetter(12, 13))
         rows.sort(key=lambda row: str(row[11]), reverse=True)
         told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in rows)
         return [

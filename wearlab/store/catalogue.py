@@ -6,7 +6,7 @@ Only the process that calls ``run`` writes here, workers never do; it can be reb
 import json
 import sqlite3
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from wearlab.query.keys import flat
 from wearlab.store import database as rows
 from wearlab.store import description
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
-from wearlab.store.database import CHUNK, VERSION, Read, make_tables, understood
+from wearlab.store.database import CHUNK, VERSION, Read, make_tables, marks, understood
 from wearlab.store.files import StoreError
 from wearlab.store.outcome import CALIBRATION, CALIBRATION_LIFE, Outcome, State
 
@@ -196,47 +196,46 @@ class Catalogue(Campaigns):
         The ids taken, each with the owner it was taken over from (None when it was new).
         """
         with self._transaction() as connection:
-            facts = description.Facts(connection)
             for outcome in outcomes:
-                self._record(facts, outcome)
-            return self._claim(connection, wanted, owner, free)
-
-    def _record(self, facts: description.Facts, outcome: Outcome) -> None:
-        key = None if outcome.layout is None else key_of(outcome.layout)
-        if key:
-            facts.connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
-        self._keep(facts, _row(outcome, key), outcome.histories)
-
-    def _claim(
-        self, connection: sqlite3.Connection, wanted: Sequence[str], owner: str, free: Callable[[Head], bool]
-    ) -> dict[str, str | None]:
-        known = self.heads(wanted)
-        taken = {
-            run_id: known[run_id].owner if run_id in known else None
-            for run_id in wanted
-            if run_id not in known or free(known[run_id])
-        }
-        connection.executemany(
-            "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
-            "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",
-            [(run_id, owner, now()) for run_id in taken],
-        )
+                self._record(connection, outcome)
+            known = self.heads(wanted)
+            taken = {
+                run_id: known[run_id].owner if run_id in known else None
+                for run_id in wanted
+                if run_id not in known or free(known[run_id])
+            }
+            connection.executemany(
+                "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
+                "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",
+                [(run_id, owner, now()) for run_id in taken],
+            )
         return taken
 
-    def _keep(self, facts: description.Facts, row: tuple[Any, ...], histories: Mapping[str, bytes]) -> None:
+    def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
+        key = None if outcome.layout is None else key_of(outcome.layout)
+        if key:
+            connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
+        size = None if outcome.image is None else len(outcome.image)
+        told = (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary)
+        row = (
+            *(outcome.id, outcome.state, None, size, outcome.sha256, outcome.started, outcome.seconds),
+            *(outcome.source_hash, outcome.wearlab_version, key),
+            *(outcome.reason, *map(json.dumps, told), outcome.scene),
+        )
+        self._keep(connection, row, outcome.histories)
+
+    def _keep(self, connection: sqlite3.Connection, row: Row, histories: Mapping[str, bytes]) -> None:
         """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
-        marks = ", ".join("?" * 10)
         renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
-        ((number,),) = facts.connection.execute(
-            f"INSERT INTO runs ({OF_RUNS}) VALUES ({marks}) ON CONFLICT (id) DO UPDATE SET {renewed} "
+        ((number,),) = connection.execute(
+            f"INSERT INTO runs ({OF_RUNS}) VALUES ({marks(10)}) ON CONFLICT (id) DO UPDATE SET {renewed} "
             "RETURNING number",
             row[:10],
         ).fetchall()
-        facts.connection.execute(
-            "INSERT OR REPLACE INTO documents VALUES (?, ?, ?, ?, ?, ?, ?)", (number, *row[10:])
-        )
+        connection.execute(f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})", (number, *row[10:]))
         summary, scene = row[-2:]
-        facts.write(number, description.facts_of(scene, json.loads(summary or "{}"), histories))
+        facts = description.facts_of(scene, json.loads(summary or "{}"), histories)
+        description.write_facts(connection, number, facts)
 
     def _upgrade(self) -> None:
         """Turn the tables of an earlier version into these: every run is recorded anew."""
@@ -251,9 +250,8 @@ class Catalogue(Campaigns):
                 connection.execute(f"ALTER TABLE {table} RENAME TO older_{table}")
             make_tables(connection)
             connection.execute("INSERT INTO layouts SELECT key, layout FROM older_layouts")
-            facts = description.Facts(connection)
             for row, histories in _older_rows(connection, version):
-                self._keep(facts, row, histories)
+                self._keep(connection, row, histories)
             for table in tables:
                 connection.execute(f"DROP TABLE older_{table}")
             connection.execute("DROP TABLE IF EXISTS dictionaries")
@@ -261,10 +259,10 @@ class Catalogue(Campaigns):
     def release(self, owner: str) -> list[str]:
         """Forget the runs that ``owner`` had begun and not finished; return their ids."""
         with self._transaction() as connection:
-            begun = connection.execute("SELECT id FROM runs WHERE state = 'running' AND owner = ?", (owner,))
-            ids = [row[0] for row in begun]
-            self._delete(connection, "state = 'running' AND owner = ?", owner)
-        return ids
+            ours = "state = 'running' AND owner = ?"
+            begun = connection.execute(f"SELECT id FROM runs WHERE {ours}", (owner,)).fetchall()
+            self._delete(connection, ours, owner)
+        return [run_id for (run_id,) in begun]
 
     def forget(self, ids: Iterable[str]) -> int:
         """Forget these runs; return how many were known. Campaigns stay."""
@@ -272,64 +270,54 @@ class Catalogue(Campaigns):
             return sum(self._delete(connection, "id = ?", run_id) for run_id in ids)
 
     def _delete(self, connection: sqlite3.Connection, condition: str, *values: str) -> int:
-        run_numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", values)
-        numbers = [row[0] for row in run_numbers.fetchall()]
-        facts = description.Facts(connection)
-        for number in numbers:
-            facts.forget(number)
+        numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", values).fetchall()
+        for (number,) in numbers:
+            description.forget_facts(connection, number)
         for table in ("runs", "documents"):
-            connection.executemany(f"DELETE FROM {table} WHERE number = ?", ((number,) for number in numbers))
+            connection.executemany(f"DELETE FROM {table} WHERE number = ?", numbers)
         return len(numbers)
 
-    def begin_anew(self) -> dict[str, Row]:
-        """Forget what can be asked for, to be written anew; return the runs, which stay until `end_anew`."""
-        with self._transaction() as connection:
-            for table in ("facts", "keys"):
-                connection.execute(f"DELETE FROM {table}")
-            return {row[0]: row for row in connection.execute(f"SELECT {OF_RUNS} FROM runs")}
+    def make_anew(self, outcomes: Iterable[Outcome], alive: Callable[[str], bool]) -> None:
+        """Record the runs of all files, with what can be asked of them, in the place of what is known.
 
-    def adopt(self, outcome: Outcome, before: Mapping[str, Row], alive: Callable[[str], bool]) -> None:
-        """Record a run from its file, unless another process has recorded it meanwhile or computes it.
+        Other processes come between any two runs: what they have recorded meanwhile, or compute, stays.
 
         Parameters
         ----------
-        outcome : of the file
-        before : the runs as `begin_anew` found them
+        outcomes : of the files; runs in none are forgotten at the end
         alive : says whether the owner of a run still runs
         """
+        question = f"SELECT {OF_RUNS} FROM runs"
         with self._transaction() as connection:
-            question = f"SELECT {OF_RUNS} FROM runs WHERE id = ?"
-            row = connection.execute(question, (outcome.id,)).fetchone()
-            if row is None or (row == before.get(outcome.id) and not _is_busy(row, alive)):
-                connection.execute("DELETE FROM layouts WHERE key = ?", (key_of(outcome.layout or ""),))
-                self._record(description.Facts(connection), outcome)
+            for table in ("facts", "keys"):
+                connection.execute(f"DELETE FROM {table}")
+            before = {row[0]: row for row in connection.execute(question)}
 
-    def end_anew(
-        self, before: Mapping[str, Row], adopted: Collection[str], alive: Callable[[str], bool]
-    ) -> None:
-        """Forget the runs that were there before and are neither in a file nor recorded since."""
+        def is_left(row: Row) -> bool:
+            busy = row[1] == "running" and isinstance(row[2], str) and alive(row[2])
+            return row == before.get(row[0]) and not busy
+
+        adopted = set[str]()
+        for outcome in outcomes:
+            adopted.add(outcome.id)
+            with self._transaction() as connection:
+                row = connection.execute(f"{question} WHERE id = ?", (outcome.id,)).fetchone()
+                if row is None or is_left(row):
+                    connection.execute("DELETE FROM layouts WHERE key = ?", (key_of(outcome.layout or ""),))
+                    self._record(connection, outcome)
         with self._transaction() as connection:
-            for row in connection.execute(f"SELECT {OF_RUNS} FROM runs").fetchall():
-                if row[0] not in adopted and row == before.get(row[0]) and not _is_busy(row, alive):
+            for row in connection.execute(question).fetchall():
+                if row[0] not in adopted and is_left(row):
                     self._delete(connection, "id IS ?", row[0])
             connection.execute("DELETE FROM documents WHERE number NOT IN (SELECT number FROM runs)")
             connection.execute("DELETE FROM layouts WHERE key NOT IN (SELECT layout FROM runs)")
 
 
-def _is_busy(row: Row, alive: Callable[[str], bool]) -> bool:
-    """Say whether a living process computes a run."""
-    return row[1] == "running" and isinstance(row[2], str) and alive(row[2])
-
-
-def _older_rows(
-    connection: sqlite3.Connection, version: int
-) -> Iterator[tuple[tuple[Any, ...], dict[str, bytes]]]:
+def _older_rows(connection: sqlite3.Connection, version: int) -> Iterator[tuple[Row, dict[str, bytes]]]:
     """Yield the runs of a catalogue of an earlier version, and their histories."""
     if version == 1:
-        for row in connection.execute(
-            f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM older_runs ORDER BY started, id"
-        ):
-            yield row, {}
+        runs = f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM older_runs ORDER BY started, id"
+        yield from ((row, {}) for row in connection.execute(runs))
         return
     packed = {5: "dictionary, packed, NULL, NULL"}.get(version, "sizes, digests, summary, scene")
     place = "key = k.number AND run = ?" if version == 5 else "place = k.number << 32 | ?"
@@ -344,10 +332,8 @@ def _older_rows(
     for number, *row in connection.execute(rows_of):
         if version == 5:
             row[-4:] = _unpacked(connection, *row[-4:-2])
-        yield (
-            tuple(row),
-            {name.removesuffix("()"): value for name, value in connection.execute(histories, (number,))},
-        )
+        told = connection.execute(histories, (number,))
+        yield tuple(row), {name.removesuffix("()"): value for name, value in told}
 
 
 def _unpacked(connection: sqlite3.Connection, dictionary: Any, packed: Any) -> tuple[str | None, ...]:
@@ -363,13 +349,3 @@ def _unpacked(connection: sqlite3.Connection, dictionary: Any, packed: Any) -> t
     except (zlib.error, TypeError, ValueError, RecursionError):
         return (None,) * 4  # 'wearlab verify' names the run, 'wearlab reindex' mends it
     return tuple(texts) if len(texts) == 4 and inflate.eof else (None,) * 4
-
-
-def _row(outcome: Outcome, layout: str | None) -> tuple[Any, ...]:
-    size = None if outcome.image is None else len(outcome.image)
-    texts = [json.dumps(part) for part in (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary)]
-    return (
-        *(outcome.id, outcome.state, None, size, outcome.sha256, outcome.started, outcome.seconds),
-        *(outcome.source_hash, outcome.wearlab_version, layout),
-        *(outcome.reason, *texts, outcome.scene),
-    )

@@ -67,6 +67,11 @@ def batched(values: Iterable[Value], size: int) -> Iterator[tuple[Value, ...]]:
         yield some
 
 
+def marks(count: int) -> str:
+    """Return the places of so many values in a question."""
+    return ", ".join("?" * count)
+
+
 class Database:
     """The file, opened on first use and never created by reading.
 
@@ -105,10 +110,10 @@ class Database:
         except BROKEN as error:
             raise self._unusable(error) from error
 
-    def read_many(self, question: str, values: Sequence[str]) -> Iterator[tuple[Any, ...]]:
+    def read_many(self, question: str, values: Iterable[str]) -> Iterator[tuple[Any, ...]]:
         """Yield the rows that answer a question ending in ``IN``, for any number of values."""
         for some in batched(values, CHUNK):
-            yield from self.read(f"{question} ({', '.join('?' * len(some))})", some)
+            yield from self.read(f"{question} ({marks(len(some))})", some)
 
     @contextmanager
     def _transaction(self, *, create: bool = False, in_copy: bool = False) -> Iterator[sqlite3.Connection]:
@@ -128,10 +133,16 @@ class Database:
 
     def _open(self, *, create: bool = False) -> sqlite3.Connection:
         if self._connection is None:
-            if not create and not self.exists():
-                raise StoreError(self._absent())
-            if create:
-                create_shared(self.path)
+            if create:  # as open to others as the umask says: SQLite would let nobody else write it
+                with suppress(OSError):  # SQLite then says what is wrong
+                    os.close(os.open(self.path, os.O_CREAT | os.O_RDWR, 0o666))
+            elif not self.exists():
+                lost = (self.path.parent / "runs").is_dir()
+                raise StoreError(
+                    f"{self.path}: is missing; 'wearlab reindex' makes it anew from the run files"
+                    if lost
+                    else f"{self.path.parent}: there is no store here"
+                )
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             try:
                 connection = sqlite3.connect(
@@ -207,19 +218,13 @@ class Database:
         except OSError as error:
             raise StoreError(f"{self.path}: cannot be renamed ({error.strerror or error})") from error
 
-    def _absent(self) -> str:
-        if (self.path.parent / "runs").is_dir():
-            return f"{self.path}: is missing; 'wearlab reindex' makes it anew from the run files"
-        return f"{self.path.parent}: there is no store here"
-
     def _unusable(self, error: Exception) -> StoreError:
-        reason = f"{self.path}: the catalogue cannot be used ({error})"
-        if getattr(error, "sqlite_errorname", "").startswith("SQLITE_BUSY"):
-            return StoreError(f"{reason}: another process holds it; try again when that has ended")
-        damaged = getattr(error, "sqlite_errorname", "").startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB"))
-        if damaged or isinstance(error, UnicodeDecodeError):
-            return StoreError(f"{reason}; 'wearlab reindex' makes it anew from the run files")
-        return StoreError(reason)
+        name, remedy = getattr(error, "sqlite_errorname", ""), ""
+        if name.startswith("SQLITE_BUSY"):
+            remedy = ": another process holds it; try again when that has ended"
+        elif name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
+            remedy = "; 'wearlab reindex' makes it anew from the run files"
+        return StoreError(f"{self.path}: the catalogue cannot be used ({error}){remedy}")
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
@@ -229,15 +234,9 @@ def make_tables(connection: sqlite3.Connection) -> None:
     connection.execute(f"PRAGMA user_version = {VERSION}")
 
 
-def create_shared(path: Path) -> None:
-    """Make an empty file as open to others as the umask says: SQLite would let nobody else write it."""
-    with suppress(OSError):  # SQLite then says what is wrong
-        os.close(os.open(path, os.O_CREAT | os.O_RDWR, 0o666))
-
-
 def _count(connection: sqlite3.Connection, *kinds: str) -> int:
     """Return how many tables, views or triggers there are; wearlab makes tables only."""
-    question = f"SELECT count(*) FROM sqlite_master WHERE type IN ({', '.join('?' * len(kinds))})"
+    question = f"SELECT count(*) FROM sqlite_master WHERE type IN ({marks(len(kinds))})"
     return int(connection.execute(question, kinds).fetchone()[0])
 
 

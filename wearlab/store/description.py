@@ -97,12 +97,10 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
                 histories[str(name)] = _history(values)
         elif name in ALONG_PHASE:
             values = variable.values
-            told = {
-                "min": _largest(values, np.fmin),
-                "mean": np.mean(values),
-                "max": _largest(values, np.fmax),
+            told = (_largest(values, np.fmin), np.mean(values), _largest(values, np.fmax))
+            summary |= {
+                f"{name}_{end}": plain(v) for end, v in zip(("min", "mean", "max"), told, strict=True)
             }
-            summary |= {f"{name}_{end}": plain(value) for end, value in told.items()}
     return summary, histories
 
 
@@ -131,52 +129,35 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float | bool | None) else str(value)
 
 
-class Facts:
-    """Writes facts within one transaction; knows the numbers of the keys that it has met there.
-
-    Another process may have made the tables anew since the last transaction: no number outlives one.
+def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact]) -> None:
+    """Write the facts of one run, in the place of all that it had; a key has the kind of its first value.
 
     Parameters
     ----------
     connection : to the catalogue, within a transaction
+    run, facts : the number of the run, and what can be asked of it
     """
+    forget_facts(connection, run)
+    known = {name: told for name, *told in connection.execute("SELECT name, number, kind FROM keys")}
+    rows = {}
+    for source, name, value in facts:
+        if name not in known:
+            kind = kind_of(value)
+            key = keys.key_of(name.removesuffix(evaluate.HISTORY), source, kind)
+            ((number,),) = connection.execute(
+                "INSERT INTO keys (name, source, kind, unit, quantity, display_unit) "
+                "VALUES (?, ?, ?, ?, ?, ?) RETURNING number",
+                (name, source, kind, key.unit, key.quantity, key.display_unit),
+            ).fetchall()
+            known[name] = [number, kind]
+        number, kind = known[name]
+        rows[number] = (number, run, stored(value, kind))
+    connection.executemany("INSERT INTO facts VALUES (?, ?, ?)", rows.values())
 
-    def __init__(self, connection: sqlite3.Connection) -> None:
-        self.connection = connection
-        self._numbers: dict[str, tuple[int, str]] = {}
 
-    def write(self, run: int, facts: Iterator[Fact]) -> None:
-        """Write the facts of one run, in the place of all that it had."""
-        self.forget(run)
-        rows = {}
-        for source, name, value in facts:
-            number, kind = self._number(source, name, value)
-            rows[number] = stored(value, kind)
-        self.connection.executemany(
-            "INSERT INTO facts VALUES (?, ?, ?)", ((key, run, value) for key, value in rows.items())
-        )
-
-    def forget(self, run: int) -> None:
-        """Remove the facts of a run."""
-        self.connection.execute(
-            "DELETE FROM facts WHERE run = ?1 AND key IN (SELECT number FROM keys)", (run,)
-        )
-
-    def _number(self, source: str, name: str, value: Any) -> tuple[int, str]:
-        """Return the number of a key and its kind, which is that of the first value met."""
-        if name not in self._numbers:
-            question = "SELECT number, kind FROM keys WHERE name = ?"
-            known = self.connection.execute(question, (name,)).fetchone()
-            if known is None:
-                kind = kind_of(value)
-                key = keys.key_of(name.removesuffix(evaluate.HISTORY), source, kind)
-                known = self.connection.execute(
-                    "INSERT INTO keys (name, source, kind, unit, quantity, display_unit) "
-                    "VALUES (?, ?, ?, ?, ?, ?) RETURNING number, kind",
-                    (name, source, kind, key.unit, key.quantity, key.display_unit),
-                ).fetchone()
-            self._numbers[name] = known
-        return self._numbers[name]
+def forget_facts(connection: sqlite3.Connection, run: int) -> None:
+    """Remove the facts of a run."""
+    connection.execute("DELETE FROM facts WHERE run = ?1 AND key IN (SELECT number FROM keys)", (run,))
 
 
 def kind_of(value: Any) -> str:
@@ -198,22 +179,16 @@ def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, byt
     summary : results by name
     histories : per variable its values at all wear states, the lower ones first where there are two of each
     """
-    taken = set()
-    for name, value in keys.flat(json.loads(scene or "{}")):
-        taken.add(name)
-        yield from _fact("scene", name, value)
-    for name, value in summary.items():
-        if name not in taken:
-            yield from _fact("result", name, value)
+    given = dict(keys.flat(json.loads(scene or "{}")))
+    told = [("scene", *pair) for pair in given.items()]
+    told += [("result", *pair) for pair in summary.items() if pair[0] not in given]
+    for source, name, value in told:
+        if isinstance(value, bool):
+            yield source, name, int(value)
+        elif isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
+            yield source, name, value
     for name, values in histories.items():
         yield "history", name + evaluate.HISTORY, values
-
-
-def _fact(source: str, name: str, value: Any) -> Iterator[Fact]:
-    if isinstance(value, bool):
-        yield source, name, int(value)
-    elif isinstance(value, int | float) or (isinstance(value, str) and len(value) <= LONGEST):
-        yield source, name, value
 
 
 MOST_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text

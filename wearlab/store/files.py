@@ -11,7 +11,6 @@ import shutil
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,13 +36,6 @@ class Problem(NamedTuple):
     path: Path
     kind: str
     message: str
-
-
-def stray(path: Path, *, held: bool) -> Problem | None:
-    """Return what is wrong with a file in a folder of the store: half-written, or not one it ``held``."""
-    if path.suffix == ".part":
-        return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
-    return None if held else Problem(path, "foreign", "not a file of this store")
 
 
 def refuse_links(path: str | Path) -> None:
@@ -79,6 +71,22 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
             size = 0
     if claimed > max(HARMLESS, min(DENSEST * size, LARGEST), 20 * size):
         raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
+
+
+@contextmanager
+def readable(what: str) -> Iterator[None]:
+    """Say what cannot be read, such as ``runs/ab.nc:``.
+
+    Raises
+    ------
+    StoreError : whatever was raised; one of the store's own as it is
+    """
+    try:
+        yield
+    except StoreError:
+        raise
+    except Exception as error:  # whatever HDF5 and xarray make of a stranger's file
+        raise StoreError(f"{what} cannot be read ({str(error)[:300]}); try 'wearlab verify'") from error
 
 
 @contextmanager
@@ -213,6 +221,16 @@ class RunFiles:
         """Say whether a file is where a run's file would be."""
         return self.is_name(path.stem) and path == self.path(path.stem)
 
+    def held(self) -> Iterator[Path]:
+        """Yield the files that are where a run's file would be."""
+        return filter(self.holds, self)
+
+    def stray(self, path: Path) -> Problem | None:
+        """Return what is wrong with a file in this folder: half-written, or not one of ours."""
+        if path.suffix == ".part":
+            return Problem(path, "unfinished", "left by a process that died while writing; can be deleted")
+        return None if self.holds(path) else Problem(path, "foreign", "not a file of this store")
+
     def part(self, run_id: str, writer: str) -> Path:
         """Return the temporary name under which ``writer`` writes this run."""
         if not self.is_writer(writer):
@@ -244,16 +262,8 @@ def hash_of(path: Path) -> str:
 
 def _synchronise(paths: Collection[Path]) -> None:
     """Bring files or folders to the disk, so that they survive a power cut."""
-    if len(paths) == 1:
-        for path in paths:
-            sync(path)
-    elif paths:
-        list(_pool().map(sync, paths))
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(SYNCHRONISERS, "synchronise")
+    with ThreadPoolExecutor(SYNCHRONISERS, "synchronise") as pool:
+        list(pool.map(sync, paths))
 
 
 def sync(path: Path) -> None:

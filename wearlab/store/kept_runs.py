@@ -76,7 +76,7 @@ class KeptRuns:
         """
         from wearlab.store import search
 
-        return search.CatalogueSearch(self.catalogue).table(where, columns, sort, limit)
+        return search.CatalogueSearch(self.catalogue).page(where, columns, sort, limit).table
 
     def names(self) -> list[str]:
         """Return everything that a condition of `query` may ask for here."""

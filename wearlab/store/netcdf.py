@@ -11,6 +11,7 @@ import hashlib
 import io
 import json
 import math
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ import numpy as np
 from h5py import h5a, h5d, h5g, h5o, h5s, h5t, h5z
 from numpy.typing import NDArray
 
-from wearlab.store.files import HARMLESS, StoreError, refuse_oversized
+from wearlab.store.files import HARMLESS, StoreError, readable, refuse_oversized
 
 if TYPE_CHECKING:
     import netCDF4
@@ -48,28 +49,23 @@ def encoded(data: "xr.Dataset | xr.DataTree") -> bytes:
     import netCDF4
     import xarray as xr
 
+    parts = {"/": data} if isinstance(data, xr.Dataset) else datasets_of(data)
     file = netCDF4.Dataset("run.nc", "w", memory=BEGUN, format="NETCDF4")
     try:
         file.set_fill_off()
-        if isinstance(data, xr.Dataset):
-            _write(file, data)
-        else:
-            for node in data.subtree:
-                group = file if node is data else file.createGroup(node.path)
-                _write(group, node.to_dataset(inherit=False))
+        for path, dataset in parts.items():
+            _write(file if path == "/" else file.createGroup(path), dataset)
     except BaseException:
         file.close()
         raise
-    return _without_reserve(file.close())
+    # without the room that HDF5 had taken for more, as HDF5 itself hands it out
+    with closing(h5py.h5f.open_file_image(bytes(file.close()))) as image:
+        return bytes(image.get_file_image())
 
 
-def _without_reserve(image: memoryview) -> bytes:
-    """Return a file without the room that HDF5 had taken for more, as HDF5 itself hands it out."""
-    file = h5py.h5f.open_file_image(bytes(image))
-    try:
-        return bytes(file.get_file_image())
-    finally:
-        file.close()
+def datasets_of(tree: "xr.DataTree") -> "dict[str, xr.Dataset]":
+    """Return what each group of a tree holds itself, by its path."""
+    return {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
 
 
 def _write(group: "netCDF4.Dataset", dataset: "xr.Dataset") -> None:
@@ -118,52 +114,40 @@ def is_intact(dataset: "xr.Dataset") -> bool | None:
     return None if seal is None else seal == content_hash(dataset)
 
 
-def content_hash(dataset: "xr.Dataset") -> str:
+def content_hash(dataset: "xr.Dataset", besides: tuple[str, ...] = ()) -> str:
     """Return the SHA-256 over every variable's name, dims, values and attributes, and the global attributes.
 
     Numbers are hashed as little-endian bytes of their stored type, texts as JSON: the hash does not depend on
     compression or on the version of the file format. Run times and dates are left out: the same run computed
-    twice by the same code bears the same seal.
+    twice by the same code bears the same seal. Left out too are attributes whose names begin as ``besides``.
     """
-    return _hash(dataset, (SEAL, *PASSING))
+    digest = hashlib.sha256()
+    for name in sorted(name for name in map(str, dataset.variables) if not name.startswith(PASSING)):
+        variable, values = dataset.variables[name], np.asarray(dataset.variables[name].values)
+        digest.update(_json([name, list(variable.dims), list(variable.shape), variable.attrs]))
+        if values.dtype.kind in "OUS":
+            digest.update(_json(values.tolist()))
+        else:
+            stored = values.astype(values.dtype.newbyteorder("<"), copy=False)
+            digest.update(values.dtype.kind.encode() + bytes(np.ascontiguousarray(stored).data))
+    left_out = (SEAL, *PASSING, *besides)
+    kept = {str(name): value for name, value in dataset.attrs.items() if not str(name).startswith(left_out)}
+    digest.update(_json(kept))
+    return digest.hexdigest()
 
 
 def results_hash(dataset: "xr.Dataset") -> str:
     """Return the SHA-256 over what a scene determines, whenever and wherever it was computed."""
-    return _hash(dataset, (SEAL, *PASSING, *CIRCUMSTANCES))
-
-
-def _hash(dataset: "xr.Dataset", left_out: tuple[str, ...]) -> str:
-    """Return the SHA-256 without attributes whose names begin so, and without passing variables."""
-    digest = hashlib.sha256()
-    for name in sorted(name for name in map(str, dataset.variables) if not name.startswith(PASSING)):
-        variable = dataset.variables[name]
-        digest.update(_json([name, list(variable.dims), list(variable.shape), _listed(variable.attrs)]))
-        digest.update(_bytes(np.asarray(variable.values)))
-    kept = sorted(name for name in map(str, dataset.attrs) if not name.startswith(left_out))
-    digest.update(_json({name: _listed(dataset.attrs[name]) for name in kept}))
-    return digest.hexdigest()
-
-
-def _bytes(values: Any) -> bytes:
-    if values.dtype.kind in "OUS":
-        return _json(values.tolist())
-    stored = values.astype(values.dtype.newbyteorder("<"), copy=False)
-    return values.dtype.kind.encode() + bytes(np.ascontiguousarray(stored).data)
-
-
-def _listed(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _listed(inner) for key, inner in sorted(value.items())}
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [_listed(inner) for inner in value]
-    return value
+    return content_hash(dataset, CIRCUMSTANCES)
 
 
 def _json(value: Any) -> bytes:
-    return json.dumps(value, ensure_ascii=False, separators=(",", ":"), default=str).encode()
+    def plain(inner: Any) -> Any:
+        return inner.tolist() if isinstance(inner, np.ndarray | np.generic) else str(inner)
+
+    return json.dumps(
+        value, ensure_ascii=False, separators=(",", ":"), sort_keys=True, default=plain
+    ).encode()
 
 
 MOST = 5_000  # variables and groups of one file
@@ -188,13 +172,8 @@ def refuse_untrusted(path: Path, image: bytes) -> None:
     StoreError : it has links, values in other files, groups within themselves, types of its own, or texts and
         chunks that are far larger when read
     """
-    try:
-        with h5py.File(io.BytesIO(image), "r") as file:
-            _Walk(path, len(image), file.id).group(h5g.open(file.id, b"/"), "", 0)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        if isinstance(error, StoreError):
-            raise
-        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+    with readable(f"{path}:"), h5py.File(io.BytesIO(image), "r") as file:
+        _Walk(path, len(image), file.id).group(h5g.open(file.id, b"/"), "", 0)
 
 
 class _Walk:
@@ -244,17 +223,13 @@ class _Walk:
         if not _is_plain(kind):
             self.refuse(where, "holds neither numbers, as a run has them, nor texts")
         if made.get_layout() == h5d.CHUNKED:
-            self.chunks(made, kind.get_size(), where)
+            refuse_oversized(self.path, math.prod(made.get_chunk()) * kind.get_size(), self.size)
+            used = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
+            if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
+                self.refuse(where, "is stored by other filters than a run")
         self.attributes(dataset, where)
         if _is_text(kind):
             self.texts(dataset, where)
-
-    def chunks(self, made: Any, width: int, where: str) -> None:
-        """Refuse filters that no run has, and chunks that are far larger than the file."""
-        refuse_oversized(self.path, math.prod(made.get_chunk()) * width, self.size)
-        used = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
-        if len(used) > len(set(used)) or not set(used) <= set(FILTERS):
-            self.refuse(where, "is stored by other filters than a run")
 
     def attributes(self, entry: Any, where: str) -> None:
         """Read the texts of attributes: of all others HDF5 tells the size."""
@@ -272,7 +247,8 @@ class _Walk:
         for name in names:
             attribute = h5a.open(entry, name)
             kind, many = attribute.get_type(), math.prod(attribute.shape)
-            if _is_long(kind) and many > 1 and many * self.size > HARMLESS:
+            is_long = kind.get_class() == h5t.VLEN or _is_text(kind)  # its values stand elsewhere in the file
+            if is_long and many > 1 and many * self.size > HARMLESS:
                 self.refuse(where, "has lists that may be far larger than the file")
             if _is_text(kind):
                 texts = np.empty(attribute.shape, attribute.dtype)
@@ -317,8 +293,3 @@ def _is_plain(kind: Any) -> bool:
 def _is_text(kind: Any) -> bool:
     """Say whether values of a type are texts of any length."""
     return bool(kind.get_class() == h5t.STRING and kind.is_variable_str())
-
-
-def _is_long(kind: Any) -> bool:
-    """Say whether values of a type are of any length, and so stand elsewhere in the file."""
-    return kind.get_class() == h5t.VLEN or _is_text(kind)

@@ -2,15 +2,14 @@
 
 import json
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from wearlab.store import netcdf
-from wearlab.store.outcome import CALIBRATION
 
 if TYPE_CHECKING:
-    from wearlab.store import campaigns, catalogue, kept_runs, updates
+    from wearlab.store import campaigns, catalogue, updates
+    from wearlab.store.kept_runs import KeptRuns
 
 LONGEST = 100  # runs of a chain
 
@@ -41,7 +40,7 @@ class Ancestor:
         return f"run {self.run}{name} from {self.at}{new}{there}"
 
 
-def lineage(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> tuple[Ancestor, ...]:
+def lineage(store: "KeptRuns", entry: "catalogue.Entry") -> list[Ancestor]:
     """Return the runs that a run goes on from: its parent, that one's parent, and so on.
 
     Parameters
@@ -49,44 +48,32 @@ def lineage(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> tuple[Ance
     store : where they are looked for
     entry : the run
     """
-    return tuple(_steps(store, entry))
-
-
-def _steps(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> Iterator[Ancestor]:
     current: catalogue.Entry | None = entry
-    for _ in range(LONGEST):
-        start = start_of(current.scene) if current is not None else {}
-        if current is None or not start:
-            return
-        parent = str(start["run"])
-        at = _at(start, current.summary)
+    steps: list[Ancestor] = []
+    while current is not None and (start := start_of(current.scene)) and len(steps) < LONGEST:
+        parent, at = str(start["run"]), _at(start, current.summary)
         current = store.entries([parent]).get(parent)
         state = current.state if current is not None else "not in this store"
-        yield Ancestor(parent, name_of(store, parent), at, tuple(map(str, start.get("replace") or ())), state)
+        new = tuple(map(str, start.get("replace") or ()))
+        steps.append(Ancestor(parent, name_of(store, parent), at, new, state))
+    return steps
 
 
-def children(store: "kept_runs.KeptRuns", run_id: str) -> list[str]:
-    """Return the ids of the runs that go on from a run, by their start."""
-    if "start.run" not in store.names():
+def children(store: "KeptRuns", run_id: str, by: str = "start.run") -> list[str]:
+    """Return the ids of the runs that go on from a run, or that another key says were made by it."""
+    if by not in store.names():
         return []
-    return [row["id"] for row in store.query(f"start.run = '{run_id}'", columns=(), sort="started")]
+    return [row["id"] for row in store.query(f"{by} = '{run_id}'", columns=(), sort="started")]
 
 
-def calibrated_by(store: "kept_runs.KeptRuns", run_id: str) -> list[str]:
-    """Return the ids of the runs whose wear coefficient a run calibrated."""
-    if CALIBRATION not in store.names():
-        return []
-    return [row["id"] for row in store.query(f"{CALIBRATION} = '{run_id}'", columns=(), sort="started")]
-
-
-def rests_on(store: "kept_runs.KeptRuns", entry: "catalogue.Entry") -> set[str]:
+def rests_on(store: "KeptRuns", entry: "catalogue.Entry") -> set[str]:
     """Return the ids of all runs that a run needs to be made again: those before it, those that calibrate."""
     before = {step.run for step in lineage(store, entry)}
     known = store.entries(before)
     return (before | {each.calibration for each in (entry, *known.values())}) - {""}
 
 
-def name_of(store: "kept_runs.KeptRuns", run_id: str) -> str:
+def name_of(store: "KeptRuns", run_id: str) -> str:
     """Return what the campaign recorded last calls a run: its title, the label and the place."""
     member = next(iter(store.catalogue.members([run_id])), None)
     if member is None:
@@ -131,7 +118,7 @@ NOTED = {
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
-def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
+def facts_of(store: "KeptRuns", prefix: str) -> dict[str, str]:
     """Return what a citation needs, as texts.
 
     Parameters
@@ -150,7 +137,7 @@ def facts_of(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
     return {key: value for key, value in facts.items() if value}
 
 
-def _of_run(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
+def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
     """Return what a citation of a run needs: who and what, and the code that made it."""
     from wearlab.store import campaigns
 
@@ -181,7 +168,7 @@ def _of_run(store: "kept_runs.KeptRuns", prefix: str) -> dict[str, str]:
     }
 
 
-def _of_update(store: "kept_runs.KeptRuns", update: "updates.KeptUpdate") -> dict[str, str]:
+def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str]:
     """Return what a citation of an update needs: who and what, and the runs that it was made from."""
     from wearlab.store import updates
 

@@ -25,7 +25,7 @@ from xarray.backends import NetCDF4DataStore
 from xarray.backends.locks import HDF5_LOCK, NETCDFC_LOCK
 
 from wearlab.store import netcdf, remote
-from wearlab.store.files import StoreError, refuse_links, refuse_oversized
+from wearlab.store.files import StoreError, readable, refuse_links, refuse_oversized
 
 Stamp = tuple[int, int, int, int, str]
 """By what a file is known again, and the hash that was found then."""
@@ -104,14 +104,12 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
     image = checked_bytes(path, sha256)
     with _one_door:
         netcdf.refuse_untrusted(path, image)
-    try:
+    with readable(f"{path}:"):
         with _one_door, NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
             opened = NetCDF4DataStore.open(image)
         with _one_door, closing(opened):
             refuse_oversized(path, sum(map(_claimed, opened.ds.variables.values())), len(image))
             dataset = xr.open_dataset(opened).load()
-    except Exception as error:  # whatever xarray makes of a stranger's attributes
-        raise error if isinstance(error, StoreError) else _unreadable(path, error) from error
     dataset.encoding["source"] = str(path)
     return dataset
 
@@ -150,15 +148,10 @@ def read_variables(path: str, names: Iterable[str], sha256: str | None = None) -
     """
     source = checked_source(path, sha256)
     variables: dict[str, NDArray[Any]] = {}
-    name = ""
-    try:
-        with _one_door, h5py.File(source, "r", locking=False) as file:
-            for name in names:
+    with readable(f"{path}:"), _one_door, h5py.File(source, "r", locking=False) as file:
+        for name in names:
+            with readable(f"{path}: {name}"):
                 variables[name] = _values(file, path, name)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
-        if isinstance(error, StoreError):
-            raise
-        raise StoreError(f"{path}: {name} cannot be read ({error}); try 'wearlab verify'") from error
     return variables
 
 
@@ -185,10 +178,6 @@ def _values(file: h5py.File, path: str, name: str) -> NDArray[Any]:
     if values.size:
         dataset.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
     return values
-
-
-def _unreadable(path: Path, error: Exception) -> StoreError:
-    return StoreError(f"{path}: cannot be read ({str(error)[:300]}); try 'wearlab verify'")
 
 
 Places = tuple[list[int] | None, ...]

@@ -10,13 +10,14 @@ import json
 import os
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from wearlab.files import read_regular
 from wearlab.store.campaigns import now
 from wearlab.store.catalogue import Catalogue
-from wearlab.store.files import Problem, RunFiles, StoreError, refuse_links, stray, written
+from wearlab.store.files import Problem, RunFiles, StoreError, refuse_links, written
 
 TABLE = """
 CREATE TABLE IF NOT EXISTS remarks (
@@ -107,10 +108,8 @@ def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> l
     if not catalogue.exists() or not catalogue.read(THERE):
         return []
     told = "SELECT subject, what, text, who, recorded, campaign FROM remarks WHERE stands AND what != 'untag'"
-    if subjects is None:
-        rows = catalogue.read(told)
-    else:
-        rows = list(catalogue.read_many(f"{told} AND subject IN", list(subjects)))
+    asked = f"{told} AND subject IN"
+    rows = catalogue.read(told) if subjects is None else catalogue.read_many(asked, subjects)
     texts = [Remark(*(str(value or "") for value in row)) for row in rows]  # type: ignore[arg-type]
     return sorted(texts, key=lambda remark: (remark.when, remark.text))
 
@@ -119,7 +118,7 @@ def texts_of(catalogue: Catalogue, run_ids: Iterable[str], what: str) -> dict[st
     """Return the tags, or the notes, of runs: their own, and those of the campaigns that they belong to."""
     if not catalogue.read(THERE):
         return {}
-    rows = catalogue.read_many(f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", list(run_ids))
+    rows = catalogue.read_many(f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", run_ids)
     told: dict[str, dict[str, None]] = {}
     for run_id, text, _ in sorted(rows, key=lambda row: (str(row[2]), str(row[1]))):
         told.setdefault(run_id, {})[str(text)] = None
@@ -133,16 +132,6 @@ class RemarkError(StoreError):
 def files_of(catalogue: Catalogue) -> RunFiles:
     """Return the folder of the remarks of a store."""
     return RunFiles(catalogue.path.parent / "remarks", ".jsonl", slice(-2, None))
-
-
-def path_of(catalogue: Catalogue, subject: str) -> Path:
-    """Return the file of the remarks on a run or campaign; never outside the store.
-
-    Raises
-    ------
-    StoreError : no such name
-    """
-    return files_of(catalogue).path(subject)
 
 
 def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str = "") -> Remark:
@@ -161,7 +150,10 @@ def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str
     """
     if catalogue.address is not None:
         raise StoreError(f"{catalogue.address}: is only read from here; its own machine writes it")
-    made = Remark(subject, what, _sound(text, what), _me(), now(), campaign)
+    who = ""
+    with suppress(OSError, KeyError, ImportError):
+        who = getpass.getuser()
+    made = Remark(subject, what, _sound(text, what), who, now(), campaign)
     _append(catalogue, subject, [made.line])
     _index(catalogue, subject)
     return made
@@ -181,16 +173,9 @@ def _sound(text: str, what: What) -> str:
     return kept
 
 
-def _me() -> str:
-    try:
-        return getpass.getuser()
-    except (OSError, KeyError, ImportError):
-        return ""
-
-
 def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
     """Add whole lines to a file with one call, after what a writer that died may have left."""
-    path = path_of(catalogue, subject)
+    path = files_of(catalogue).path(subject)
     with written(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         refuse_links(path)
@@ -224,7 +209,7 @@ def _read(path: Path) -> tuple[dict[str, Remark], list[Problem]]:
 
 def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
     """Let the catalogue say of a run or campaign what its file says; return what is wrong with the file."""
-    found, problems = _read(path_of(catalogue, subject))
+    found, problems = _read(files_of(catalogue).path(subject))
     latest: dict[str, str] = {}
     for line, remark in sorted(found.items(), key=lambda both: both[1].when):
         if remark.what != "note":
@@ -259,7 +244,7 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
             read = [read_line(line, subject) for line in lines]
             if subject not in known and not all(remark.campaign for remark in read):
                 continue
-            ours, _ = _read(path_of(catalogue, subject))
+            ours, _ = _read(files_of(catalogue).path(subject))
         except (ValueError, TypeError, RecursionError, StoreError) as error:
             damaged[subject[:40]] = f"its remarks: {error}"
             continue
@@ -279,7 +264,7 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
             indexed.setdefault(str(subject), set()).add(str(line))
     files = files_of(catalogue)
     for path in files:
-        if problem := stray(path, held=files.holds(path)):
+        if problem := files.stray(path):
             yield problem
             continue
         found, problems = _read(path)
@@ -296,5 +281,4 @@ def reindex(catalogue: Catalogue) -> list[Problem]:
     """Record the remarks of all files anew; return the lines that were left out."""
     with catalogue._transaction() as connection:
         connection.execute("DROP TABLE IF EXISTS remarks")
-    files = files_of(catalogue)
-    return [p for path in files if files.holds(path) for p in _index(catalogue, path.stem)]
+    return [problem for path in files_of(catalogue).held() for problem in _index(catalogue, path.stem)]

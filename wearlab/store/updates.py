@@ -10,20 +10,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from wearlab.store import files
 from wearlab.store.campaigns import now
-from wearlab.store.files import (
-    Image,
-    Problem,
-    RunFiles,
-    StoreError,
-    damage,
-    hash_of,
-    refuse_links,
-    stray,
-    written,
-)
+from wearlab.store.files import Problem, RunFiles, StoreError
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.netcdf import SEAL, content_hash, encoded
+from wearlab.store.netcdf import SEAL, content_hash, datasets_of, encoded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,9 +60,8 @@ def update_files(store: KeptRuns) -> RunFiles:
 def seal_of(tree: "xr.DataTree") -> str:
     """Return the SHA-256 over the content of all groups."""
     digest = hashlib.sha256()
-    nodes = {node.path: node for node in tree.subtree}
-    for name in sorted(nodes):
-        digest.update(f"{name} {content_hash(nodes[name].to_dataset(inherit=False))}\n".encode())
+    for name, dataset in sorted(datasets_of(tree).items()):
+        digest.update(f"{name} {content_hash(dataset)}\n".encode())
     return digest.hexdigest()
 
 
@@ -92,15 +82,15 @@ def keep_update(
     ------
     StoreError : the disk or the catalogue refuses; nothing half-written remains
     """
-    files, update_id = update_files(store), str(tree.attrs["id"])
-    with written(store.path):
+    folder, update_id = update_files(store), str(tree.attrs["id"])
+    with files.written(store.path):
         image = encoded(tree)
     sha256 = hashlib.sha256(image).hexdigest()
     with store.presence() as presence:
-        files.write([Image(update_id, image, sha256)], presence.token)
+        folder.write([files.Image(update_id, image, sha256)], presence.token)
     told = (update_id, title, tree.attrs["subject"], len(image), sha256, now())
     _record(store, KeptUpdate(*told, tuple(runs), dict(summary)))
-    return files.path(update_id)
+    return folder.path(update_id)
 
 
 def _record(store: KeptRuns, update: KeptUpdate) -> None:
@@ -109,8 +99,7 @@ def _record(store: KeptRuns, update: KeptUpdate) -> None:
         connection.execute(TABLE)
         if SUBJECT not in {name for (name,) in connection.execute(NAMES)}:
             connection.execute(f"ALTER TABLE updates ADD COLUMN {SUBJECT} TEXT")
-        marks = ", ".join("?" * len(row))
-        connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks})", row)
+        connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
 
 
 def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
@@ -123,15 +112,14 @@ def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
     told = COLUMNS if SUBJECT in names else COLUMNS.replace(SUBJECT, "''")  # of stores before it was told
     rows = store.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
     try:
-        return {row[0]: _entry(row) for row in rows}
+        return {
+            row[0]: KeptUpdate._make((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))))
+            for row in rows
+        }
     except (ValueError, TypeError) as error:
         raise StoreError(
             f"{store.catalogue.path}: its updates cannot be understood ({error}); 'wearlab reindex' mends it"
         ) from error
-
-
-def _entry(row: tuple[Any, ...]) -> KeptUpdate:
-    return KeptUpdate._make([*row[:-2], tuple(json.loads(row[-2])), dict(json.loads(row[-1]))])
 
 
 def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:
@@ -156,8 +144,8 @@ def read_update(store: KeptRuns, update_id: str) -> "xr.DataTree | None":
     path = update_files(store).path(update_id)
     if known is None or not path.is_file():
         return None
-    refuse_links(path)
-    if hash_of(path) != known.sha256:
+    files.refuse_links(path)
+    if files.hash_of(path) != known.sha256:
         raise StoreError(f"{path}: its bytes are not those that were written; remove it and update again")
     return read_tree(path)
 
@@ -171,11 +159,8 @@ def read_tree(path: Path) -> "xr.DataTree":
     """
     import xarray as xr
 
-    try:
-        with xr.open_datatree(path, engine="netcdf4") as tree:
-            return tree.load()
-    except (OSError, RuntimeError, ValueError) as error:
-        raise StoreError(f"{path}: cannot be read ({error}); try 'wearlab verify'") from error
+    with files.readable(f"{path}:"), xr.open_datatree(path, engine="netcdf4") as tree:
+        return tree.load()
 
 
 def _sealed(path: Path, update_id: str) -> "xr.DataTree":
@@ -198,25 +183,25 @@ def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     ------
     StoreError : its file is gone, or is not what was sealed in it
     """
-    files, path = update_files(store), update_files(other).path(update.id)
-    if not files.is_name(update.id) or not path.is_file():
+    folder, path = update_files(store), update_files(other).path(update.id)
+    if not folder.is_name(update.id) or not path.is_file():
         raise StoreError(f"{other.path}: update {update.id[:40]} has no file")
-    if problem := damage(path, update.size, update.sha256):
+    if problem := files.damage(path, update.size, update.sha256):
         raise StoreError(f"{path}: {problem.message}")
     _sealed(path, update.id)
     with store.presence() as presence:
-        files.write([Image(update.id, path.read_bytes(), update.sha256)], presence.token)
+        folder.write([files.Image(update.id, path.read_bytes(), update.sha256)], presence.token)
     _record(store, update)
 
 
 def verify_updates(store: KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
-    files, known = update_files(store), kept_updates(store)
+    folder, known = update_files(store), kept_updates(store)
     for update in known.values():
-        if problem := damage(files.path(update.id), update.size, update.sha256):
+        if problem := files.damage(folder.path(update.id), update.size, update.sha256):
             yield problem
-    for path in files:
-        if problem := stray(path, held=files.holds(path)):
+    for path in folder:
+        if problem := folder.stray(path):
             yield problem
         elif path.stem not in known:
             yield Problem(path, "unknown", "an update that the catalogue does not know; 'wearlab reindex'")
@@ -225,10 +210,7 @@ def verify_updates(store: KeptRuns) -> Iterator[Problem]:
 def reindex_updates(store: KeptRuns) -> list[Problem]:
     """Record every update whose file is what was sealed in it; return the others."""
     problems: list[Problem] = []
-    files = update_files(store)
-    for path in files:
-        if not files.holds(path):
-            continue
+    for path in update_files(store).held():
         try:
             attributes = _sealed(path, path.stem).attrs
             summary = json.loads(str(attributes.get("summary", "{}")))
@@ -237,6 +219,8 @@ def reindex_updates(store: KeptRuns) -> list[Problem]:
             continue
         title, subject = (str(attributes.get(name, "")) for name in ("title", "subject"))
         recorded = str(attributes.get("date_created", now()))
-        runs, kept = tuple(str(attributes.get("runs", "")).split()), (path.stat().st_size, hash_of(path))
-        _record(store, KeptUpdate(path.stem, title, subject, *kept, recorded, runs, summary))
+        runs, size = tuple(str(attributes.get("runs", "")).split()), path.stat().st_size
+        _record(
+            store, KeptUpdate(path.stem, title, subject, size, files.hash_of(path), recorded, runs, summary)
+        )
     return problems

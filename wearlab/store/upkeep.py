@@ -13,8 +13,9 @@ from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
 from wearlab.query import evaluate, keys
 from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
-from wearlab.store.files import Problem, StoreError, damage, stray
+from wearlab.store.files import Problem, StoreError, damage
 from wearlab.store.kept_runs import KeptRuns
+from wearlab.store.outcome import Outcome
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
@@ -125,7 +126,7 @@ def _shown(value: Any) -> str:
 
 
 def _unknown(path: Path, of: files.RunFiles) -> Problem:
-    if problem := stray(path, held=of.holds(path)):
+    if problem := of.stray(path):
         return problem
     try:
         description.outcome_of(path)
@@ -151,19 +152,17 @@ def reindex(store: KeptRuns) -> list[Problem]:
         store.catalogue.set_aside()
     store.create()
     problems: list[Problem] = []
-    before, adopted = store.catalogue.begin_anew(), set[str]()
-    for path in store.files:
-        if not store.files.holds(path):
-            continue
-        try:
-            outcome = description.outcome_of(path)
-        except StoreError as error:
-            problems.append(Problem(path, "unreadable", str(error)))
-            continue
-        store.catalogue.adopt(outcome, before, store.is_alive)
-        adopted.add(outcome.id)
-    store.catalogue.end_anew(before, adopted, store.is_alive)
 
+    def outcomes() -> Iterator[Outcome]:
+        for path in store.files.held():
+            try:
+                outcome = description.outcome_of(path)
+            except StoreError as error:
+                problems.append(Problem(path, "unreadable", str(error)))
+            else:
+                yield outcome
+
+    store.catalogue.make_anew(outcomes(), store.is_alive)
     return problems + updates.reindex_updates(store) + remarks.reindex(store.catalogue)
 
 
@@ -246,7 +245,8 @@ def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, 
             raise StoreError(problem.message)
         whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
         if ours is not None and whole and damage(store.file_of(entry.id), ours.size, ours.sha256) is None:
-            _compare(store, other, entry.id, made)
+            same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(other.run(entry.id))
+            (made.same if same else made.conflicting).append(entry.id)
             return
         outcome = description.outcome_of(path)
     except StoreError as error:
@@ -285,11 +285,6 @@ def _plugins(store: KeptRuns, other: KeptRuns) -> None:
             continue
         if hashlib.sha256(source.encode()).hexdigest() == file.stem:
             files.write_whole(mine, content)
-
-
-def _compare(store: KeptRuns, other: KeptRuns, run_id: str, made: Merged) -> None:
-    same = netcdf.results_hash(store.run(run_id)) == netcdf.results_hash(other.run(run_id))
-    (made.same if same else made.conflicting).append(run_id)
 
 
 @dataclass(frozen=True)
