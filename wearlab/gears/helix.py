@@ -17,11 +17,8 @@ from wearlab.gears.specification import Basics, GearError, GearSpec
 
 LARGEST = math.radians(45.0)
 """Largest helix angle that is built."""
-AS_COEFFICIENTS = (
-    "profile_shift_coefficient",
-    "tip_alteration_coefficient",
-    "fillet_radius_coefficient",
-)
+AS_COEFFICIENTS = ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
+"""What is counted in modules."""
 
 
 class Helix(NamedTuple):
@@ -115,34 +112,17 @@ def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     ----------
     ISO 21771:2007, 4.3 and 4.8.
     """
-    cosine = math.cos(turned.angle)
-    scaled: dict[str, Any] = {
-        key: None if getattr(spec, key) is None else getattr(spec, key) * cosine for key in AS_COEFFICIENTS
-    }
-    addendum = spec.addendum_coefficient
-    if addendum is None and spec.tip_diameter is None:
-        addendum = 1.0
-    dedendum = spec.dedendum_coefficient
-    if dedendum is None and spec.root_diameter is None:
-        dedendum = 1.25
-    normal: dict[str, Any] = {
-        key: None if getattr(spec, key) is None else getattr(spec, key) / turned.cosine
-        for key in ("profile_crowning", "profile_slope")
-    }
-    return replace(
-        spec,
-        addendum_coefficient=None if addendum is None else addendum * cosine,
-        dedendum_coefficient=None if dedendum is None else dedendum * cosine,
-        tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine,
-        tip_relief=_along_action(spec.tip_relief, turned),
-        root_relief=_along_action(spec.root_relief, turned),
-        **scaled,
-        **normal,
-    )
-
-
-def _along_action(relief: Any, turned: Helix) -> Any:
-    return None if relief is None else replace(relief, amount=relief.amount / turned.cosine)
+    cosine, normal = math.cos(turned.angle), turned.cosine
+    given: dict[str, Any] = {} if spec.tip_diameter else {"addendum_coefficient": 1.0}
+    given |= {} if spec.root_diameter else {"dedendum_coefficient": 1.25}
+    given |= {key: value for key, value in vars(spec).items() if value is not None}
+    coefficients = (f"{word}_coefficient" for word in AS_COEFFICIENTS)
+    changed = {key: given[key] * cosine for key in coefficients if key in given}
+    changed |= {key: given[key] / normal for key in ("profile_crowning", "profile_slope") if key in given}
+    for key in ("tip_relief", "root_relief"):
+        if key in given:
+            changed[key] = replace(given[key], amount=given[key].amount / normal)
+    return replace(spec, tooth_thickness_allowance=spec.tooth_thickness_allowance / cosine, **changed)
 
 
 def overlap_ratio(face_width: float, helix_angle: float, normal_module: float) -> float:

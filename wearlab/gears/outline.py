@@ -6,15 +6,12 @@ the way from root to tip, and falls in a ring, whose teeth point inwards.
 """
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
-from wearlab.gears.specification import RootProfile
 
 
 def load_angle(gear: Gear, radius: ArrayLike) -> Array:
@@ -89,7 +86,11 @@ def root_half_angle(gear: Gear) -> float:
     ----------
     Sainsot, Velex & Duverger 2004, for θ_f.
     """
-    return ROOTS[gear.root_profile].half_angle(gear)
+    if gear.root_profile == "trochoid":
+        return gear.cut.rounding.offset / gear.reference_radius
+    if gear.root_profile == "radial":
+        return gear.half_angle(max(gear.root_radius, gear.base_radius))
+    return gear.half_angle(gear.root_radius - gear.fillet_radius) + gear.fillet_radius / gear.base_radius
 
 
 def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
@@ -119,63 +120,22 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
     ----------
     Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed., 6.4: generation by a rounded rack.
     """
-    return ROOTS[gear.root_profile].curve(gear, np.asarray(fraction, dtype=float))
-
-
-class Root(NamedTuple):
-    """A kind of root curve.
-
-    Parameters
-    ----------
-    half_angle : θ_f, as :func:`root_half_angle` returns it
-    curve : of t in [0, 1], as :func:`root_curve` returns it
-    """
-
-    half_angle: Callable[[Gear], float]
-    curve: Callable[[Gear, Array], tuple[Array, Array, Array]]
-
-
-def _radial_angle(gear: Gear) -> float:
-    return gear.half_angle(max(gear.root_radius, gear.base_radius))
-
-
-def _radial(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
-    half, start = _radial_angle(gear), gear.root_radius
-    rise = gear.form_radius - start
-    radius = start + rise * t
-    return radius * math.cos(half), radius * math.sin(half), np.full_like(t, rise * math.cos(half))
-
-
-def _trochoid_angle(gear: Gear) -> float:
-    return gear.cut.rounding.offset / gear.reference_radius
-
-
-def _trochoid(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
-    rounding = gear.cut.rounding
-    span = rounding.last_angle() - math.pi / 2
-    x, y, rise = rounding.point(math.pi / 2 + span * t)
-    return x, y, rise * span
-
-
-def _fillet_angle(gear: Gear) -> float:
-    centre = gear.root_radius - gear.fillet_radius
-    return gear.half_angle(centre) + gear.fillet_radius / gear.base_radius
-
-
-def _fillet(gear: Gear, t: Array) -> tuple[Array, Array, Array]:
-    rho, half = gear.fillet_radius, _fillet_angle(gear)
+    t, half = np.asarray(fraction, dtype=float), root_half_angle(gear)
+    if gear.root_profile == "trochoid":
+        rounding = gear.cut.rounding
+        span = rounding.last_angle() - math.pi / 2
+        x, y, rise = rounding.point(math.pi / 2 + span * t)
+        return x, y, rise * span
+    if gear.root_profile == "radial":
+        height = gear.form_radius - gear.root_radius
+        radius = gear.root_radius + height * t
+        return radius * math.cos(half), radius * math.sin(half), np.full_like(t, height * math.cos(half))
+    rho = gear.fillet_radius
     centre = gear.root_radius - rho
     span = float(load_angle(gear, gear.form_radius)) - math.pi / 2 - half
     tau = half + span * t
     x, y = centre * math.cos(half) + rho * np.cos(tau), centre * math.sin(half) + rho * np.sin(tau)
     return x, y, -rho * np.sin(tau) * span
-
-
-ROOTS: dict[RootProfile, Root] = {
-    "trochoid": Root(_trochoid_angle, _trochoid),
-    "fillet": Root(_fillet_angle, _fillet),
-    "radial": Root(_radial_angle, _radial),
-}
 
 
 def contact_depth(gear: Gear, radius: ArrayLike) -> Array:

@@ -111,15 +111,6 @@ class Train:
         """
         return self.torques(1.0).sun * self.speeds(1.0).sun_relative > 0.0
 
-    def cycle_frequency(self, speed: float) -> float:
-        """Return the sun's revolutions relative to the carrier, per second [Hz].
-
-        Parameters
-        ----------
-        speed : of the input member [rad/s]
-        """
-        return abs(self.speeds(speed).sun_relative) / (2.0 * math.pi)
-
     def mesh_frequency(self, speed: float) -> float:
         """Return the mesh frequency of both meshes, ``z_s |ω_s − ω_c| / 2π`` [Hz].
 
@@ -127,4 +118,4 @@ class Train:
         ----------
         speed : of the input member [rad/s]
         """
-        return self.sun_teeth * self.cycle_frequency(speed)
+        return self.sun_teeth * abs(self.speeds(speed).sun_relative) / (2.0 * math.pi)
