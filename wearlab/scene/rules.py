@@ -33,8 +33,8 @@ def _harmonics(scene: sections.Sections, harmonics: tuple[mesh.ErrorHarmonic, ..
     for number, harmonic in enumerate(harmonics):
         last = harmonic.mesh.rsplit("-", 1)[-1]
         if last.isdigit() and int(last) > planets:
-            reason = f"{harmonic.mesh!r}: of that kind there are meshes 1 to {planets}"
-            yield f"errors.harmonic[{number}].mesh", reason
+            told = f"{harmonic.mesh!r}: of that kind there are meshes 1 to {planets}"
+            yield f"errors.harmonic[{number}].mesh", told
 
 
 def _pins(scene: sections.Sections, given: dict[str, Any]) -> Problems:
@@ -57,11 +57,9 @@ def _widths(scene: sections.Sections, given: Any) -> Problems:
 
 
 def _friction(scene: sections.Sections, friction: Any) -> Problems:
-    excitations = [own.excitation for own in scene.meshes.values()]
-    whole = next((excitation for excitation in excitations if not excitation.by_pairs), None)
-    if whole is not None:
-        reason = f"acts pair by pair: give mesh.excitation = 'pairs', not {whole.chosen!r}"
-        yield "dynamics.friction", reason
+    whole = [own.excitation.chosen for own in scene.meshes.values() if not own.excitation.by_pairs]
+    if whole:
+        yield "dynamics.friction", f"acts pair by pair: give mesh.excitation = 'pairs', not {whole[0]!r}"
 
 
 def _damping(scene: sections.Sections, dynamics: Any) -> Problems:
@@ -93,11 +91,10 @@ def _response(scene: sections.Sections, response: Any) -> Problems:
     if getattr(response.speed, "from") >= response.speed.to:
         yield "dynamics.response.speed", "'from' must be below 'to'; direction = \"down\" goes the other way"
     if not dynamics.follows_orbits:
-        reason = f"follows orbits and needs method 'periodic', not {dynamics.method!r}"
-        yield "dynamics.response", reason
+        yield "dynamics.response", f"follows orbits and needs method 'periodic', not {dynamics.method!r}"
     if scene.errors is not None and scene.errors.slow.turns:
-        slow = repr(scene.errors.slow.chosen)
-        yield "dynamics.response", f"does not follow errors.slow = {slow}; give 'averaged' or 'frozen'"
+        told = f"does not follow errors.slow = {scene.errors.slow.chosen!r}; give 'averaged' or 'frozen'"
+        yield "dynamics.response", told
 
 
 def _fluctuation(scene: sections.Sections, dynamics: Any) -> Problems:
@@ -121,25 +118,19 @@ def _requested(scene: sections.Sections, requested: tuple[str, ...]) -> Problems
     elif scene.dynamics is not None and scene.dynamics.response is not None:
         for name in requested:
             if name.endswith("_orders"):
-                reason = f"{name!r} and dynamics.response have different orders: leave one out"
-                yield "store.variables", reason
+                told = f"{name!r} and dynamics.response have different orders: leave one out"
+                yield "store.variables", told
 
 
 def _extended(scene: sections.Sections, given: Any) -> Problems:
     """Beyond A and E only tip corners touch: one search and one stiffness know nothing of them."""
     for path, own in scene.meshes.items():
+        place, model = f"{path}.extended_contact", repr(own.contact.chosen)
         if own.extended_contact and not own.contact.tip_corners:
-            model = repr(own.contact.chosen)
-            yield (
-                f"{path}.extended_contact",
-                f"{model} knows no tip corners: give mesh.contact = 'exact', or leave it out",
-            )
+            yield place, f"{model} knows no tip corners: give mesh.contact = 'exact', or leave it out"
         if own.extended_contact and own.stiffness.of_mesh:
-            yield (
-                f"{path}.extended_contact",
-                "lets pairs engage one by one, and a stiffness of = 'mesh' has no pairs: "
-                "give of = 'pair', or leave it out",
-            )
+            whole = "lets pairs engage one by one, and a stiffness of = 'mesh' has no pairs: give of = 'pair'"
+            yield place, f"{whole}, or leave it out"
 
 
 def _start(scene: sections.Sections, start: Any) -> Problems:
@@ -169,44 +160,37 @@ def _conditions(scene: sections.Sections, operation: Any) -> Problems:
 def _calibrated(scene: sections.Sections, given: Any) -> Problems:
     """A calibrated coefficient is one for all members, and its flank is one of the set's."""
     wear: Any = scene.wear
-    if isinstance(given, dict):
-        if any(isinstance(coefficient, CalibratedCoefficient) for coefficient in given.values()):
-            yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
-        return
+    each = given.values() if isinstance(given, dict) else ()
+    if any(isinstance(coefficient, CalibratedCoefficient) for coefficient in each):
+        yield "wear.coefficient", "'calibrated' is one coefficient for all members, not one of several"
     if not isinstance(given, CalibratedCoefficient):
         return
     flanks = scene.gears.descriptor.flanks
     if given.flank not in flanks:
         yield "wear.coefficient.flank", f"no flank of this gear set; there are {', '.join(flanks)}"
     if not wear.law.proportional:
-        yield (
-            "wear.coefficient",
-            f"'calibrated' needs a rate proportional to it, and wear.law = {wear.law.chosen!r} "
-            "says of none: give the coefficient's value",
-        )
+        law = f"wear.law = {wear.law.chosen!r}"
+        told = f"needs a rate proportional to it, and {law} says of none: give the coefficient's value"
+        yield "wear.coefficient", f"'calibrated' {told}"
 
 
 def _limits(scene: sections.Sections, wear: Any) -> Problems:
     if wear.until is not None and wear.coefficient is None:
-        yield (
-            "wear.coefficient",
-            'required with until, such as {model = "constant", value = "9.65e-19 m^2/N"}',
-        )
+        told = 'required with until, such as {model = "constant", value = "9.65e-19 m^2/N"}'
+        yield "wear.coefficient", told
     if wear.snapshots is not None and wear.until is None and scene.operation.stage is None:
         yield "wear.snapshots", "snapshots need 'until': without it there is one wear state"
 
 
 def _initial(scene: sections.Sections, initial: Any) -> Problems:
     wear, flanks = scene.wear, scene.gears.descriptor.flanks
+    lawless = "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'"
     for flank in gears.ALL_FLANKS:
         given = getattr(initial, flank)
         if given is not None and flank not in flanks:
             yield f"wear.initial.{flank}", f"no flank of this gear set; there are {', '.join(flanks)}"
         elif given is not None and given.by_law and wear is not None and wear.coefficient is None:
-            yield (
-                f"wear.initial.{flank}.shape",
-                "'worn' is by this wear law and needs 'wear.coefficient'; or give 'quadratic' or 'uniform'",
-            )
+            yield f"wear.initial.{flank}.shape", lawless
 
 
 def _needs(scene: sections.Sections, wear: Any) -> Problems:
@@ -215,47 +199,23 @@ def _needs(scene: sections.Sections, wear: Any) -> Problems:
     films = [coefficient.film_model for coefficient in each if coefficient.film_model is not None]
     named = [("film = true", film) for film in films] + [(repr(own.chosen), own) for own in (*each, wear.law)]
     asking = dict.fromkeys((name, variant.needs) for name, variant in named if each)
-    for needed, check in NEEDED.items():
+    gears, dry = scene.gears.gears(), [] if scene.lubricant else ["lubricant"]
+    smooth = [f"gears.{name}.roughness_ra" for name, gear in gears.items() if gear.roughness_ra is None]
+    metals = {name: gear.material or scene.gears.material for name, gear in gears.items()}
+    soft = [f"gears.{name}.material" for name, metal in metals.items() if metal.hardness is None]
+    cold = ["lubricant"] if getattr(scene.lubricant, "temperature", None) is None else []
+    oil = "in wear.coefficient needs [lubricant]"
+    rough = "in wear.coefficient needs both roughnesses, such as '0.3 um'"
+    for needed, missing, reason in (
+        ("lubricant", dry, oil),
+        ("roughness", smooth, rough),
+        ("lambda_ratio", dry, oil),
+        ("lambda_ratio", smooth, rough),
+        ("hardness", soft, "needs the hardness of both flanks, such as '7 GPa'"),
+        ("temperature", cold, "needs the temperature of the oil"),
+    ):
         who = " and ".join(name for name, needs in asking if needed in needs)
-        if who:
-            yield from check(scene, who)
-
-
-def _needs_oil(scene: sections.Sections, who: str) -> Problems:
-    if scene.lubricant is None:
-        yield "lubricant", f"{who} in wear.coefficient needs [lubricant]"
-
-
-def _needs_roughness(scene: sections.Sections, who: str) -> Problems:
-    for member, gear in scene.gears.gears().items():
-        if gear.roughness_ra is None:
-            reason = f"{who} in wear.coefficient needs both roughnesses, such as '0.3 um'"
-            yield f"gears.{member}.roughness_ra", reason
-
-
-def _needs_both(scene: sections.Sections, who: str) -> Problems:
-    yield from _needs_oil(scene, who)
-    yield from _needs_roughness(scene, who)
-
-
-def _needs_hardness(scene: sections.Sections, who: str) -> Problems:
-    for member, gear in scene.gears.gears().items():
-        if getattr(gear.material or scene.gears.material, "hardness", None) is None:
-            yield f"gears.{member}.material", f"{who} needs the hardness of both flanks, such as '7 GPa'"
-
-
-def _needs_temperature(scene: sections.Sections, who: str) -> Problems:
-    if getattr(scene.lubricant, "temperature", None) is None:
-        yield "lubricant", f"{who} needs the temperature of the oil"
-
-
-NEEDED = {
-    "lubricant": _needs_oil,
-    "roughness": _needs_roughness,
-    "lambda_ratio": _needs_both,
-    "hardness": _needs_hardness,
-    "temperature": _needs_temperature,
-}
+        yield from ((path, f"{who} {reason}") for path in missing if who)
 
 
 def _rating(scene: sections.Sections, rating: Any) -> Problems:
@@ -301,12 +261,10 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
 
 def broken_rules(scene: sections.Sections) -> list[str]:
     """Return one line for each rule that a scene breaks."""
-    present = {place: _given(scene, place) for place, _ in RULES}
-    asked = [(rule, present[place]) for place, rule in RULES if present[place] is not None]
-    return [f"scene.{path}: {reason}" for rule, given in asked for path, reason in rule(scene, given)]
-
-
-def _given(scene: sections.Sections, place: str) -> Any:
-    """Return what a scene has at a place, None where it or its section is missing."""
-    section, _, _ = place.partition(".")
-    return None if getattr(scene, section) is None else attrgetter(place)(scene)
+    problems: list[str] = []
+    for place, rule in RULES:
+        section = place.partition(".")[0]
+        given = None if getattr(scene, section) is None else attrgetter(place)(scene)
+        if given is not None:
+            problems += (f"scene.{path}: {reason}" for path, reason in rule(scene, given))
+    return problems
