@@ -17,7 +17,7 @@ from wearlab.mesh.exact.kinematics import tangency
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.scene.build.mesh import flanks_of
+from wearlab.scene.build.sets import modifications
 
 TARGET, RATIO = 5e-3, 50.0
 
@@ -70,7 +70,7 @@ def of_scene(scene: Scene) -> ExactTime:
     parts = build(scene)
     wear = initial_wear(scene, parts)[0]
     one, grid = parts.gears.kinds[0], parts.kinds[0].analysis.grid
-    flanks: WornFlanks = flanks_of(one.pair, grid)
+    flanks = WornFlanks(one.pair, grid, modifications(one.pair, grid.position))
     return exact_time(one.pair, flanks.worn(wear), float(wear.max()))
 
 

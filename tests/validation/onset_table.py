@@ -27,7 +27,7 @@ from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analysis
+from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import PairOfSet
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -185,7 +185,7 @@ def of_mesh(scene: Scene, one: PairOfSet) -> Iterator[Onset]:
         case = plain
         for key, value in asked.items():
             case = case.replace(f"{section}{key}", value)
-        analyses[name] = build_analysis(case, one)
+        analyses[name] = build_analyses(case, [one])[0]
     default = analyses["tip corners (default)"]
     nodes = default.nodes(np.zeros((2, len(default.grid.position))))
     stiffness = float(default.grid.phase_nodes[1] @ default.quasistatic(nodes, default.at_nodes).tangent)

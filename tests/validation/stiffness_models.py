@@ -22,7 +22,7 @@ from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.series import FiniteElement, plane_of
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analysis
+from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
@@ -77,9 +77,9 @@ def judge(cases: Sequence[tuple[str, Scene]], kind: int = 0, wear: float = 0.0) 
         begun = time.perf_counter()
         elements = _elements(scene, one, wear)
         seconds = time.perf_counter() - begun
-        analysis = build_analysis(scene, one)
+        analysis = build_analyses(scene, [one])[0]
         begun = time.perf_counter()
-        analysis = build_analysis(scene, one)
+        analysis = build_analyses(scene, [one])[0]
         if elements is not None and wear > 0.0:
             analysis = replace(analysis, stiffness=_worn(analysis, one.pair, elements))
         stiffness = secant_stiffness(analysis, wear)

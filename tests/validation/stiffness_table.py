@@ -23,7 +23,7 @@ from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.series import plane_of
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analysis
+from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import PairOfSet, build_set
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns" / "base"
@@ -125,7 +125,7 @@ def scores(scene: Scene, one: PairOfSet) -> Iterator[Score]:
     analyses, seconds = {}, {}
     for name, model in MODELS.items():
         asked = plain.replace(f"{section}stiffness", model)
-        analyses[name] = build_analysis(asked, one)
+        analyses[name] = build_analyses(asked, [one])[0]
         unworn = np.zeros((2, len(analyses[name].grid.position)))
         analyses[name].nodes(unworn)
         begun = time.process_time()

@@ -8,7 +8,7 @@ from stiffness_models import judge, report
 
 import wearlab
 from wearlab.campaign import load
-from wearlab.scene.build.mesh import build_analysis
+from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import build_set
 
 CAMPAIGNS = Path(wearlab.__file__).parents[1] / "campaigns"
@@ -72,7 +72,7 @@ def test_plane_strain_stiffens_what_bends_and_not_what_shears(cases):
 
     def compliance(**options):
         given = {"model": "potential-energy", "foundation": "none", **options}
-        nodes = build_analysis(base.replace("mesh.stiffness", given), one)
+        nodes = build_analyses(base.replace("mesh.stiffness", given), [one])[0]
         return nodes.stiffness.body(np.zeros((2, len(nodes.grid.position)))), nodes.stiffness.contact(None)
 
     (stress, contact), (strain, still) = (compliance(plane=plane, shear_factor=1e-12) for plane in PLANES)

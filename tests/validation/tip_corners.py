@@ -24,7 +24,7 @@ from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.gear_set import PairOfSet
 from wearlab.mesh.profile import lookup
 from wearlab.scene import Scene
-from wearlab.scene.build.mesh import build_analysis
+from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import build_set
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def by_elements(label: str, one: PairOfSet, phase: Array, options: Options = OPT
 
 def by_model(label: str, scene: Scene, one: PairOfSet, phase: Array) -> Way:
     """Return the way of a pair by the contact analysis of a scene, unworn."""
-    analysis = build_analysis(scene, one)
+    analysis = build_analyses(scene, [one])[0]
     grid = analysis.grid
     segment = np.searchsorted(grid.breaks, phase, side="right") - 1
     where = lookup(grid, phase, np.clip(segment, 0, len(grid.intervals) - 1))

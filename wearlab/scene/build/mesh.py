@@ -31,37 +31,32 @@ KEPT_ANALYSES = 8
 
 
 def build_analyses(
-    scene: Scene, gears: gear_set.GearSet, reach: Sequence[profile.Extension] | None = None
+    scene: Scene, kinds: Sequence[gear_set.PairOfSet], reach: Sequence[profile.Extension] | None = None
 ) -> tuple[contact.ContactAnalysis, ...]:
-    """Return the contact analysis of every kind of mesh at the static load of the scene.
+    """Return the contact analysis of kinds of mesh of one set, each at its static load.
 
     Parameters
     ----------
-    scene, gears : the scene and its gear set
+    scene, kinds : the scene and the kinds of mesh of its gear set
     reach : how far beyond A and E the nodes of every kind reach, in base pitches; None: as far as their load
         asks for
     """
-    points, even = profile_points(scene), lattice_nodes(scene, [kind.pair for kind in gears.kinds])
+    points, pairs, even = profile_points(scene), [kind.pair for kind in kinds], None
+    if scene.gears.helix_angle:
+        even = nodes_per_pitch([pair.contact_ratio for pair in pairs], points)
+    asked = [_asked(scene, kind, points, even) for kind in kinds]
     if reach is None:
-        reach = [_reach(scene, kind, points, even) for kind in gears.kinds]
+        far = [_reach(scene, kind, own) for kind, own in zip(kinds, asked, strict=True)]
     else:
-        pitches = [kind.pair.base_pitch for kind in gears.kinds]
-        reach = [
-            profile.Extension(p * far.approach, p * far.recess) for p, far in zip(pitches, reach, strict=True)
+        far = [
+            profile.Extension(*(share * pair.base_pitch for share in own))
+            for pair, own in zip(pairs, reach, strict=True)
         ]
-    matched = [points] * len(gears.kinds)
-    if even is None:
-        matched = matched_points([kind.pair for kind in gears.kinds], points, reach)
+    matched = [points] * len(pairs) if even is not None else matched_points(pairs, points, far)
     return tuple(
-        _analysis(scene, kind, n, far, even) for kind, n, far in zip(gears.kinds, matched, reach, strict=True)
+        contact_analysis(own._replace(points=nodes, extension=extension), kind.load)
+        for kind, own, nodes, extension in zip(kinds, asked, matched, far, strict=True)
     )
-
-
-def lattice_nodes(scene: Scene, pairs: Sequence[gear.GearPair], points: int | None = None) -> int | None:
-    """Return how many nodes of helical gears lie on a base pitch of every mesh, None of spur gears."""
-    if not scene.gears.helix_angle:
-        return None
-    return nodes_per_pitch([pair.contact_ratio for pair in pairs], points or profile_points(scene))
 
 
 def matched_points(
@@ -80,24 +75,18 @@ def matched_points(
     return [points] * len(pairs)
 
 
-def build_analysis(
-    scene: Scene, kind: gear_set.PairOfSet, points: int | None = None
-) -> contact.ContactAnalysis:
-    """Return the contact analysis of one kind of mesh at its static load, on as many nodes as asked for."""
-    points = points or profile_points(scene)
-    even = lattice_nodes(scene, [kind.pair], points)
-    return _analysis(scene, kind, points, _reach(scene, kind, points, even), even)
+def _reach(scene: Scene, kind: gear_set.PairOfSet, asked: "ContactOptions") -> profile.Extension:
+    """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
 
-
-def _reach(scene: Scene, kind: gear_set.PairOfSet, points: int, even: int | None) -> profile.Extension:
-    """Return how far beyond A and E the nodes of a mesh reach."""
-    if not scene.mesh.of(kind.section).extended_contact:
+    Conditions that take turns, or come in order, share their flanks and so their nodes.
+    """
+    if not asked.extended:
         return profile.NO_EXTENSION
-    asked = scene.mesh.of(kind.section)
-    load = largest_load(scene, kind)
-    options = ContactOptions(asked.stiffness, asked.contact, True, even=even)
-    plain = contact_analysis(kind.pair, options, points, profile.NO_EXTENSION, load)
-    return extension_wanted(kind.pair, plain, vibrates=scene.dynamics is not None)
+    unworn = contact_analysis(asked._replace(backs=(None, None)), largest_load(scene, kind)).unworn[1]
+    times = LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC
+    reach = corners.unworn_extension(kind.pair, times * float(unworn.deflection.max()))
+    step = STEP * kind.pair.base_pitch
+    return profile.Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
 
 
 def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
@@ -111,76 +100,62 @@ def largest_load(scene: Scene, kind: gear_set.PairOfSet) -> float:
     return next(kinds.load for kinds in sets.build_set(heaviest).kinds if kinds.section == kind.section)
 
 
-def _analysis(
-    scene: Scene, kind: gear_set.PairOfSet, points: int, extension: profile.Extension, even: int | None
-) -> contact.ContactAnalysis:
-    asked = scene.mesh.of(kind.section)
-    initial = [scene.initial_of(flank) for flank in kind.flanks]
-    backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
-    options = ContactOptions(asked.stiffness, asked.contact, asked.extended_contact, backs, even)
-    return contact_analysis(kind.pair, options, points, extension, kind.load)
-
-
 class ContactOptions(NamedTuple):
     """How teeth give way and where they touch: what a contact analysis is told of a scene.
 
     Parameters
     ----------
+    pair : the gears
     stiffness, contact : the models
     extended : whether tip corners touch beyond A and E
-    backs : initial wear that the back flanks of (driving, driven) carry too, None without
+    points : nodes asked for on the path
     even : nodes to a base pitch where they lie equally far apart, as slices of helical gears need them
+    backs : initial wear that the back flanks of (driving, driven) carry too, None without
+    extension : how far beyond A and E nodes reach
     """
 
+    pair: gear.GearPair
     stiffness: stiffnesses.StiffnessModel
     contact: contacts.ContactModel
     extended: bool
-    backs: tuple[Any, ...] = (None, None)
-    even: int | None = None
+    points: int
+    even: int | None
+    backs: tuple[Any, ...]
+    extension: profile.Extension = profile.NO_EXTENSION
+
+
+def _asked(scene: Scene, kind: gear_set.PairOfSet, points: int, even: int | None) -> ContactOptions:
+    own = scene.mesh.of(kind.section)
+    initial = [scene.initial_of(flank) for flank in kind.flanks]
+    backs = tuple(wear if wear is not None and wear.thins_teeth else None for wear in initial)
+    extended = bool(own.extended_contact)
+    return ContactOptions(kind.pair, own.stiffness, own.contact, extended, points, even, backs)
 
 
 @lru_cache(KEPT_ANALYSES)
-def contact_analysis(
-    pair: gear.GearPair, options: ContactOptions, points: int, extension: profile.Extension, load: float
-) -> contact.ContactAnalysis:
-    """Return the contact analysis of a pair: the same one as long as nothing it is made of changes.
-
-    Parameters
-    ----------
-    pair : the gears
-    options : stiffness and contact
-    points : nodes asked for on the path
-    extension : how far beyond A and E nodes reach
-    load : static normal force [N]
-    """
-    return replace(_unloaded(pair, options, points, extension), load=load)
+def contact_analysis(asked: ContactOptions, load: float) -> contact.ContactAnalysis:
+    """Return a contact analysis under a static normal force [N]: the same one while nothing changes."""
+    return replace(_unloaded(asked), load=load)
 
 
 @lru_cache(KEPT_ANALYSES)
-def _unloaded(
-    pair: gear.GearPair, options: ContactOptions, points: int, extension: profile.Extension
-) -> contact.ContactAnalysis:
-    stiffness = options.stiffness
-    if options.even is not None:
-        grid = lattice(pair, options.even, extension)
+def _unloaded(asked: ContactOptions) -> contact.ContactAnalysis:
+    pair, stiffness, extension = asked.pair, asked.stiffness, asked.extension
+    if asked.even is not None:
+        grid = lattice(pair, asked.even, extension)
     else:
-        grid = profile.profile_grid(pair, points, sets.kinks(pair), stiffness.jumps(pair), extension)
-    teeth = stiffness.build(pair, grid)
-    if any(back is not None for back in options.backs):
-        position = grid.position
+        grid = profile.profile_grid(pair, asked.points, sets.kinks(pair), stiffness.jumps(pair), extension)
+    teeth, position = stiffness.build(pair, grid), grid.position
+    if any(back is not None for back in asked.backs):
         depth = [
             np.zeros_like(position) if back is None else back.at_nodes(pair, gear, position)
-            for gear, back in enumerate(options.backs)
+            for gear, back in enumerate(asked.backs)
         ]
         teeth = teeth.with_worn_backs(grid.beyond(np.stack(depth)))
-    return contact.ContactAnalysis(
-        grid,
-        teeth,
-        sets.modifications(pair, grid.position).sum(axis=0),
-        0.0,
-        options.contact.engagement_gap(pair),
-        options.contact.build(flanks_of(pair, grid), options.extended),
-    )
+    removed = sets.modifications(pair, position)
+    gaps = asked.contact.build(WornFlanks(pair, grid, removed), asked.extended)
+    engages = asked.contact.engagement_gap(pair)
+    return contact.ContactAnalysis(grid, teeth, removed.sum(axis=0), 0.0, engages, gaps)
 
 
 def profile_points(scene: Scene) -> int:
@@ -196,44 +171,18 @@ def profile_points(scene: Scene) -> int:
 
 
 def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:
-    """Return the meshes on their clock, each with one realisation of its errors."""
-    each = zip(gears.mesh_kinds, gears.mesh_lags, build_errors(scene, gears), strict=True)
-    return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in each)
+    """Return the meshes on their clock, each with one realisation of its errors.
 
-
-def flanks_of(pair: gear.GearPair, grid: profile.ProfileGrid) -> WornFlanks:
-    """Return what makes worn flanks of wear depths at the nodes."""
-    return WornFlanks(pair, grid, sets.modifications(pair, grid.position))
-
-
-def extension_wanted(
-    pair: gear.GearPair, plain: contact.ContactAnalysis, *, vibrates: bool
-) -> profile.Extension:
-    """Return how far beyond A and E nodes are laid: as far as the largest deflection expected reaches.
-
-    Conditions that take turns, or come in order, share their flanks and so their nodes.
-
-    Parameters
-    ----------
-    pair : the gears
-    plain : the contact analysis without extended contact, under the largest load of all conditions
-    vibrates : whether the mesh vibrates, and so may deflect further
+    They are drawn member after member from the seed.
     """
-    _, static = plain.unworn
-    times = LARGEST_DYNAMIC if vibrates else LARGEST_STATIC
-    reach = corners.unworn_extension(pair, times * float(static.deflection.max()))
-    step = STEP * pair.base_pitch
-    return profile.Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
-
-
-def build_errors(scene: Scene, gears: gear_set.GearSet) -> list[errors.MeshError]:
-    """Return one realisation of the errors of each mesh, drawn member after member from the seed."""
+    each = [errors.mesh_error(())]
     if gears.angles:
-        return _of_planetary(scene, gears)
-    if scene.errors is None:
-        return [errors.mesh_error(())]
-    members = tuple(_member(scene, gears, name) for name in gears.members)
-    return [errors.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.errors.seed)]
+        each = _of_planetary(scene, gears)
+    elif scene.errors is not None:
+        members = tuple(_member(scene, gears, name) for name in gears.members)
+        each = [errors.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.errors.seed)]
+    on_clock = zip(gears.mesh_kinds, gears.mesh_lags, each, strict=True)
+    return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in on_clock)
 
 
 def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> errors.MemberError:
@@ -246,16 +195,9 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> errors.MemberEr
         pairs = [kind.pair for kind in gears.kinds if own.name in {gear.name for gear in kind.pair.gears}]
         ratio = min(pair.contact_ratio for pair in pairs)
         *_, tooth, total = tolerances.allowed(grade, own.module, 2.0 * own.reference_radius, ratio)
-    if given is None:
-        return errors.MemberError(own.teeth, total, tooth, eccentricity=eccentricity)
-    said = {key: getattr(given, key) for key in given.model_fields_set}
-    return errors.MemberError(
-        own.teeth,
-        said.get("total_composite", total),
-        said.get("tooth_composite", tooth),
-        given.installation,
-        eccentricity,
-    )
+    said = {} if given is None else {key: getattr(given, key) for key in given.model_fields_set}
+    total, tooth = said.get("total_composite", total), said.get("tooth_composite", tooth)
+    return errors.MemberError(own.teeth, total, tooth, getattr(given, "installation", ()), eccentricity)
 
 
 def iso_1328_class(scene: Scene, name: str) -> int | None:

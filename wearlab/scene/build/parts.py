@@ -18,14 +18,7 @@ from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, presence
 from wearlab.scene.build import contact, mesh, sets
 from wearlab.scene.build.face import build_face, helix_flags, helix_of
-from wearlab.scene.build.vibration import (
-    OnClock,
-    StiffnessOfMeshes,
-    build_friction,
-    build_vibration,
-    fluctuation,
-    mean_stiffness,
-)
+from wearlab.scene.build.vibration import OnClock, build_vibration, fluctuation, mean_stiffness
 from wearlab.scene.build.wear import KindParts, build_kind, build_load
 from wearlab.scene.face import face_keys
 from wearlab.wear.patch import PatchSetting
@@ -87,8 +80,8 @@ class Parts:
     @property
     def friction(self) -> float | None:
         """Coefficient μ of the flanks, None: they do not rub [1]."""
-        rubbing = build_friction(self.scene, self.gears)
-        return None if rubbing is None else rubbing.coefficient
+        given = self.scene.dynamics and self.scene.dynamics.friction
+        return given.coefficient if given else None
 
     @property
     def pressure_factor(self) -> float:
@@ -168,7 +161,7 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
         When no such gears can exist or run.
     """
     gears = sets.build_set(scene)
-    analyses = mesh.build_analyses(scene, gears, reach)
+    analyses = mesh.build_analyses(scene, gears.kinds, reach)
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     turned = helix_of(scene, gears)
@@ -191,7 +184,10 @@ def _of_pairs(
         for own in kinds
     ]
     joined = kinds_of(on_clock.analyses, laws, patches, on_clock.meshes, on_clock.edges)
-    return Coupling(joined, build_vibration(scene, gears, on_clock), build_load(scene))
+    if scene.dynamics is None:
+        return Coupling(joined, None, build_load(scene))
+    unworn = [(mean_stiffness(own), own.unworn[1].tangent.max()) for own in on_clock.analyses]
+    return Coupling(joined, build_vibration(scene, gears, on_clock, np.array(unworn)), build_load(scene))
 
 
 def _over_face(
@@ -204,12 +200,8 @@ def _over_face(
         kinds.append(build_face(scene, kind, own, lags, turned))
     if scene.dynamics is None:
         return FaceCoupling(tuple(kinds), None, build_load(scene))
-    contacts = [kinds[mesh.kind].contact for mesh in meshes]
-    stiffness = StiffnessOfMeshes(
-        np.array([contact.mean_stiffness for contact in contacts]),
-        np.array([contact.unworn.tangent.max() for contact in contacts]),
-    )
-    vibration = build_vibration(scene, gears, on_clock, stiffness)
+    unworn = [(own.contact.mean_stiffness, own.contact.unworn.tangent.max()) for own in kinds]
+    vibration = build_vibration(scene, gears, on_clock, np.array(unworn), by_pairs=False)
     return FaceCoupling(tuple(kinds), vibration, build_load(scene))
 
 

@@ -13,12 +13,12 @@ from wearlab.arrays import Array
 from wearlab.dynamics import methods, modes, system
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.steps import count, kernel
-from wearlab.gears import gear, specification
+from wearlab.gears import specification
 from wearlab.life.vibration import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages
 from wearlab.mesh.clock import Friction, Mesh, Sampling, look_within, sampling
 from wearlab.mesh.damping_laws import MeshesInOperation
-from wearlab.scene import Scene, mesh, operation
+from wearlab.scene import Scene, operation
 from wearlab.scene.build.face import helix_of
 
 ANY = 1e8
@@ -28,16 +28,13 @@ ANY = 1e8
 def build_system(scene: Scene, gears: gear_set.GearSet, stiffness: Array) -> system.System:
     """Return the system of ``dynamics.model``; damping ratios refer to mean stiffnesses (n_mesh,) [N/m]."""
     assert scene.dynamics is not None
-    meshes = tuple(_with_backlash(scene.mesh.of(kind.section), kind.pair) for kind in gears.kinds)
+    meshes = []
+    for kind in gears.kinds:
+        own, drawn = scene.mesh.of(kind.section), kind.pair.drawn_backlash
+        given = own.normal_backlash is not None or drawn is None
+        meshes.append(own if given else own.model_copy(update={"normal_backlash": drawn}))
     slope = helix_of(scene, gears).slope
-    return scene.dynamics.build(InMotion(gears, meshes, scene.operation, stiffness, slope))
-
-
-def _with_backlash(mesh: mesh.OneMesh, pair: gear.GearPair) -> mesh.OneMesh:
-    """Return the options of a mesh with the backlash of the drawing where none is given."""
-    if mesh.normal_backlash is not None or pair.drawn_backlash is None:
-        return mesh
-    return mesh.model_copy(update={"normal_backlash": pair.drawn_backlash})
+    return scene.dynamics.build(InMotion(gears, tuple(meshes), scene.operation, stiffness, slope))
 
 
 def check_held(scene: Scene, gears: gear_set.GearSet) -> None:
@@ -89,40 +86,29 @@ class OnClock(NamedTuple):
         grids = [analysis.grid for analysis in self.analyses]
         return sampling(grids, self.meshes, self.edges, grid, build_friction(scene, gears))
 
-    def missed(self, grid: stages.StageGrid) -> float:
-        """Return the largest share of a mesh's stiffness or error that the stages of a grid miss [1]."""
-        return max((unresolved(self.analyses[mesh.kind], mesh, grid) for mesh in self.meshes), default=0.0)
-
-
-class StiffnessOfMeshes(NamedTuple):
-    """Mean and largest stiffness of every mesh, (n_mesh,) each [N/m]."""
-
-    mean: Array
-    largest: Array
-
 
 def build_vibration(
-    scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: StiffnessOfMeshes | None = None
-) -> Vibration | None:
-    """Return the dynamics of the gear set, None when the scene has none.
+    scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: Array, *, by_pairs: bool = True
+) -> Vibration:
+    """Return the dynamics of a gear set that moves.
 
     Parameters
     ----------
     scene, gears, clock : what moves, and its clock
-    stiffness : of the meshes of flanks with a width; None: that of the analyses
+    stiffness : (n_kinds, 2) mean and largest stiffness of the meshes of each kind [N/m]
+    by_pairs : whether steps have to follow pairs that enter and leave; not those of flanks with a width
     """
-    if scene.dynamics is None:
-        return None
-    unworn = [clock.analyses[mesh.kind] for mesh in clock.meshes]
-    mean, stiffest = stiffness or StiffnessOfMeshes(
-        np.array([mean_stiffness(analysis) for analysis in unworn]),
-        np.array([analysis.unworn[1].tangent.max() for analysis in unworn]),
-    )
+    assert scene.dynamics is not None
+    mean, stiffest = stiffness[[mesh.kind for mesh in clock.meshes]].T
     system = build_system(scene, gears, mean)
-    _check_definite(system, mean)
+    if system.rotation != 0.0:  # planets fly off their pins where it is fast, or they are held softly
+        try:
+            modes.modes(system, mean)
+        except ValueError as error:
+            raise specification.GearError(str(error)) from error
     system = system._replace(damping_law=damping_law(scene, gears, system))
-    by_pairs = clock if stiffness is None else clock._replace(meshes=())
-    grid = steps_grid(scene, by_pairs, system, stiffest, gears.period)
+    followed = clock if by_pairs else clock._replace(meshes=())
+    grid = steps_grid(scene, followed, system, stiffest, gears.period)
     hunting = hunting_period(scene, gears, clock.meshes)
     turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
     return Vibration(
@@ -144,15 +130,14 @@ def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) ->
     kinds = [gears.kinds[kind] for kind in gears.mesh_kinds]
     oil = scene.lubricant
     law = scene.mesh.of(kinds[0].section).damping_law
-    return law.build(
-        MeshesInOperation(
-            damping=system.mesh_damping,
-            force=np.array([kind.load for kind in kinds]),
-            curvature_radius=np.array([float(kind.pair.equivalent_curvature(0.0)) for kind in kinds]),
-            face_width=np.array([kind.pair.face_width for kind in kinds]),
-            viscosity=None if oil is None else oil.viscosity,
-        )
+    operating = MeshesInOperation(
+        damping=system.mesh_damping,
+        force=np.array([kind.load for kind in kinds]),
+        curvature_radius=np.array([float(kind.pair.equivalent_curvature(0.0)) for kind in kinds]),
+        face_width=np.array([kind.pair.face_width for kind in kinds]),
+        viscosity=None if oil is None else oil.viscosity,
     )
+    return law.build(operating)
 
 
 def steps_grid(
@@ -167,8 +152,12 @@ def steps_grid(
     if slow is not None:
         return slow
     if given is not None:
-        if dynamics.steps_by_runge_kutta and not exact:
-            _check_stable(given, turned)
+        beyond = turned / (STABILITY_OF_RK4 * given)
+        if dynamics.steps_by_runge_kutta and not exact and beyond > 1.0:
+            raise specification.GearError(
+                f"numerics.steps_per_period = {given} is beyond the stability of Runge-Kutta 4 by a factor "
+                f"{beyond:.3g}: give {int(np.ceil(turned))} or more, or leave it out"
+            )
         return stages.stage_grid(breaks, given)
     if turned > MOST_STEPS * (count.EXACT_LARGEST if exact else count.STABLE):
         raise specification.GearError(
@@ -179,35 +168,22 @@ def steps_grid(
     rule = count.exact_steps_per_period if exact else count.steps_per_period
     steps = min(rule(system, stiffness, period, tolerance, len(breaks)), MOST_STEPS)
     grid = stages.stage_grid(breaks, steps)
-    while len(grid.width) < MOST_FOR_MESH and clock.missed(grid) > RESOLVED * tolerance:
+
+    def missed() -> float:
+        """Return the largest share of a mesh's stiffness or error that the stages of the grid miss [1]."""
+        each = (unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes)
+        return max(each, default=0.0)
+
+    while len(grid.width) < MOST_FOR_MESH and missed() > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))
         grid = stages.stage_grid(breaks, steps)
     return grid
-
-
-def _check_definite(system: system.System, stiffness: Array) -> None:
-    """Refuse a set that turns so fast, or is held so softly, that its planets fly off their pins."""
-    if system.rotation == 0.0:
-        return
-    try:
-        modes.modes(system, stiffness)
-    except ValueError as error:
-        raise specification.GearError(str(error)) from error
 
 
 def build_friction(scene: Scene, gears: gear_set.GearSet) -> Friction | None:
     """Return the friction of the flanks, None without; a mirrored set counts path positions backwards."""
     given = scene.dynamics and scene.dynamics.friction
     return Friction(given.coefficient, (gears.sense,) * len(gears.kinds)) if given else None
-
-
-def _check_stable(steps: int, turned: float) -> None:
-    """Refuse steps beyond the stability of Runge-Kutta 4; ``turned``: by the fastest mode [rad]."""
-    if turned > STABILITY_OF_RK4 * steps:
-        raise specification.GearError(
-            f"numerics.steps_per_period = {steps} is beyond the stability of Runge-Kutta 4 by a factor "
-            f"{turned / (STABILITY_OF_RK4 * steps):.3g}: give {int(np.ceil(turned))} or more, or leave it out"
-        )
 
 
 def patient(method: methods.Method, system: system.System, steps: int) -> methods.Method:
@@ -238,25 +214,19 @@ def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.Stage
     phase = grid.start[:, None] + grid.width[:, None] * ends
     where = look_within(analysis.grid, [mesh.lag], phase, grid.start + 0.5 * grid.width)
     compliance, _, _ = analysis.at(analysis.unworn[0], where)
-    shares = [
-        _missed(values.reshape(phase.shape), grid.width, scale)
-        for values, scale in (
-            ((1.0 / compliance).sum(axis=1), np.mean),
-            (mesh.error.value(where.phase), np.ptp),
-        )
-    ]
-    return max(shares)
+    stiffness = (1.0 / compliance).sum(axis=1).reshape(phase.shape)
+    error = mesh.error.value(where.phase).reshape(phase.shape)
+    return max(_missed(stiffness, grid.width, stiffness.mean()), _missed(error, grid.width, np.ptp(error)))
 
 
-def _missed(values: Array, width: Array, scale: Callable[[Array], Any]) -> float:
-    """Return the mean distance of values (n, 5) from the parabolas through their 1st, 3rd and 5th."""
+def _missed(values: Array, width: Array, size: float) -> float:
+    """Return how far values (n, 5) are from parabolas through their 1st, 3rd and 5th: mean over a size."""
     first, _, middle, _, last = values.T
     quarters = np.stack(
         [0.375 * first + 0.75 * middle - 0.125 * last, -0.125 * first + 0.75 * middle + 0.375 * last], axis=1
     )
-    size = float(scale(values))
     distance = np.abs(quarters - values[:, [1, 3]]).mean(axis=1)
-    return float(width @ distance) / size if size > 0.0 else 0.0
+    return float(width @ distance / size) if size > 0.0 else 0.0
 
 
 def hunting_period(scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]) -> int:
@@ -327,9 +297,8 @@ def fluctuation(scene: Scene, grid: stages.StageGrid, periods: int, duration: fl
     if not harmonics:
         return None
     phase = hunting_grid(grid, periods).phase
-    waves = [
-        one.amplitude * np.cos(2 * np.pi * one.order_at(duration) * phase + one.phase) for one in harmonics
-    ]
+    turned = [2 * np.pi * one.order_at(duration) * phase + one.phase for one in harmonics]
+    waves = [one.amplitude * np.cos(angle) for one, angle in zip(harmonics, turned, strict=True)]
     return np.asarray(sum(waves) / harmonics[0].amplitude)
 
 

@@ -15,7 +15,7 @@ from wearlab.scene.build import sets
 from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.path import WearPath, contact_modulus, wear_path
-from wearlab.wear.setting import PowerOfLoad, Setting
+from wearlab.wear.setting import Setting
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,27 @@ class KindParts:
 def build_kind(
     scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis, cosine: float
 ) -> KindParts:
-    """Return the physics of one kind of mesh; ``cosine``: of the base helix angle, which flattens flanks."""
-    position = analysis.grid.position
-    path = build_path(kind, position, scene.mesh.of(kind.section).face_load_factor)
+    """Return the physics of one kind of mesh; ``cosine``: of the base helix angle, which flattens flanks.
+
+    The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
+    """
+    pair, position = kind.pair, analysis.grid.position
+    materials = [gear.material for gear in pair.gears]
+    path = wear_path(
+        np.stack(pair.curvature(position)),
+        base_radius=[gear.base_radius for gear in pair.gears],
+        teeth=[gear.teeth for gear in pair.gears],
+        driving_speed=kind.speed,
+        passes=kind.passes,
+        face_width=pair.face_width / scene.mesh.of(kind.section).face_load_factor,
+        contact_modulus=contact_modulus(
+            [own.youngs_modulus for own in materials], [own.poisson_ratio for own in materials]
+        ),
+        concave=pair.internal,
+    )
     path = path._replace(equivalent_radius=path.equivalent_radius / cosine)
-    law, film = build_law(scene, kind.pair, path), build_film(scene, kind.pair)
-    return KindParts(kind.pair, analysis, sets.modifications(kind.pair, position), path, law, film)
+    law, film = build_law(scene, pair, path), build_film(scene, pair)
+    return KindParts(pair, analysis, sets.modifications(pair, position), path, law, film)
 
 
 def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
@@ -60,47 +75,35 @@ def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
     return films.Film(oil.viscosity, oil.pressure_viscosity, films.composite_rq(roughness))
 
 
-def _roughness(scene: Scene, pair: GearPair) -> list[float] | None:
-    values = [getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears]
-    return None if any(value is None for value in values) else values
+def _roughness(scene: Scene, pair: GearPair) -> tuple[float, float] | None:
+    first, second = (getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears)
+    return None if first is None or second is None else (first, second)
 
 
 def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | None:
-    """Return the wear law on the path, None when nothing wears."""
-    wear = scene.wear
+    """Return the wear law on the path, None when nothing wears.
+
+    Film thickness over roughness is by the first film that a flank has, else the standard.
+    """
+    wear, roughness, lambda_ratio = scene.wear, _roughness(scene, pair), None
     if wear is None or wear.coefficient is None:
         return None
-    settings = [setting(scene, pair, path, gear) for gear in (0, 1)]
     each = [wear.coefficient_of(gear.name) for gear in pair.gears]
-    first, second = (
-        _flank(scene, coefficient, where) for coefficient, where in zip(each, settings, strict=True)
-    )
-    law = WearLaw(
-        flanks=(first, second),
-        lambda_ratio=_lambda_ratio(each, settings[0]),
-        pressure_factor=wear.pressure.factor,
-        projection=wear.projection,
-    )
+    given = [getattr(scene.gears, gear.name) for gear in pair.gears]
+    hardness = [(own.material or scene.gears.material).hardness for own in given]
+    warm = getattr(scene.lubricant, "temperature", None)
+    settings = [Setting(path, gear, scene.lubricant, roughness, hardness[gear], warm) for gear in (0, 1)]
+    first, second = (_flank(wear.law, *flank) for flank in zip(each, settings, strict=True))
+    if scene.lubricant is not None and roughness is not None:
+        film = next(filter(None, (own.film_model for own in each)), coefficients.standard_film())
+        thickness = film.thickness(settings[0])
+        lambda_ratio = thickness._replace(scale=thickness.scale / films.composite_rq(roughness))
+    law = WearLaw((first, second), lambda_ratio, wear.pressure.factor, wear.projection)
     return prepare(law, path)
 
 
-def setting(scene: Scene, pair: GearPair, path: WearPath, gear: int) -> Setting:
-    """Return what a wear law may know of a flank of a pair, 0 driving or 1 driven."""
-    roughness = _roughness(scene, pair)
-    own = getattr(scene.gears, pair.gears[gear].name)
-    return Setting(
-        path=path,
-        gear=gear,
-        lubricant=scene.lubricant,
-        roughness=None if roughness is None else (roughness[0], roughness[1]),
-        hardness=getattr(own.material or scene.gears.material, "hardness", None),
-        temperature=getattr(scene.lubricant, "temperature", None),
-    )
-
-
-def _flank(scene: Scene, given: coefficients.CoefficientModel, where: Setting) -> FlankLaw:
-    assert scene.wear is not None
-    film, law = given.film_model, scene.wear.law
+def _flank(law: Any, given: coefficients.CoefficientModel, where: Setting) -> FlankLaw:
+    film = given.film_model
     return FlankLaw(
         coefficient=of_user(given, given.build(where)),
         factor=given.factor,
@@ -118,40 +121,11 @@ def of_user(variant: slots.Variant, built: Any) -> Any:
     return compiled.compiled_if_possible(built, f"{variant.origin.file}: {variant.chosen!r}")
 
 
-def _lambda_ratio(each: list[coefficients.CoefficientModel], where: Setting) -> PowerOfLoad | None:
-    """Return film thickness over roughness, by the first film that a flank has, else the standard."""
-    if where.lubricant is None or where.roughness is None:
-        return None
-    film = next(filter(None, (coefficient.film_model for coefficient in each)), coefficients.standard_film())
-    thickness = film.thickness(where)
-    return thickness._replace(scale=thickness.scale / films.composite_rq(where.roughness))
-
-
 def build_load(scene: Scene) -> loads.LoadModel:
     """Return which force wears the flanks, or would."""
     if scene.wear is None:
         return loads.StaticLoad() if scene.dynamics is None else loads.InstantLoad()
     return scene.wear.load.build(scene.wear.wohler_slope)
-
-
-def build_path(pair: gear_set.PairOfSet, position: arrays.Array, face_load_factor: float) -> WearPath:
-    """Return what the wear law needs to know of the path of contact at positions (n,) [m].
-
-    The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
-    """
-    gears = pair.pair.gears
-    return wear_path(
-        np.stack(pair.pair.curvature(position)),
-        base_radius=[gear.base_radius for gear in gears],
-        teeth=[gear.teeth for gear in gears],
-        driving_speed=pair.speed,
-        passes=pair.passes,
-        face_width=pair.pair.face_width / face_load_factor,
-        contact_modulus=contact_modulus(
-            [gear.material.youngs_modulus for gear in gears], [gear.material.poisson_ratio for gear in gears]
-        ),
-        concave=pair.pair.internal,
-    )
 
 
 def flank_entries(flank: str | None, gears: gear_set.GearSet, coupling: coupled.Coupled) -> slice:
