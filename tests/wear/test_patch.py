@@ -19,8 +19,8 @@ from wearlab.wear.levelling import (
 from wearlab.wear.patch import (
     KEPT,
     MOST_NODES,
+    OneWay,
     felt_matrix,
-    one_way,
     patch_force,
     spread_matrix,
     spreading,
@@ -207,6 +207,10 @@ def test_where_nothing_touches_nothing_is_levelled(contact):
     level = levelling(a, sliding, path)
     h = np.random.default_rng(2).uniform(0.0, 1e-6, 2 * path.arc.shape[1])
     assert not level.at(h, np.zeros(len(a))).any()
+
+
+def one_way(half_width, path):
+    return OneWay(spread_matrix(half_width, path))
 
 
 @pytest.mark.parametrize("kind", [one_way, two_way])

@@ -73,22 +73,28 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
     """
     s = np.asarray(position, float)
     nodal = _nodal(profile, pair, gear, s)
-    nodal = nodal - _zero_line(profile.zero, pair, gear, s, nodal)
-
-    def where(lowest: int) -> str:
-        return f"profile at diameter {2e3 * float(pair.radius(gear, s[lowest])):.6g} mm"
-
+    nodal = nodal - _zero_line(profile.zero, gear, s, nodal)
+    where = "profile at diameter {:.6g} mm", 2e3 * pair.radius(gear, s)
     return _worn(nodal, pair.gears[gear].name, profile.zero, where, "'max' or 'line'")
 
 
 def _nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:
-    """Return what was measured at the nodes, before its zero, (n,) [m]."""
-    where, depth = _along_path(profile, pair, gear)
+    """Return what was measured at the nodes, before its zero, (n,) [m].
+
+    Without overshoot, keeping steps; or by local parabolas.
+    """
+    where = path_position(pair, gear, profile.along, profile.abscissa)
+    rising = slice(None, None, -1 if where[-1] < where[0] else 1)
+    where, depth = where[rising], np.asarray(profile.depth, float)[rising]
     where, depth = continued(where, depth, pair.path.A, pair.path.E, profile.continuation)
     _check_cover(where, pair, gear, profile.along)
-    if profile.across:
-        depth = depth * np.cos(_load_angle(pair, gear, where))
-    return _at_nodes(where, depth, s, profile.smooth)
+    if profile.across:  # by the angle between flank normal and thickness, a ring's: across the tooth space
+        depth = depth * np.cos(pair.roll_angle(gear, where) - pair.gears[gear].base_half_angle)
+    if profile.smooth is not None:
+        return np.array([_local_parabola(where, depth, at, profile.smooth) for at in s])
+    ahead, behind = np.diff(s, append=s[-1]), np.diff(s, prepend=s[0])
+    own_side = s + 0.25 * np.where(behind == 0.0, ahead, np.where(ahead == 0.0, -behind, 0.0))  # of a step
+    return PiecewiseCurve(where, depth).value(s, own_side)
 
 
 def measured_topography(
@@ -164,14 +170,11 @@ def _over_face(
     for node, along in enumerate(depth.T):
         nodal[:, node] = np.interp(flank.position, *continued(place, along, ends[0], ends[1], continuation))
     nodal -= nodal.min() if zero == "max" else 0.0
-
-    def where(lowest: int) -> str:
-        return f"shape at face position {1e3 * flank.position[lowest // nodal.shape[1]]:.4g} mm"
-
+    where = "shape at face position {:.4g} mm", 1e3 * np.repeat(flank.position, nodal.shape[1])
     return _worn(nodal, name, zero, where, "'max'")
 
 
-def _worn(depth: Array, name: str, zero: Zero, where: Callable[[int], str], instead: str) -> Array:
+def _worn(depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead: str) -> Array:
     """Return depths of wear, ≥ 0; what stands hardly above its zero counts as unworn.
 
     Parameters
@@ -179,15 +182,16 @@ def _worn(depth: Array, name: str, zero: Zero, where: Callable[[int], str], inst
     depth : measured, less its zero [m]
     name : of the gear
     zero : what counted as zero
-    where : what stands above it and where, in words, of an entry of the depths
+    where : what stands above it, in words that take a place, and the places of all entries of the depths
     instead : what zero might be better
     """
     lowest = int(np.argmin(depth))
     above = -float(depth.flat[lowest])
     if above > max(LEAST_NOISE, NOISE * float(depth.max())):
+        standing = where[0].format(where[1][lowest])
         raise GearError(
             f"{name}: with zero = {zero!r} the measured flank stands {1e6 * above:.3g} µm above its unworn "
-            f"{where(lowest)}, and wear adds no material; check the sign, or choose zero = {instead}"
+            f"{standing}, and wear adds no material; check the sign, or choose zero = {instead}"
         )
     return np.maximum(depth, 0.0)
 
@@ -235,12 +239,6 @@ CURVATURES: dict[Along, Callable[[Gear, Array], Array]] = {
 """Radius of curvature (n,) [m] of points of a flank, by what tells where they are."""
 
 
-def _along_path(profile: MeasuredProfile, pair: GearPair, gear: int) -> tuple[Array, Array]:
-    where = path_position(pair, gear, profile.along, profile.abscissa)
-    depth = np.asarray(profile.depth, float)
-    return (where[::-1], depth[::-1]) if where[-1] < where[0] else (where, depth)
-
-
 def continued(where: Array, depth: Array, begin: float, end: float, how: Continuation) -> tuple[Array, Array]:
     """Return a profile that reaches the ends of the active flank.
 
@@ -251,37 +249,25 @@ def continued(where: Array, depth: Array, begin: float, end: float, how: Continu
     how : leave it as it is, hold the last value, go on with the straight line through the last `END_SHARE`,
         or jump to zero
     """
-    pieces = [(where, depth)]
-    if how in BEYOND and where[0] > begin:
-        x, y = BEYOND[how](where, depth, 0, begin)
-        pieces.insert(0, (x[::-1], y[::-1]))
-    if how in BEYOND and where[-1] < end:
-        pieces.append(BEYOND[how](where, depth, -1, end))
-    x, y = (np.concatenate(each) for each in zip(*pieces, strict=True))
+    pieces = [np.stack([where, depth])]
+    if how != "refuse" and where[0] > begin:
+        pieces.insert(0, _beyond(where, depth, 0, begin, how)[:, ::-1])
+    if how != "refuse" and where[-1] < end:
+        pieces.append(_beyond(where, depth, -1, end, how))
+    x, y = np.concatenate(pieces, axis=1)
     return x, y
 
 
-def _zero(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
-    return np.array([where[side], place]), np.zeros(2)
-
-
-def _hold(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
-    return np.array([place]), depth[[side]]
-
-
-def _slope(where: Array, depth: Array, side: int, place: float) -> tuple[Array, Array]:
-    edge = where[side]
-    near = np.abs(where - edge) <= max(END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1])
-    slope, level = np.polyfit(where[near] - edge, depth[near], 1)
-    return np.array([place]), np.array([level + slope * (place - edge)])
-
-
-BEYOND = {"zero": _zero, "hold": _hold, "slope": _slope}
-
-
-def _load_angle(pair: GearPair, gear: int, position: Array) -> Array:
-    """Return the angle between flank normal and tooth thickness (a ring's: across the tooth space) [rad]."""
-    return pair.roll_angle(gear, position) - pair.gears[gear].base_half_angle
+def _beyond(where: Array, depth: Array, side: int, place: float, how: Continuation) -> Array:
+    """Return the points that lead from one side of a profile to a place beyond it, (2, 1 or 2) [m]."""
+    edge, level = where[side], depth[side]
+    if how == "zero":
+        return np.array([[edge, place], [0.0, 0.0]])
+    if how == "slope":
+        near = np.abs(where - edge) <= max(END_SHARE * np.ptp(where), np.sort(np.abs(where - edge))[1])
+        slope, level = np.polyfit(where[near] - edge, depth[near], 1)
+        level += slope * (place - edge)
+    return np.array([[place], [level]])
 
 
 def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
@@ -303,20 +289,6 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
         )
 
 
-def _at_nodes(where: Array, depth: Array, position: Array, window: float | None) -> Array:
-    """Interpolate without overshoot, keeping steps, or take local parabolas."""
-    if window is not None:
-        return np.array([_local_parabola(where, depth, s, window) for s in position])
-    return PiecewiseCurve(where, depth).value(position, _own_side(position))
-
-
-def _own_side(position: Array) -> Array:
-    """Return a point on each node's own side of a step."""
-    ahead = np.diff(position, append=position[-1])
-    behind = np.diff(position, prepend=position[0])
-    return position + 0.25 * np.where(behind == 0.0, ahead, np.where(ahead == 0.0, -behind, 0.0))
-
-
 def _local_parabola(where: Array, depth: Array, s: float, window: float) -> float:
     """Return the value at s of the parabola fitted around it with tricube weights (Cleveland 1979)."""
     half = max(0.5 * window, float(np.sort(np.abs(where - s))[LEAST_POINTS - 1]) * (1.0 + 1e-9))
@@ -327,22 +299,13 @@ def _local_parabola(where: Array, depth: Array, s: float, window: float) -> floa
     return float(np.linalg.lstsq(matrix, depth[near] * weight, rcond=None)[0][0])
 
 
-def _zero_line(zero: Zero, pair: GearPair, gear: int, s: Array, depth: Array) -> Array | float:
+def _zero_line(zero: Zero, gear: int, s: Array, depth: Array) -> Array | float:
     """Return the depth that counts as zero, at the nodes [m]."""
-    tip, root = (-1, 0) if gear == 0 else (0, -1)
-    match zero:
-        case "as-measured":
-            return 0.0
-        case "max":
-            return float(depth.min())
-        case "pitch":
-            return float(np.interp(0.0, s, depth))
-        case "tip":
-            return float(depth[tip])
-        case "root":
-            return float(depth[root])
-        case "line":
-            return _outer_line(s, depth)
+    if zero == "line":
+        return _outer_line(s, depth)
+    root, tip = depth[[0, -1]] if gear == 0 else depth[[-1, 0]]
+    pitch, highest = np.interp(0.0, s, depth), depth.min()
+    return float({"as-measured": 0.0, "max": highest, "pitch": pitch, "tip": tip, "root": root}[zero])
 
 
 def _outer_line(s: Array, depth: Array) -> Array:

@@ -153,11 +153,6 @@ class TwoWay(OneWay):
         return np.asarray(self.feeling @ depth.ravel()).reshape(depth.shape)
 
 
-def one_way(half_width: Array, path: WearPath) -> OneWay:
-    """Return the patch that only spreads, for half widths (n,) [m]."""
-    return OneWay(spread_matrix(half_width, path))
-
-
 def two_way(half_width: Array, path: WearPath) -> TwoWay:
     """Return the patch that spreads and feels, for half widths (n,) [m]."""
     spread = spread_matrix(half_width, path)
@@ -177,19 +172,15 @@ def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
         given: tuple[Any, ...] = (*args, *kwargs.values())
         if np.size(given[0]) > MOST_NODES:
             return make(*args, **kwargs)
-        of_path = [
-            part
-            for value in given
-            if isinstance(value, WearPath)
-            for part in (value.arc, value.contact_modulus)
-        ]
-        numbers = [value for value in given if not isinstance(value, WearPath)]
-        key = tuple(np.asarray(part, float).tobytes() for part in (*numbers, *of_path))
+        key: tuple[bytes, ...] = ()
+        for value in given:
+            parts = (value.arc, value.contact_modulus) if isinstance(value, WearPath) else (value,)
+            key += tuple(np.asarray(part, float).tobytes() for part in parts)
         if key not in kept:
             kept[key] = make(*args, **kwargs)
-            if len(kept) > KEPT:
-                kept.popitem(last=False)
         kept.move_to_end(key)
+        if len(kept) > KEPT:
+            kept.popitem(last=False)
         return kept[key]
 
     return kept_or_made

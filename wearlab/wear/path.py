@@ -89,14 +89,15 @@ def wear_path(
         raise ValueError(
             f"radius of curvature {rho.min():.3g} m on the path: contact at or below the base circle"
         )
-    omega = driving_speed * z[0] / z
+    omega, per_tooth = driving_speed * z[0] / z, rho / z[:, None]
     arc = rho**2 / (2.0 * r_b[:, None])
+    step = np.abs(np.diff(arc, axis=1))
     return WearPath(
         curvature=rho,
         equivalent_radius=1.0 / np.abs(1.0 / rho[0] + (-1.0 if concave else 1.0) / rho[1]),
         surface_velocity=rho * omega[:, None],
-        specific_sliding=_specific_sliding(rho, z),
-        arc_weight=_trapezoid(arc),
+        specific_sliding=1.0 - per_tooth[::-1] / per_tooth,  # of any speed, also at standstill
+        arc_weight=0.5 * (np.pad(step, ((0, 0), (0, 1))) + np.pad(step, ((0, 0), (1, 0)))),
         arc=arc,
         pressure_angle=np.arctan(rho / r_b[:, None]),
         passes=np.asarray(passes, float),
@@ -205,16 +206,3 @@ def worn_mass(
     """
     width = path.face_width if face_width is None else np.asarray(face_width, float)
     return np.asarray(np.asarray(density) * np.asarray(teeth) * width * worn_area(depth, path))
-
-
-def _specific_sliding(rho: Array, z: Array) -> Array:
-    v = rho / z[:, None]  # a common factor of the speeds cancels, also at standstill
-    return np.asarray(1.0 - v[::-1] / v)
-
-
-def _trapezoid(arc: Array) -> Array:
-    step = np.abs(np.diff(arc, axis=1))
-    weight = np.zeros_like(arc)
-    weight[:, :-1] += 0.5 * step
-    weight[:, 1:] += 0.5 * step
-    return weight

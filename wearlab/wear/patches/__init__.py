@@ -39,9 +39,9 @@ class OneWayPatch(PatchModel):
 
     def build(self, setting: "PatchSetting") -> "Patch":
         """Return the patch that only spreads."""
-        from wearlab.wear.patch import one_way
+        from wearlab.wear.patch import OneWay, spread_matrix
 
-        return one_way(setting.half_width, setting.path)
+        return OneWay(spread_matrix(setting.half_width, setting.path))
 
 
 class TwoWayPatch(PatchModel):
