@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 
-from wearlab.arrays import Array
 from wearlab.life import runge_kutta
 from wearlab.life.limits import CountedRate, Rate
 from wearlab.life.runge_kutta import Scheme
@@ -147,11 +146,11 @@ class AdaptiveStepper:
             self.hurried = self.hurried or late
             return self._held(node, largest, still), None
         self._prepare(node, largest, memory)
-        floor = 0.0
-        if not self.known.foreseeable:
-            floor = min(FOLLOWED / self.known.radius, wearing(node, self.scale))
+        floor, known = 0.0, self.known
+        if not known.foreseeable:
+            floor = min(FOLLOWED / known.radius, wearing(node, self.scale))
         wanted = self._suited(max(self.next_size, floor), self.last_order)
-        size = self._bounded(self._even(wanted, largest), largest)
+        size = float(min(self._even(wanted, largest), largest, known.reach))
         rejected = False
         while True:
             self.trying = size
@@ -168,11 +167,11 @@ class AdaptiveStepper:
             rejected = True
             self.rejected += 1
             self.rate.recall(memory)
-            if self.known.age > 0 and size * self.known.radius > LOOKED_AT:
-                self.known.look(self.rate, node, memory)
+            if known.age > 0 and size * known.radius > LOOKED_AT:
+                known.look(self.rate, node, memory)
             shorter = size * fitting(tried.ratio, tried.order)
             floor = floor if floor < size else shorter
-            size = self._bounded(self._suited(max(shorter, floor), tried.order), 0.95 * size)
+            size = float(min(self._suited(max(shorter, floor), tried.order), 0.95 * size, known.reach))
 
     def _crosses_jump(self, tried: Trial, memory: Any) -> bool:
         """Whether the rate jumps inside an accepted step: it changes as in a longer one, and nowhere slowly.
@@ -185,15 +184,13 @@ class AdaptiveStepper:
         size, change = self.ahead
         if tried.size > SHORTER * size or tried.change <= UNCHANGED * change:
             return False
-        self.ahead, beyond, step = (0.0, 0.0), self.rate.remember(), tried.step
-        between = False
+        self.ahead, beyond, step, nearest = (0.0, 0.0), self.rate.remember(), tried.step, list[float]()
         for share in PROBES:
             self.rate.recall(memory)
             inside = self.rate(depth_at(step, step.start.cycle + share * tried.size))
-            sides = [float(np.linalg.norm(inside - end.rate)) for end in step[:2]]
-            between = between or min(sides) > CONTINUOUS * tried.change
+            nearest.append(min(float(np.linalg.norm(inside - end.rate)) for end in step[:2]))
         self.rate.recall(beyond)
-        return not between
+        return max(nearest) <= CONTINUOUS * tried.change
 
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
@@ -203,8 +200,10 @@ class AdaptiveStepper:
         """Look at the spectrum if it matters, and settle the next size."""
         if self._must_look(left):
             self.known.look(self.rate, node, memory)
-        if not np.isfinite(self.next_size):
-            self.next_size = self._first(node, left)
+        if not np.isfinite(self.next_size):  # the first step: nothing is known
+            fastest = float(node.rate.max(initial=0.0))
+            worn = FIRST_WEAR * self.scale * self.tolerance**0.25
+            self.next_size = min(FIRST_SHARE * left, worn / fastest if fastest > 0.0 else np.inf)
         self.known.foresee(self.rate, node, left, self.tolerance)
 
     def _must_look(self, left: float) -> bool:
@@ -215,12 +214,6 @@ class AdaptiveStepper:
         if self.last_order == 4 and reached > runge_kutta.REACH:
             return self.known.age >= STEPS_BEFORE_STIFF
         return self.known.age >= STEPS_PER_SPECTRUM and reached > LOOKED_AT
-
-    def _first(self, node: Node, left: float) -> float:
-        """Return a first step when nothing is known."""
-        fastest = float(node.rate.max(initial=0.0))
-        worn = FIRST_WEAR * self.scale * self.tolerance**0.25
-        return min(FIRST_SHARE * left, worn / fastest) if fastest > 0.0 else FIRST_SHARE * left
 
     def _suited(self, size: float, order: int) -> float:
         """Return a step for the method that suits it: what the test of a method of this order asked for."""
@@ -238,9 +231,6 @@ class AdaptiveStepper:
             size = 0.5 * left
         return min(size, self.most)
 
-    def _bounded(self, size: float, largest: float) -> float:
-        return float(min(size, largest, self.known.reach))
-
     def _held(self, node: Node, left: float, still: Rate) -> Step:
         """Return a step that holds what the motion adds to the static rate."""
         wanted, short_of_work = self.work.affordable(self.rate, node, left)
@@ -254,21 +244,19 @@ class AdaptiveStepper:
 
     def _try(self, node: Node, size: float) -> Trial:
         """Try a step of the fourth-order method, or of RKC2 where that is not stable."""
+        by: Scheme | str
         known = self.known
         if known.looked and size * known.radius > runge_kutta.REACH:
-            scheme = runge_kutta.stages_for(size * known.radius, known.damping)
-            depth = runge_kutta.chebyshev_step(self.rate, node.depth, node.rate, size, scheme)
+            order, by = 2, runge_kutta.stages_for(size * known.radius, known.damping)
+            depth = runge_kutta.chebyshev_step(self.rate, node.depth, node.rate, size, by)
             end = Node(node.cycle + size, depth, self.rate(depth))
             error = runge_kutta.chebyshev_error(node.depth, depth, node.rate, end.rate, size)
-            return self._tried(node, end, size, error, 2, scheme)
-        found = runge_kutta.fourth_order_step(self.rate, node.depth, node.rate, size)
-        known.told(self.rate, found.seen)
-        end = Node(node.cycle + size, found.depth, found.rate)
-        error = runge_kutta.fourth_order_error(found.difference, size * known.radius)
-        return self._tried(node, end, size, error, 4, FOURTH_ORDER)
-
-    def _tried(self, node: Node, end: Node, size: float, error: Array, order: int, by: Scheme | str) -> Trial:
-        """Return a step with its largest error over the one that is allowed [1]."""
+        else:
+            order, by = 4, FOURTH_ORDER
+            found = runge_kutta.fourth_order_step(self.rate, node.depth, node.rate, size)
+            known.told(self.rate, found.seen)
+            end = Node(node.cycle + size, found.depth, found.rate)
+            error = runge_kutta.fourth_order_error(found.difference, size * known.radius)
         worn = float((end.depth - node.depth).max(initial=0.0))
         reached = max(float(end.depth.max(initial=0.0)), self.scale)
         allowed = SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * reached)

@@ -16,8 +16,8 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Literal, NamedTuple
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -115,7 +115,13 @@ class _Writer:
             return ["shared", self.shared[id(value)]]
         match value:
             case np.ndarray() | np.generic():
-                return self.array(value)
+                if not NUMBER.fullmatch(value.dtype.str):
+                    raise CheckpointError(f"arrays of {value.dtype} do not belong in a checkpoint")
+                order: Any = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
+                self.blocks.append(value.tobytes(order))
+                begin, self.size = self.size, self.size + len(self.blocks[-1])
+                kind = "array" if isinstance(value, np.ndarray) else "number"
+                return [kind, value.dtype.str, list(value.shape), order, begin]
             case slice():
                 return ["slice", value.start, value.stop, value.step]
             case dict():
@@ -123,24 +129,13 @@ class _Writer:
                 return ["table", [[self.reference(_key(key)), self.reference(v)] for key, v in items]]
         if type(value) in (tuple, list):
             return [type(value).__name__, [self.reference(each) for each in value]]
-        kind, names = type(value), _names(value)
-        named = f"{kind.__module__}:{kind.__qualname__}"
-        if _record(named) is not kind:
+        record = type(value)
+        named = f"{record.__module__}:{record.__qualname__}"
+        if _record(named) is not record:
             raise CheckpointError(f"{named} does not belong in a checkpoint")
+        names = _fields(record)
+        names = list(vars(value)) if names is None else names
         return ["record", named, {name: self.reference(getattr(value, name)) for name in names}]
-
-    def array(self, value: Any) -> list[Any]:
-        """Return where an array's bytes are, and what they mean."""
-        values = np.asarray(value)
-        if not NUMBER.fullmatch(values.dtype.str):
-            raise CheckpointError(f"arrays of {values.dtype} do not belong in a checkpoint")
-        order: Literal["C", "F"] = "F" if values.flags.f_contiguous and not values.flags.c_contiguous else "C"
-        block = values.tobytes(order)
-        kind = "array" if isinstance(value, np.ndarray) else "number"
-        stored = [kind, values.dtype.str, list(values.shape), order, self.size]
-        self.blocks.append(block)
-        self.size += len(block)
-        return stored
 
 
 class _Reader:
@@ -163,7 +158,13 @@ class _Reader:
             case ["shared", number]:
                 return self.shared[_index(number)]
             case [("array" | "number") as kind, str(dtype), list(shape), order, offset]:
-                values = self.array(dtype, shape, order, _index(offset))
+                if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
+                    raise CheckpointError(f"arrays of {dtype[:20]!r} do not belong in a checkpoint")
+                count = int(np.prod([_index(length) for length in shape], dtype=object))
+                flat = (
+                    np.frombuffer(self.arrays, dtype, count, _index(offset)) if count else np.empty(0, dtype)
+                )
+                values = flat.reshape(shape, order=order).copy(order)  # of its own: it may be written to
                 return values if kind == "array" else values[()]
             case ["slice", start, stop, step]:
                 return slice(start, stop, step)
@@ -176,15 +177,6 @@ class _Reader:
             case ["record", str(named), dict(values)]:
                 return _filled(_record(named), {name: self.value(each) for name, each in values.items()})
         raise CheckpointError(f"{str(stored)[:60]!r} does not belong in a checkpoint")
-
-    def array(self, dtype: str, shape: list[Any], order: Any, offset: int) -> Any:
-        """Return an array of its own, which may be written to."""
-        if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
-            raise CheckpointError(f"arrays of {dtype[:20]!r} do not belong in a checkpoint")
-        lengths = [_index(length) for length in shape]
-        count = int(np.prod(lengths, dtype=object))
-        flat = np.frombuffer(self.arrays, dtype, count, offset) if count else np.empty(0, dtype)
-        return flat.reshape(lengths, order=order).copy(order)
 
 
 def _key(key: Any) -> Any:
@@ -200,12 +192,11 @@ def _index(number: Any) -> int:
     return number
 
 
-def _names(value: Any) -> Sequence[str]:
-    """Return the names of the values that make an object: fields, or whatever an object of its own holds."""
-    kind = type(value)
-    if isinstance(value, tuple):
+def _fields(kind: type) -> Sequence[str] | None:
+    """Return the names of the values that make an object; None: it may hold any."""
+    if issubclass(kind, tuple):
         return getattr(kind, "_fields", ())
-    return [each.name for each in fields(kind)] if is_dataclass(kind) else list(vars(value))
+    return [each.name for each in fields(kind)] if is_dataclass(kind) else None
 
 
 def _record(named: str) -> type:
@@ -224,21 +215,18 @@ def _record(named: str) -> type:
 
 def _filled(kind: type, values: dict[str, Any]) -> Any:
     """Return an object with these values; none of its own code runs."""
-    if issubclass(kind, tuple):
-        names = getattr(kind, "_fields", ())
-        if set(names) != set(values) or not names:
-            raise CheckpointError(f"{kind.__name__} with other fields")
-        return tuple.__new__(kind, [values[name] for name in names])
-    if is_dataclass(kind) and {each.name for each in fields(kind)} != set(values):
+    names = _fields(kind)
+    if names is not None and set(names) != set(values):
         raise CheckpointError(f"{kind.__name__} with other fields")
+    if issubclass(kind, tuple):
+        return tuple.__new__(kind, [values[name] for name in names or ()])
     made = object.__new__(kind)
     for name, value in values.items():
         object.__setattr__(made, name, value)
     return made
 
 
-@dataclass
-class Recorder:
+class Recorder(NamedTuple):
     """Where the lives of one run put down what they need, and find what an earlier process put down.
 
     Parameters
@@ -248,16 +236,11 @@ class Recorder:
     """
 
     report: Report
-    kept: dict[str, bytes] = field(default_factory=dict)
-
-    def image(self) -> bytes:
-        """Return everything kept: the keys and lengths as a line of JSON, then the images."""
-        head = json.dumps({key: len(image) for key, image in self.kept.items()})
-        return head.encode() + b"\n" + b"".join(self.kept.values())
+    kept: dict[str, bytes]
 
 
 def _parts(image: bytes) -> dict[str, bytes]:
-    """Return what `Recorder.image` joined; nothing where no wearlab wrote it."""
+    """Return what `Checkpoint.keep` joined; nothing where no wearlab wrote it."""
     head, _, rest = image.partition(b"\n")
     kept: dict[str, bytes] = {}
     try:
@@ -295,12 +278,15 @@ class Checkpoint:
 
     def keep(self, reached: Reached, state: Callable[[], Any]) -> None:
         """Report an accepted state, which can be kept."""
+        report, lives = self.recorder
 
         def image() -> bytes:
+            """Return everything kept: the keys and lengths as a line of JSON, then the images."""
             self.settle(state)
-            return self.recorder.image()
+            head = json.dumps({key: len(image) for key, image in lives.items()})
+            return head.encode() + b"\n" + b"".join(lives.values())
 
-        self.recorder.report(reached, image)
+        report(reached, image)
 
     def settle(self, state: Callable[[], Any]) -> None:
         """Keep a state of the life, its end too: a later life's checkpoint holds it.

@@ -141,22 +141,6 @@ class MeshKind:
         return self.analysis.grid.position.shape
 
 
-def kinds_of(
-    analyses: Sequence[contact.ContactAnalysis],
-    laws: Sequence[PreparedLaw | None],
-    patches: Sequence[Patch | None],
-    meshes: Sequence[clock.Mesh],
-    edges: Array,
-) -> tuple[MeshKind, ...]:
-    """Return the kinds of mesh of a set whose clock has breaks at ``edges``."""
-    kinds = []
-    for kind, (analysis, law, patch) in enumerate(zip(analyses, laws, patches, strict=True)):
-        own = clock.of_kind(meshes, kind)
-        when = tuple(clock.instants_of(analysis.grid, meshes[i].lag, analysis.at_nodes, edges) for i in own)
-        kinds.append(MeshKind(analysis, law, patch, own, when))
-    return tuple(kinds)
-
-
 @dataclass(frozen=True)
 class Coupled(ABC):
     """Flanks that wear together.

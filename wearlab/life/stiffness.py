@@ -26,7 +26,6 @@ ahead of its way goes on by such steps to its end, less exactly than asked and s
 the bound on its work.
 """
 
-from collections.abc import Callable
 from math import expm1, inf, isfinite, log1p
 from typing import Any, NamedTuple
 
@@ -39,7 +38,6 @@ from wearlab.life.step import Node, Step
 
 RADIUS_SAFETY = 1.15
 """Margin on the spectral radius, which a power iteration tells from below."""
-MOST_ITERATIONS = 15
 KRYLOV = 16
 FOUND = 0.3
 """Residual of an approximate eigenvalue, over the spectral radius seen, up to which it counts as found."""
@@ -66,13 +64,7 @@ class Spectrum(NamedTuple):
 
 
 def spectrum(
-    rate: Callable[[Array], Array],
-    h: Array,
-    start: Array,
-    *,
-    amplitude: float,
-    tolerance: float = 0.05,
-    iterations: int = MOST_ITERATIONS,
+    rate: Rate, h: Array, start: Array, *, amplitude: float, tolerance: float = 0.05, iterations: int = 15
 ) -> Spectrum:
     """Return the dominant eigenvalue by power iteration with differences of the rate.
 
@@ -87,9 +79,7 @@ def spectrum(
     tolerance : relative change of ρ at which to stop
     iterations : bound on the evaluations
     """
-    base = rate(h + amplitude)
-    radius, alignment = 0.0, 1.0
-    v = start
+    base, v, radius = rate(h + amplitude), start, 0.0
     for _ in range(iterations):
         largest = float(np.abs(v).max())
         if largest == 0.0:
@@ -107,9 +97,7 @@ def spectrum(
     return Spectrum(radius, alignment, v)
 
 
-def growth_rate(
-    rate: Callable[[Array], Array], h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV
-) -> float:
+def growth_rate(rate: Rate, h: Array, start: Array, *, amplitude: float, iterations: int = KRYLOV) -> float:
     """Return the largest growth rate among the waves of a profile, the largest Re λ of ∂r/∂h, at least 0.
 
     Arnoldi's method with differences of the rate, as in :func:`spectrum`; of its values only those count

@@ -10,7 +10,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.mesh_forces import mesh_forces
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
-from wearlab.life.coupled import kinds_of
+from wearlab.life.coupled import MeshKind
 from wearlab.life.coupling import Coupling
 from wearlab.life.face import FaceCoupling
 from wearlab.life.vibration import Vibration
@@ -178,12 +178,14 @@ def _of_pairs(
     scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: OnClock
 ) -> Coupling:
     """Return contact, dynamics and wear of flanks without a width, joined."""
-    wear, laws = scene.wear, [own.law for own in kinds]
-    patches = [
-        None if wear is None else wear.contact_patch.build(PatchSetting(own.analysis, own.path, own.law))
-        for own in kinds
-    ]
-    joined = kinds_of(on_clock.analyses, laws, patches, on_clock.meshes, on_clock.edges)
+    wear, (_, meshes, edges), kinds_of_mesh = scene.wear, on_clock, list[MeshKind]()
+    for number, own in enumerate(kinds):
+        setting, mine = PatchSetting(own.analysis, own.path, own.law), clock.of_kind(meshes, number)
+        patch = None if wear is None else wear.contact_patch.build(setting)
+        grid, where = own.analysis.grid, own.analysis.at_nodes
+        when = tuple(clock.instants_of(grid, meshes[mesh].lag, where, edges) for mesh in mine)
+        kinds_of_mesh.append(MeshKind(own.analysis, own.law, patch, mine, when))
+    joined = tuple(kinds_of_mesh)
     if scene.dynamics is None:
         return Coupling(joined, None, build_load(scene))
     unworn = [(mean_stiffness(own), own.unworn[1].tangent.max()) for own in on_clock.analyses]
