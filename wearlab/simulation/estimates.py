@@ -2,17 +2,22 @@
 
 A few states of the life are evaluated once more with half the steps and half the nodes. What the wear rate
 changes by is carried along the cycles, and added to what the steps over cycles report of themselves.
+
+Over the face the first and the last state are evaluated once more with half the nodes and half the slices;
+what the wear rate changes by there, relative to the fastest, counts for all that was worn.
 """
 
-import time
 from collections.abc import Callable
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import interp1d
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.life import coupled, history, limits, record
+from wearlab.life import coupled, history, limits
+from wearlab.mesh.face.grid import FaceGrid
 from wearlab.scene import build
 from wearlab.simulation import operating, twins, wear_off
 
@@ -30,6 +35,9 @@ HARD = 5.0
 of seed 9037708 above it four had an error beyond its estimate, of 65 below it one."""
 LARGE = 0.5
 """Estimated error of the mesh force over the largest force from which small changes tell little of it."""
+
+UNWORN = SimpleNamespace(end_reason="", jumps=(), wave_growth=0.0, hurried=False)
+"""The life of what does not wear."""
 
 
 class Estimates(NamedTuple):
@@ -92,14 +100,13 @@ def estimated(stage: operating.Stage, lived: history.History, inherited: float =
     ones serve; without those there is no estimate, except of wear by averages over aperiodic responses.
     Where forces would be off by more than `LARGE` of the largest, finer twins are asked.
     """
-    clock = time.perf_counter()
-    looked = _looked(stage, lived, twins.twins_of, inherited)
-    force = _forces(looked)
-    if _loudest(lived, force) > LARGE:
-        closer = _looked(stage, lived, twins.finer_twins_of, inherited)
-        if closer.missing <= looked.missing:
-            looked, force = closer, _forces(closer)
-    stage.first.coupling.account.seconds["estimates"] += time.perf_counter() - clock
+    with stage.first.coupling.account.timed("estimates"):
+        looked = _looked(stage, lived, twins.twins_of, inherited)
+        force = _forces(looked)
+        if _loudest(lived, force) > LARGE:
+            closer = _looked(stage, lived, twins.finer_twins_of, inherited)
+            if closer.missing <= looked.missing:
+                looked, force = closer, _forces(closer)
     return Estimates(_depth(looked), force, _life(looked), _doubts(looked, force))
 
 
@@ -131,23 +138,20 @@ def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tupl
         response for state in states for each in (state.block or (state,)) for response in each.responses
     ]
     missing = sum(state is None for state in looked.worn)
-    jumps = 0 if lived.life is None else len(lived.life.jumps)
-    unfinished = lived.life is not None and lived.life.end_reason in limits.ENDS_OF_WORK
-    hurried = lived.life is not None and lived.life.hurried
-    waves = lived.life is not None and lived.life.wave_growth > 0.0
+    life: Any = lived.life or UNWORN
     hardest = max((_hardest(stage, state) for state in states), default=0.0)
     said = {
-        "the work of the life is used up before its end": unfinished,
+        "the work of the life is used up before its end": life.end_reason in limits.ENDS_OF_WORK,
         "a response does not repeat": any(response.period == 0 for response in responses),
         "an orbit is not alone or hardly attracts": any(
             not response.verdict.unique or response.verdict.attracting is False for response in responses
         ),
         f"{missing} of {len(looked.worn)} states respond otherwise with half the steps and nodes": missing,
-        f"the wear rate jumps at {jumps} places": jumps,
-        "waves of wear grow from any error": waves,
+        f"the wear rate jumps at {len(life.jumps)} places": life.jumps,
+        "waves of wear grow from any error": life.wave_growth > 0.0,
         f"the force may be off by {loudest:.0%} of the largest": loudest > LARGE,
         f"teeth strike with {hardest:.0f} times their static force": hardest > HARD,
-        "steps over cycles are as long as the work allowed pays for, not as their errors ask": hurried,
+        "steps over cycles are as long as the work allowed pays for, not as their errors ask": life.hurried,
     }
     return tuple(words for words, holds in said.items() if holds)
 
@@ -197,12 +201,8 @@ def _depth(looked: Looked) -> Array | None:
         if len(known) == 1:  # one state speaks for all of the life
             carried = float(np.abs(known[0][1]).max()) * lived.cycle
         total = total + DEPTH_SHARE * carried
-    return np.minimum(total, _worn_at_most(lived.life, lived.cycle))
-
-
-def _worn_at_most(life: record.Life, cycle: Array | float) -> Array:
-    """Return the wear at the fastest rate that any place has shown: no depth is further off [m]."""
-    return np.asarray(float(life.rate.max(initial=0.0)) * np.asarray(cycle))
+    fastest = float(lived.life.rate.max(initial=0.0))  # that any place has shown: no depth is further off
+    return np.minimum(total, fastest * lived.cycle)
 
 
 def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
@@ -219,11 +219,10 @@ def _forces_in(looked: Looked, block: int) -> twins.ForceErrors:
         worse = None if further is None else further.worse[block]
         if further is not None and worse is not None:
             twin = further.twin.conditions[block]
-            errors = twins.force_errors(parts, state, twin, worse)
-            largest = max(extremes(one).largest.max() for one in state.responses)
-            least = TOLERATED * parts.scene.numerics.tolerance * float(largest)
-            errors = errors._replace(largest=max(errors.largest, least))
-            known += [(twin.cycle, *errors)] if np.isfinite(errors.mesh) else []
+            mesh, largest, bearing = twins.force_errors(parts, state, twin, worse)
+            size = max(float(extremes(one).largest.max()) for one in state.responses)
+            least = TOLERATED * parts.scene.numerics.tolerance * size
+            known += [(twin.cycle, mesh, max(largest, least), bearing)] if np.isfinite(mesh) else []
     if not known:
         return twins.ForceErrors(*np.full((3, len(lived.state)), np.nan))
     cycle, *each = np.array(known).T
@@ -246,7 +245,7 @@ def _life(looked: Looked) -> float | None:
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     steps = float(np.abs(life.depth_error[end.nodes]).max()) + life.scatter
     error = steps + end.between + _at_deepest(looked, end)
-    return min(error, float(_worn_at_most(life, lived.cycle[-1]))) / end.rate
+    return min(error, float(life.rate.max(initial=0.0) * lived.cycle[-1])) / end.rate
 
 
 def _at_deepest(looked: Looked, end: wear_off.End) -> float:
@@ -259,3 +258,106 @@ def _at_deepest(looked: Looked, end: wear_off.End) -> float:
     there = np.isin(last.twin.flank, end.flanks)
     deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
     return LIFE_SHARE * float(error[deep].max()) + CHANCE * float(error[there].mean())
+
+
+WEIGHT, OF_ENDS = 0.5, 1.5
+"""Of the rougher twin's change of rate: a third is what halving a grid of second order leaves. At the ends of
+the face of spur gears, and of slices apart, an outermost slice has the gap of its middle: that is of first
+order at most, and leaves all of it or more (tests/validation/face_life_estimates.py)."""
+
+
+BUSY = 0.5
+"""Share of the fastest rate from which a node counts: where wear is deepest."""
+
+
+def rougher_over_face(parts: build.Parts) -> build.Parts:
+    """Return the physics of a scene on half the nodes and half the slices."""
+    scene, mesh = parts.scene, parts.scene.mesh
+    for kind in parts.gears.kinds:
+        fewer = {"face_points": max(3, build.face.slices_of(scene, kind) // 2)}
+        own = scene.mesh.of(kind.section).model_copy(update=fewer)
+        mesh = mesh.model_copy(update={kind.section: own} if kind.section else fewer)
+    numerics = scene.numerics.model_copy(update={"profile_points": build.mesh.profile_points(scene) // 2})
+    return build.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
+
+
+def estimated_over_face(stage: operating.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
+    """Estimate the errors of a life at its kept states.
+
+    Parameters
+    ----------
+    stage : what runs, in all its conditions
+    lived : its history
+    inherited : error of the wear that the run starts from [m]
+    """
+    if lived.life is None:
+        return Estimates(None, None, None)
+    first, flat = stage.first, stage.first.coupling.flat
+    with first.coupling.account.timed("estimates"):
+        rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
+        together, grids = operating.taking_turns(rougher_parts, stage.weight), _grids(rougher_parts[0])
+        ends, rough = [lived.state[0], lived.state[-1]], list[coupled.WearState]()
+        for state in ends:  # at the slices and nodes of the rougher twin
+            each = zip(state.wear, _grids(first), grids, strict=True)
+            rough.append(together.evaluate(tuple(moved(*own) for own in each)))
+        share = _weight(first) * max(
+            _apart(first, rougher_parts[0], fine, twin) for fine, twin in zip(ends, rough, strict=True)
+        )
+    force, pairs = None, zip(ends, rough, strict=True)
+    if ends[0].responses:  # mesh forces at any phase are off by no more, nor are bearings, which carry less
+        most = [[extremes(state.responses[0]).largest for state in pair] for pair in pairs]
+        off = max(float(np.abs(fine - twin).max()) for fine, twin in most)
+        force = (twins.ForceErrors(*np.full((3, len(lived.state)), off)),)
+    steps = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
+    start = flat(lived.state[0].wear)
+    worn = np.array([float((flat(state.wear) - start).max()) for state in lived.state])
+    life = None
+    if lived.life.worn_out:
+        life = lived.life.error_estimate_life + share * float(lived.life.cycle[-1])
+    return Estimates(inherited + steps + share * worn, force, life)
+
+
+def _weight(parts: build.Parts) -> float:
+    """Return what of the change of a rougher twin's rate is an error [1]."""
+    assert parts.face is not None
+    contacts = [kind.contact for kind in parts.face.kinds]
+    apart = any(contact.solid is None and contact.shear_length == 0.0 for contact in contacts)
+    return OF_ENDS if apart or not contacts[0].helix.angle else WEIGHT
+
+
+def _grids(parts: build.Parts) -> list[FaceGrid]:
+    assert parts.face is not None
+    return [kind.contact.grid for kind in parts.face.kinds]
+
+
+def _apart(parts: build.Parts, twin: build.Parts, fine: coupled.WearState, rough: coupled.WearState) -> float:
+    """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
+    fastest = max(float(rate.max()) for rate in fine.rate)
+    if fastest == 0.0:
+        return 0.0
+    off = [0.0]
+    for own, other, grid, its in zip(fine.rate, rough.rate, _grids(parts), _grids(twin), strict=True):
+        off += np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].tolist()
+    return max(off) / fastest
+
+
+def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
+    """Return values at slices and nodes of another grid, linear between them, (2, n_face, n).
+
+    Parameters
+    ----------
+    values : (2, n_face, n) on the grid ``own``
+    own, wanted : grids of one pair
+    """
+    along = interp1d(
+        _apart_at_steps(own), values, axis=2, bounds_error=False, fill_value=(values[..., 0], values[..., -1])
+    )(_apart_at_steps(wanted))
+    ends = (along[:, 0], along[:, -1])
+    across = interp1d(own.position, along, axis=1, bounds_error=False, fill_value=ends)
+    return np.asarray(across(wanted.position))
+
+
+def _apart_at_steps(grid: FaceGrid) -> Array:
+    """Return path positions in which the node before a step lies before the one after it, (n,) [m]."""
+    position = grid.profile.position
+    return position + 1e-9 * (position[-1] - position[0]) * np.arange(len(position))

@@ -41,11 +41,11 @@ class Rougher(NamedTuple):
     ----------
     cycle : of the state [1]
     wear : (n_rough,) its wear depth at the rougher nodes of all flanks [m]
-    rate : (n_rough,) change of the wear rate, None without a wear law [m]
+    rate : (n_rough,) change of the wear rate times the weight, None without a wear law [m]
     flank : (n_rough,) which flank each node is on
     parts, state : the rougher physics and what the state is there
     weight : what its changes are worth as ones of half the steps and nodes [1]
-    between : what its nodes alone do not tell of the wear between them, at most [m]
+    between : what its nodes alone do not tell of the wear between them, at most, times the weight [m]
     shares, conditions : of the cycles [1], and the twins in all conditions of operation, of which this is one
     """
 
@@ -59,11 +59,6 @@ class Rougher(NamedTuple):
     between: float = 0.0
     shares: Array = np.ones(1)
     conditions: "tuple[Rougher, ...]" = ()
-
-    def scaled(self, weight: float) -> "Rougher":
-        """Return the twin with changes that are worth so much as ones of half the steps and nodes [1]."""
-        rate = None if self.rate is None else weight * self.rate
-        return self._replace(rate=rate, weight=weight, between=weight * self.between)
 
 
 def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | None:
@@ -95,29 +90,29 @@ def rougher(
     rough: build.Parts,
     cycle: float,
     state: coupled.WearState,
+    weight: float = 1.0,
     before: Rougher | None = None,
 ) -> Rougher | None:
     """Evaluate one state once more, None when the response is another one or none.
 
     While no flank parts the orbit is the only one, and is soonest found from the twin ``before`` on the same
-    steps; any other from its own state, whose branch it has to be on.
+    steps; any other from its own state, whose branch it has to be on. Its changes are worth ``weight`` [1] as
+    ones of half the steps and nodes.
     """
-    responses = state.responses
     if not is_periodic(state):
         return None
-    start = responses
-    if before is not None and _permanent_contact(responses) and _permanent_contact(before.state.responses):
+    start, flat = state.responses, rough.coupling.flat
+    if before is not None and _permanent_contact(start) and _permanent_contact(before.state.responses):
         start = before.state.responses
     wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
-    again = alike(rough, wear, start, responses)
+    again = alike(rough, wear, start, state.responses)
     if again is None:
         return None
     rate = None
     if state.wears and again.wears:
-        rate = rough.coupling.flat(again.rate) - rough.coupling.flat(_carried(parts, state.rate, rough))
-    flat = rough.coupling.flat(again.wear)
-    between = between_nodes(parts, state.wear, rough)
-    return Rougher(cycle, flat, rate, flank_of_nodes(rough), rough, again, between=between)
+        rate = weight * (flat(again.rate) - flat(_carried(parts, state.rate, rough)))
+    between = weight * between_nodes(parts, state.wear, rough)
+    return Rougher(cycle, flat(again.wear), rate, flank_of_nodes(rough), rough, again, weight, between)
 
 
 def alike(
@@ -172,14 +167,13 @@ def finer_twins_of(parts: build.Parts, lived: history.History) -> list[Rougher |
 def _of_share(
     parts: build.Parts, own: history.History, share: float, weight: float = 1.0
 ) -> list[Rougher | None]:
-    rough = rough_parts(parts, share)
-    twins: list[Rougher | None] = [None] * len(own.state)
+    rough, before = rough_parts(parts, share), None
     if rough is None:
-        return twins
-    before: Rougher | None = None
-    for number, (cycle, state) in enumerate(zip(own.cycle, own.state, strict=True)):
-        twin = rougher(parts, rough, float(cycle), state, before)
-        twins[number], before = twin and twin.scaled(weight), twin or before
+        return [None] * len(own.state)
+    twins = list[Rougher | None]()
+    for cycle, state in zip(own.cycle, own.state, strict=True):
+        twins.append(rougher(parts, rough, float(cycle), state, weight, before))
+        before = twins[-1] or before
     return twins
 
 
@@ -193,9 +187,8 @@ def together(twins: Sequence[Rougher | None], shares: Array) -> Rougher | None:
     known = tuple(twin for twin in twins if twin is not None)
     if len(known) < len(twins):
         return None
-    rates, rate = [twin.rate for twin in known if twin.rate is not None], None
-    if len(rates) == len(known):
-        rate = np.asarray(sum(share * own for share, own in zip(shares, rates, strict=True)))
+    rates = [twin.rate for twin in known if twin.rate is not None]
+    rate = np.asarray(sum(map(np.multiply, shares, rates))) if len(rates) == len(known) else None
     return known[0]._replace(rate=rate, shares=shares, conditions=known)
 
 
@@ -236,35 +229,25 @@ def force_errors(
     parts, state : the physics and the state
     twin, worse : its rougher twin, and what that is worn by as much further as the depth may be off
     """
-    states, angles = (state, twin.state, worse), range(len(state.responses))
-    return ForceErrors(*np.max([_of_responses(parts, states, twin, at) for at in angles], axis=0))
-
-
-def _of_responses(
-    parts: build.Parts, states: Sequence[coupled.WearState], twin: Rougher, at: int
-) -> tuple[float, float, float]:
     assert parts.vibration is not None
-    weight = FORCE_SHARE * twin.weight
+    weight, meshes, found = FORCE_SHARE * twin.weight, len(parts.meshes), list[tuple[float, ...]]()
     phase, segment, _ = mesh_forces.within_steps(parts.vibration.sampling.grid, NODES)
-    own, again, worse = (
-        forces_of(physics, state, at, clock.Instants(phase, segment))
-        for physics, state in zip((parts, twin.parts, twin.parts), states, strict=True)
-    )
-    meshes = len(parts.meshes)
-    turns = len(own) if parts.vibration.hunting == 1 else 1  # hunting teeth say where it begins
-    turn = min(range(turns), key=lambda turn: np.abs(_turned(again, turn) - own)[:, :meshes].max())
-    error = weight * np.abs(_turned(again, turn) - own) + np.abs(_turned(worse - again, turn))
-    read, twice = (extremes.extremes(state.responses[at]).largest for state in states[:2])
-    largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
-    return (
-        INSTANT_SHARE * float(error[:, :meshes].max()),
-        max(*largest, weight * float(np.abs(read - twice).max())),
-        INSTANT_SHARE * float(error[:, meshes:].max()) if vibrating.has_bearings(parts) else np.nan,
-    )
-
-
-def _turned(values: Array, turn: int) -> Array:
-    return np.roll(values, turn, axis=0)
+    physics, states = (parts, twin.parts, twin.parts), (state, twin.state, worse)
+    for at in range(len(state.responses)):
+        own, again, further = (
+            forces_of(of, one, at, clock.Instants(phase, segment))
+            for of, one in zip(physics, states, strict=True)
+        )
+        turns = len(own) if parts.vibration.hunting == 1 else 1  # hunting teeth say where it begins
+        off = [np.abs(np.roll(again, turn, axis=0) - own) for turn in range(turns)]
+        turn = int(np.argmin([of_meshes[:, :meshes].max() for of_meshes in off]))
+        error = weight * off[turn] + np.abs(np.roll(further - again, turn, axis=0))
+        read, twice = (extremes.extremes(one.responses[at]).largest for one in states[:2])
+        largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
+        each = INSTANT_SHARE * error[:, :meshes].max(), max(*largest, weight * np.abs(read - twice).max())
+        bearing = error[:, meshes:].max() if vibrating.has_bearings(parts) else np.nan
+        found.append((*each, INSTANT_SHARE * bearing))
+    return ForceErrors(*np.max(found, axis=0))
 
 
 def error_of_largest(values: Array, error: Array) -> float:

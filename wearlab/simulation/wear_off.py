@@ -89,15 +89,14 @@ def above_nodes(depth: Array) -> float:
     """
     top = int(np.argmax(depth))
     after, before = depth[top : top + 3], depth[max(0, top - 2) : top + 1][::-1]
-    rises = [_vertex(*_parabola(*side)) for side in (after, before) if len(side) == 3]
+    rises = [
+        _vertex(0.5 * (4.0 * second - 3.0 * first - third), 0.5 * (first + third - 2.0 * second))
+        for first, second, third in (side for side in (after, before) if len(side) == 3)
+    ]
     if 2 in (len(after), len(before)):
         left, middle, right = depth[top - 1 : top + 2]
         rises.append(_vertex(0.5 * abs(right - left), 0.5 * (left + right) - middle))
     return max(rises)
-
-
-def _parabola(first: float, second: float, third: float) -> tuple[float, float]:
-    return (4.0 * second - 3.0 * first - third) / 2.0, (first + third - 2.0 * second) / 2.0
 
 
 def _vertex(b: float, c: float) -> float:
@@ -167,19 +166,21 @@ def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[Wor
     joint : rougher twins of the states, in all conditions together
     stepping : error of the depth at the states by the steps over cycles and by what was before [m]
     """
-    found: list[WornFurther | None] = []
-    before: WornFurther | None = None
+    found, before = list[WornFurther | None](), None
     for twin, steps in zip(joint, stepping, strict=True):
-        own = None if twin is None else _next(twin, float(steps), before)
-        before = own or before
-        found.append(own)
+        found.append(None if twin is None else _next(twin, float(steps), before))
+        before = found[-1] or before
     return found
 
 
 def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFurther:
     """Return the error at the next state that has twins."""
-    step = twin.cycle - (0.0 if before is None else before.twin.cycle)
-    error = _driven(twin, step, before)
+    cycle, start, last = 0.0, np.zeros_like(twin.wear), None
+    if before is not None:
+        cycle, start, last = before.twin.cycle, before.error, before.twin.rate
+    step, error = twin.cycle - cycle, start
+    if twin.rate is not None:  # when nothing levels it since the state before
+        error = start + step * (twin.rate if last is None else 0.5 * (twin.rate + last))
     off = _further(twin, error, stepping)
     worse = _worn_by(twin, off)
     if _is_levelled(twin, step, error, off, _answer(twin, worse)):
@@ -187,15 +188,6 @@ def _next(twin: Rougher, stepping: float, before: WornFurther | None) -> WornFur
         again = _worn_by(twin, _further(twin, error, stepping))
         worse = worse if None in again else again
     return WornFurther(twin, error, worse)
-
-
-def _driven(twin: Rougher, step: float, before: WornFurther | None) -> Array:
-    """Return the error when nothing levels it since the state before, (n_rough,) [m]."""
-    start = np.zeros_like(twin.wear) if before is None else before.error
-    if twin.rate is None:
-        return start
-    last = None if before is None else before.twin.rate
-    return np.asarray(start + step * (twin.rate if last is None else 0.5 * (twin.rate + last)))
 
 
 def _is_levelled(joint: Rougher, step: float, error: Array, off: Array, answer: Array | None) -> bool:
