@@ -1,7 +1,7 @@
 """Other attractors of the stored states: looked for there alone, never while wear is stepped."""
 
-import time
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from wearlab.dynamics.orbits import coexisting, periodic
 from wearlab.dynamics.orbits.response import Response
 from wearlab.life import coupled
 from wearlab.scene import build
-from wearlab.simulation import living
+from wearlab.simulation import label, living
 
 Values = dict[str, Any]
 
@@ -44,15 +44,14 @@ def other_attractors(parts: build.Parts, states: Sequence[coupled.WearState]) ->
     state in which a release finds one tries all its others, too: the first that is found need not be the
     worst.
     """
-    vibration = parts.vibration
-    if vibration is None or vibration.hunting > 1 or not isinstance(vibration.method, periodic.Periodic):
+    vibration, account = parts.vibration, parts.coupling.account
+    if vibration is None or not isinstance(vibration.method, periodic.Periodic):
         return []
-    if vibration.slow is not None or len(parts.meshes) > 1:
+    if vibration.hunting > 1 or vibration.slow is not None or len(parts.meshes) > 1:
         return []
-    clock, account = time.perf_counter(), parts.coupling.account
     most = living.most_searched(vibration.system, parts.scene.numerics.most_right_hand_sides)
-    searches = _searches([state.responses[0] for state in states], vibration.method, most)
-    account.seconds["dynamics"] += time.perf_counter() - clock
+    with account.timed("dynamics"):
+        searches = _searches([state.responses[0] for state in states], vibration.method, most)
     account.counts["period_maps"] += sum(one.search.periods for one in searches)
     return searches
 
@@ -61,7 +60,8 @@ def _searches(responses: Sequence[Response], method: periodic.Periodic, left: in
     """Search one state after another with ``left`` integration steps, then back."""
     found, first = list[Searched](), 0
     for number, response in enumerate(responses):
-        hunt = _Beside(response, method, max(left // (len(responses) - number), 0))
+        most = max(left // (len(responses) - number), 0)
+        hunt = _Beside(response, method, most, coexisting.Search())
         known = found[-1].rivals if found else ()
         hunt.forwards(known, coexisting.FURTHER if first else coexisting.RELEASES, first)
         found.append(hunt.result())
@@ -75,18 +75,16 @@ def _searches(responses: Sequence[Response], method: periodic.Periodic, left: in
     return found
 
 
+@dataclass
 class _Beside:
     """The attractors found beside one response, with a bounded number of integration steps."""
 
-    def __init__(
-        self,
-        response: Response,
-        method: periodic.Periodic,
-        most: int,
-        search: coexisting.Search | None = None,
-    ) -> None:
-        self.response, self.method, self.most = response, method, most
-        self.search, self.rivals, self.steps = search or coexisting.Search(), list[Response](), 0
+    response: Response
+    method: periodic.Periodic
+    most: int
+    search: coexisting.Search
+    rivals: list[Response] = field(default_factory=list)
+    steps: int = 0
 
     def forwards(self, known: Sequence[Response], releases: int, first: int) -> None:
         """Follow what a neighbour has, or release flanks until there are no more releases or steps."""
@@ -125,7 +123,10 @@ def _alike(one: Response, other: Response) -> bool:
 
 
 def attractor_values(found: Sequence[Searched]) -> Values:
-    """Return what was searched, and period, largest multiplier and range of force of the attractors found."""
+    """Return what was searched, and period, largest multiplier and range of force of the attractors found.
+
+    Of the worst beside each state, and of all of them along ``rival``.
+    """
     if not found:
         return {}
     searches = [one.search for one in found]
@@ -134,7 +135,16 @@ def attractor_values(found: Sequence[Searched]) -> Values:
         "count_attractor_starts": sum(search.starts for search in searches),
         "count_attractor_periods": sum(search.periods for search in searches),
     }
-    return values | _values_of([one.rivals for one in found])
+    others = [one.rivals for one in found]
+    if not any(others):
+        return values
+    rows = [np.array([_described(other) for other in own]) for own in others]
+    width = max(own.shape[-1] for own in rows)
+    each = label.padded([own.reshape(-1, width) for own in rows])
+    least, largest = (force.transpose(0, 2, 1) for force in np.split(each[..., 2:], 2, axis=-1))
+    told = {"period": each[..., 0], "multiplier": each[..., 1], "force_min": least, "force_max": largest}
+    worst = {f"coexisting_{name}": own[..., 0] for name, own in told.items()}
+    return values | worst | {f"rival_{name}": own for name, own in told.items()}
 
 
 def searched(search: coexisting.Search) -> str:
@@ -144,22 +154,6 @@ def searched(search: coexisting.Search) -> str:
     if search.cut_off:
         return "cut off"
     return "none found" if search.starts else "not looked for"
-
-
-def _values_of(others: Sequence[Sequence[Response]]) -> Values:
-    """Return the worst attractor found beside each state, and all of them along ``rival``."""
-    most = max(map(len, others))
-    if most == 0:
-        return {}
-    meshes = next(len(one.system.direction) for own in others for one in own)
-    rows = np.full((len(others), most, 2 + 2 * meshes), np.nan)
-    for state, own in enumerate(others):
-        for number, other in enumerate(own):
-            rows[state, number] = _described(other)
-    least, largest = (force.transpose(0, 2, 1) for force in np.split(rows[..., 2:], 2, axis=-1))
-    found = {"period": rows[..., 0], "multiplier": rows[..., 1], "force_min": least, "force_max": largest}
-    worst = {f"coexisting_{name}": values[..., 0] for name, values in found.items()}
-    return worst | {f"rival_{name}": values for name, values in found.items()}
 
 
 def _described(other: Response) -> Array:

@@ -51,14 +51,6 @@ def diagnosed(
         return instead
 
 
-def with_told(run: xr.Dataset, lines: list[str]) -> xr.Dataset:
-    """Return the dataset of a run whose ``validity`` tells more, a line each."""
-    if not lines:
-        return run
-    told = [run["validity"].item(), *dict.fromkeys(lines)]
-    return run.assign(validity=run["validity"].copy(data="\n".join(filter(None, told))))
-
-
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
 
@@ -87,9 +79,16 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
     """
     variables = {}
     for name, value in {**values, **coordinates}.items():
-        array = np.asarray(value)
-        dims = _dimensions(name, array) if name in coordinates else _of_variable(name, array)
-        variables[name] = xr.Variable(dims, array, _attributes(name, array))
+        array, known = np.asarray(value), name in schema.VARIABLES
+        dims: tuple[str, ...] = (name,)
+        if name not in coordinates:
+            dims = _of_variable(name, array)
+        elif known and array.ndim:  # what all flanks share lies along the profile alone
+            dims = schema.VARIABLES[name].dims[-array.ndim :]
+        said = schema.attributes(name) if known else {"long_name": name.replace("_", " ")}
+        if not known and array.dtype.kind in "iuf":
+            said["units"] = "1"
+        variables[name] = xr.Variable(dims, array, said)
     return Labelled(variables, frozenset(coordinates))
 
 
@@ -116,32 +115,15 @@ def _of_variable(name: str, value: np.ndarray) -> tuple[str, ...]:
     return (dims[0], "error_angle", *dims[1:]) if value.ndim == len(dims) + 1 else dims
 
 
-def _dimensions(name: str, value: np.ndarray) -> tuple[str, ...]:
-    """Return the dimensions of a coordinate; what all flanks share lies along the profile alone."""
-    return schema.VARIABLES[name].dims[-value.ndim :] if name in schema.VARIABLES and value.ndim else (name,)
-
-
-def _attributes(name: str, value: np.ndarray) -> dict[str, str]:
-    if name in schema.VARIABLES:
-        return schema.attributes(name)
-    counts = {"units": "1"} if value.dtype.kind in "iuf" else {}
-    return {"long_name": name.replace("_", " "), **counts}
-
-
 def padded(arrays: Sequence[np.ndarray], axis: int = 0, fill: float = np.nan) -> np.ndarray:
     """Stack arrays along a new axis, ``fill`` where one is shorter than another."""
-    shape = tuple(np.max([array.shape for array in arrays], axis=0))
-    return np.stack(
-        [
-            array
-            if array.shape == shape
-            else np.pad(
-                array, [(0, n - own) for n, own in zip(shape, array.shape, strict=True)], constant_values=fill
-            )
-            for array in arrays
-        ],
-        axis,
-    )
+    shapes = np.array([array.shape for array in arrays])
+    beyond = shapes.max(axis=0) - shapes
+    longer = [
+        np.pad(array, [(0, n) for n in more], constant_values=fill) if any(more) else array
+        for array, more in zip(arrays, beyond, strict=True)
+    ]
+    return np.stack(longer, axis)
 
 
 def of_states(rows: Sequence[Sequence[Any]]) -> np.ndarray:
@@ -164,10 +146,8 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iter
     """
     for result in (*results.RESULTS.values(), *(results.OF_PLUGINS[name] for name in added)):
         if all(name in run for name in result.needs):
-            if failures is None:
-                found: xr.Variable | None = _variable(result, run)
-            else:
-                found = diagnosed(result.name, failures, None, _variable, result, run)
+            given: Any = (result.name, failures, None, _variable, result, run)
+            found = _variable(result, run) if failures is None else diagnosed(*given)
             run = run if found is None else run.assign({result.name: found})
     return run
 
@@ -229,13 +209,12 @@ def _circumstances() -> dict[str, str]:
 
 def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str]:
     """Return the runs that calibrate and precede this one, from which cycle, and what is known of it."""
-    by: dict[str, str] = {}
+    told = {"parents": ""}
     if calibration is not None:
-        by = {"calibration": calibration.run, "calibration_life": repr(calibration.cycles)}
-    if scene.start is None:
-        return {"parents": "", **by}
-    told = by | {"parents": scene.start.run or "", "replaced_members": ", ".join(scene.start.replace)}
-    if scene.start_wear is not None:
+        told |= {"calibration": calibration.run, "calibration_life": repr(calibration.cycles)}
+    if scene.start is not None:
+        told |= {"parents": scene.start.run or "", "replaced_members": ", ".join(scene.start.replace)}
+    if scene.start is not None and scene.start_wear is not None:
         told["parent_cycle"] = repr(scene.start_wear.cycle)
         told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
         told["parent_error"] = f"{scene.start_wear.estimate:.3g} m"
@@ -249,9 +228,7 @@ def _commit() -> dict[str, str]:
     An installed copy has none: there the hash of its sources tells the code.
     """
     top = Path(__file__).resolve().parents[2]
-    if not (top / ".git").exists():
-        return UNKNOWN
-    commit = _git(top, "rev-parse", "HEAD")
+    commit = _git(top, "rev-parse", "HEAD") if (top / ".git").exists() else ""
     if not commit:
         return UNKNOWN
     dirty = _git(top, "status", "--porcelain", "--", "wearlab", "pyproject.toml")
@@ -283,7 +260,8 @@ def discovery(scene: Scene, begun: float) -> dict[str, str]:
     scene : the scene
     begun : start of the run, seconds since the epoch [s]
     """
-    kind = _kind(scene)
+    gears: Any = scene.gears
+    kind = str(getattr(gears, "kind", "gear set")).replace("-", " ")
     present = [subject for name, subject in SUBJECTS.items() if getattr(scene, name, None) is not None]
     about = ", ".join(["contact and mesh stiffness", *present])
     when = datetime.fromtimestamp(begun, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
@@ -298,8 +276,3 @@ def discovery(scene: Scene, begun: float) -> dict[str, str]:
         "are known to be off.",
         "history": f"{when} wearlab {__version__}: computed from its scene",
     }
-
-
-def _kind(scene: Scene) -> str:
-    gears: Any = scene.gears
-    return str(getattr(gears, "kind", "gear set")).replace("-", " ")

@@ -3,8 +3,9 @@
 What a run may do is bounded by the cost of its right-hand sides, never by seconds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -66,9 +67,8 @@ def inherited_error(scene: Scene, parts: build.Parts) -> float:
     given = scene.start_wear
     if scene.start is None or given is None:
         return 0.0
-    if all(is_replaced(name, scene.start.replace) for name in parts.gears.flanks):
-        return 0.0
-    return given.error + given.estimate
+    new = all(is_replaced(name, scene.start.replace) for name in parts.gears.flanks)
+    return 0.0 if new else given.error + given.estimate
 
 
 def moved(own: Array, depth: Array, wanted: Array) -> Array:
@@ -186,7 +186,10 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
     histories: list[history.History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
-        until, ends = _limits(scene, stage, cycles, seconds)
+        gears, passed = stage.first.gears, (cycles, seconds)
+        until = build.wear.build_limits(scene, gears, stage.coupling, stage.speed, passed)
+        goes_on = stage.cycles is not None and (until.cycles is None or until.cycles > stage.cycles)
+        until = until._replace(cycles=stage.cycles) if goes_on else until
         try:
             lived = _integrated(scene, stage, wear, until, cycles)
         except limits.StopWear as stop:
@@ -200,7 +203,7 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
         cycles += float(lived.life.cycle[-1])
         seconds += _seconds(stage, float(lived.life.cycle[-1]))
         reason = lived.life.end_reason
-        if ends or lived.life.end_reason != limits.ALL_CYCLES:
+        if not goes_on or lived.life.end_reason != limits.ALL_CYCLES:
             break
     return _joined(histories, stages, reason)
 
@@ -210,38 +213,25 @@ def _seconds(stage: operating.Stage, cycles: Any) -> Any:
     return cycles * 2 * np.pi / (stage.speed or np.nan)
 
 
-def _limits(
-    scene: Scene, stage: operating.Stage, cycles: float, seconds: float
-) -> tuple[limits.Limits, bool]:
-    """Return where a stage ends, and whether the scene ends with its cycles."""
-    until = build.wear.build_limits(scene, stage.first.gears, stage.coupling, stage.speed, (cycles, seconds))
-    if stage.cycles is None or (until.cycles is not None and until.cycles <= stage.cycles):
-        return until, True
-    return until._replace(cycles=stage.cycles), False
-
-
 def _integrated(
     scene: Scene, stage: operating.Stage, wear: coupled.Wear, until: limits.Limits, before: float
 ) -> history.History:
+    """Return the life of one stage; states that were passed in those before are no longer asked for."""
     assert scene.wear is not None
     parts, most = stage.first, most_work(scene, stage.first)
+    asked = build.wear.build_snapshots(scene, parts.gears, stage.coupling)
+    left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
     return history.history(
         stage.coupling,
         wear,
         limits=until,
         method=scene.wear.step.build(),
-        snapshots=_after(build.wear.build_snapshots(scene, parts.gears, stage.coupling), before),
+        snapshots=asked._replace(cycles=left, only=asked.asked),
         tolerance=cycle_tolerance(scene),
         most_work=most,
         kept_work=KEPT_SHARE * most,
         most_kept=None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds),
     )
-
-
-def _after(snapshots: limits.Snapshots, cycles: float) -> limits.Snapshots:
-    """Return snapshots counted from a later cycle; states passed before are no longer asked for."""
-    left = tuple(cycle - cycles for cycle in snapshots.cycles if cycle > cycles)
-    return snapshots._replace(cycles=left, only=snapshots.asked)
 
 
 def _joined(
@@ -269,29 +259,33 @@ def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Li
     if len(lives) == 1:
         return lives[0]
     end = np.cumsum([0.0, *(float(life.accumulated_error[-1]) for life in lives[:-1])])
-    begun = list(zip(lives, starts, strict=False))
+    later = [
+        replace(
+            life,
+            cycle=life.cycle + start,
+            accumulated_error=life.accumulated_error + error,
+            snapshot_cycle=life.snapshot_cycle + start,
+            jumps=tuple(jump._replace(cycle=jump.cycle + start) for jump in life.jumps),
+        )
+        for life, start, error in zip(lives, starts, end, strict=False)
+    ]
+    joined: dict[str, Any] = {"end_reason": reason}
+    for names, join in OF_LIVES.items():
+        joined |= {name: join([getattr(life, name) for life in later]) for name in names}
+    shift = np.copysign(end[-1], lives[-1].depth_error)
+    return replace(later[-1], **joined, depth_error=lives[-1].depth_error + shift)
 
-    def row(name: str, before: Sequence[float] | Array) -> Array:
-        each = [getattr(life, name) + b for life, b in zip(lives, before, strict=False)]
-        return np.concatenate([each[0], *(later[1:] for later in each[1:])])
 
-    none = np.zeros(len(lives))
-    before = {"cycle": starts, "depth": none, "rate": none, "error": none, "accumulated_error": end}
-    rows: dict[str, Any] = {name: row(name, offset) for name, offset in before.items()}
-    return replace(
-        lives[-1],
-        **rows,
-        depth_error=lives[-1].depth_error + np.copysign(end[-1], lives[-1].depth_error),
-        snapshot_cycle=np.concatenate([life.snapshot_cycle + start for life, start in begun]),
-        snapshot_depth=np.concatenate([life.snapshot_depth for life in lives]),
-        end_reason=reason,
-        jumps=tuple(jump._replace(cycle=jump.cycle + start) for life, start in begun for jump in life.jumps),
-        saw_tooth=any(life.saw_tooth for life in lives),
-        wave_growth=max(life.wave_growth for life in lives),
-        hurried=any(life.hurried for life in lives),
-        count_rate_evaluations=sum(life.count_rate_evaluations for life in lives),
-        count_rejected=sum(life.count_rejected for life in lives),
-    )
+OF_LIVES: dict[tuple[str, ...], Callable[[list[Any]], Any]] = {
+    ("cycle", "depth", "rate", "error", "accumulated_error"): lambda each: np.concatenate(
+        [each[0], *(rows[1:] for rows in each[1:])]  # which begin with the end of those before
+    ),
+    ("snapshot_cycle", "snapshot_depth"): np.concatenate,
+    ("jumps",): lambda each: tuple(chain(*each)),
+    ("saw_tooth", "wave_growth", "hurried"): max,
+    ("count_rate_evaluations", "count_rejected"): sum,
+}
+"""How values of several lives become one."""
 
 
 def initial_wear(scene: Scene, parts: build.Parts, coupling: coupled.Coupled | None = None) -> coupled.Wear:

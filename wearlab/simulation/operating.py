@@ -54,10 +54,9 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
 
     if operation.stages:
         return tuple(stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages)
-    if not operation.blocks:
-        return (stage_of([scene], [1.0]),)
-    blocks = operation.blocks
-    return (stage_of([alone(block) for block in blocks], [block.share for block in blocks]),)
+    blocks = operation.blocks or ()
+    conditions, shares = [alone(block) for block in blocks], [block.share for block in blocks]
+    return (stage_of(conditions or [scene], shares or [1.0]),)
 
 
 def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None) -> Stage:
@@ -76,12 +75,10 @@ def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | No
     return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
 
 
-def taking_turns(parts: tuple[build.Parts, ...], weight: Array) -> coupled.Coupled:
+def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled:
     """Return conditions that take turns as one coupling."""
-    if len(parts) == 1:
-        return parts[0].coupling
-    couplings = tuple(part.coupling for part in parts)
-    return coupling.DutyCoupling(couplings[0].kinds, couplings, weight)
+    first, *others = (part.coupling for part in parts)
+    return coupling.DutyCoupling(first.kinds, (first, *others), weight) if others else first
 
 
 Values = dict[str, Any]

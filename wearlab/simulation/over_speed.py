@@ -1,6 +1,5 @@
 """The response over speed, named as the dataset names it."""
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import force, stages, tabulation
 from wearlab.scene import build
+from wearlab.simulation import label
 from wearlab.simulation.vibration import transmission_error
 
 Values = dict[str, Any]
@@ -60,34 +60,34 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> Values:
 
     The first speed starts from the steady response there, each further direction where the last has ended.
     """
-    clock, wanted = time.perf_counter(), OverSpeed(parts, state)
+    account, wanted = parts.coupling.account, OverSpeed(parts, state)
     assert parts.vibration is not None and isinstance(parts.vibration.method, periodic.Periodic)
     given: Any = parts.scene.dynamics and parts.scene.dynamics.response
     speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
     way = continuation.Continuation(given.transient, given.strobe, parts.vibration.method)
     begin = float(speeds[ORDER[given.directions[0]]][0])
-    start, branches = way.method.solve(*wanted.mesh_at(begin)).end, list[list[continuation.Point]]()
-    for direction in given.directions:
-        branches.append(way.follow(wanted.mesh_at, list(speeds[ORDER[direction]]), start))
-        start = branches[-1][-1].response.end
-    jumps = [way.jumps(wanted.mesh_at, points) for points in branches]
-    ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
-    rows = [[_described(wanted, point) for point in points] for points in ordered]
-    values = {
-        f"response_{name}": _stacked([[row[name] for row in line] for line in rows], name)
-        for name in rows[0][0]
-    }
-    account = parts.coupling.account
-    account.seconds["dynamics"] += time.perf_counter() - clock
-    for point in (point for points in branches for point in points):
-        account.counts["period_maps"] += point.response.counts.period_maps
-        account.counts["right_hand_sides"] += point.response.counts.right_hand_sides
-    labels: Values = {
+    values: Values = {
         "response_speed": speeds,
         "direction": list(given.directions),
         "order": np.arange(1, ORDERS * LINES + 1) / LINES,
     }
-    return values | labels | _jump_values(jumps)
+    with account.timed("dynamics"):
+        start, branches = way.method.solve(*wanted.mesh_at(begin)).end, list[list[continuation.Point]]()
+        for direction in given.directions:
+            branches.append(way.follow(wanted.mesh_at, list(speeds[ORDER[direction]]), start))
+            start = branches[-1][-1].response.end
+        jumps = [way.jumps(wanted.mesh_at, points) for points in branches]
+        ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
+        rows = [[_described(wanted, point) for point in points] for points in ordered]
+    account.add(point.response for points in branches for point in points)
+    for name in rows[0][0]:  # (direction, speed, …), of the mesh but for two
+        each = np.array([[row[name] for row in line] for line in rows], float)
+        values[f"response_{name}"] = each if name in ("orbit_period", "multiplier") else each[None]
+    if any(jumps):  # with their brackets
+        each = label.padded([np.reshape(place, (-1, 4)) for place in jumps])
+        extent = {"response_jump_extent": each[..., 2:], "edge": ["before", "after"]}
+        values |= {"response_jump_speed": each[..., :2], **extent}
+    return values
 
 
 def _described(wanted: OverSpeed, point: continuation.Point) -> Values:
@@ -149,26 +149,3 @@ def order_amplitudes(values: Array) -> Array:
     for line in range(1, most + 1):
         amplitude[round(line * LINES / periods)] = np.sqrt(power[line])
     return amplitude[1:]
-
-
-def _stacked(rows: list[list[Any]], name: str) -> Array:
-    """Return (direction, speed, …), with the mesh before it where the schema has one."""
-    values = np.array(rows, float)
-    return values if name in ("orbit_period", "multiplier") else values[None]
-
-
-def _jump_values(jumps: list[list[continuation.JumpOfResponse]]) -> Values:
-    """Return the brackets of the jumps, padded with NaN; nothing when there is none."""
-    most = max(map(len, jumps))
-    if not most:
-        return {}
-    speed, extent = np.full((2, len(jumps), most, 2), np.nan)
-    for row, place in enumerate(jumps):
-        for column, jump in enumerate(place):
-            speed[row, column] = jump.before, jump.after
-            extent[row, column] = jump.extent_before, jump.extent_after
-    return {
-        "response_jump_speed": speed,
-        "response_jump_extent": extent,
-        "edge": ["before", "after"],
-    }

@@ -5,14 +5,15 @@ Those of flanks with a width lie along the face before they do along the profile
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import compress
 from typing import Any, cast
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array
 from wearlab.gears.helix import overlap_ratio
 from wearlab.life import coupled, face, history
-from wearlab.mesh import contact, force, harmonics, profile
+from wearlab.mesh import force, harmonics
 from wearlab.mesh.exact.flank import wear_slope
 from wearlab.scene import Scene, build
 from wearlab.simulation import label
@@ -97,20 +98,17 @@ def mesh_values(parts: build.Parts, states: States) -> Values:
 
 def _of_shares(parts: build.Parts, states: States) -> Values:
     """Return how well shares add up, and once-per-revolution errors over equally weighted member angles."""
-    kinds, rows = parts.gears.kinds, parts.gears.slow_errors(parts.meshes)
-    residual = [
-        max(_share_residual(own.load, of.static) for own, of in zip(kinds, state.kind, strict=True))
-        for state in states
-    ]
-    values: Values = {"residual_load_share": residual}
+    loaded, rows = [kind.load > 0.0 for kind in parts.gears.kinds], parts.gears.slow_errors(parts.meshes)
+
+    def residual(state: coupled.WearState) -> float:
+        """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
+        shares = [force.load_share(kind.static).sum(axis=1) for kind in compress(state.kind, loaded)]
+        return max((float(np.max(np.abs(share - 1.0))) for share in shares), default=0.0)
+
+    values: Values = {"residual_load_share": list(map(residual, states))}
     if rows is not None:
         values |= {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
     return values
-
-
-def _share_residual(load: float, state: contact.Quasistatic) -> float:
-    """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
-    return float(np.max(np.abs(force.load_share(state).sum(axis=1) - 1.0))) if load > 0.0 else 0.0
 
 
 def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]:
@@ -122,11 +120,13 @@ def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     error = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
         "mesh_stiffness": [shared.tangent for shared in solved],
-        "secant_stiffness": [_secant(load, shared) for shared in solved],
+        "secant_stiffness": [  # without load its limit
+            load / (shared.deflection - shared.unloaded) if load else shared.tangent for shared in solved
+        ],
         "static_transmission_error": [shared.deflection + error for shared in solved],
         "unloaded_transmission_error": [shared.unloaded + error for shared in solved],
-        "pair_stiffness": [pair_slots(shared.stiffness, grid) for shared in solved],
-        "load_share": [pair_slots(force.load_share(shared), grid) for shared in solved],
+        "pair_stiffness": [grid.into_slots(shared.stiffness.T, 0.0) for shared in solved],
+        "load_share": [grid.into_slots(force.load_share(shared).T, 0.0) for shared in solved],
     }
     phase, weight = grid.phase_nodes
     nodal = [state.kind[own.kind].static for state in states]
@@ -134,18 +134,6 @@ def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     stiffness, deflection = [one.tangent for one in nodal], [one.deflection + error for one in nodal]
     series = _over_period(stiffness, deflection, phase + own.lag, weight, parts.harmonics)
     return {name: np.stack(each) for name, each in values.items()} | series
-
-
-def _secant(load: float, state: contact.Quasistatic) -> Array:
-    """Return F/(δ − e), (n_phases,); without load its limit, the tangent [N/m]."""
-    if load == 0.0:
-        return state.tangent
-    return np.asarray(load / (state.deflection - state.unloaded))
-
-
-def pair_slots(values: Array, grid: profile.ProfileGrid) -> Array:
-    """Return values (n_phases, n_pairs), 0 where absent, as (slots, n_phases)."""
-    return grid.into_slots(values.T, 0.0)
 
 
 def _over_period(
@@ -162,12 +150,8 @@ def _over_period(
     values = {"ste_peak_to_peak": np.ptp(error, axis=1), "ste_max": np.max(error, axis=1)}
     for name, each in (("stiffness", stiffness), ("ste", error)):
         found = [harmonics.harmonics(clock, weight, own, count) for own in each]
-        values |= {
-            f"{name}_mean": np.array([state.mean for state in found]),
-            f"{name}_rms": np.array([state.rms for state in found]),
-            f"{name}_harmonics": np.stack([state.amplitude for state in found]),
-            f"{name}_harmonics_phase": np.stack([state.phase for state in found]),
-        }
+        told = {"mean": "mean", "rms": "rms", "amplitude": "harmonics", "phase": "harmonics_phase"}
+        values |= {f"{name}_{told[of]}": np.array([getattr(own, of) for own in found]) for of in told}
     return values
 
 
@@ -216,9 +200,8 @@ def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
         "unloaded_transmission_error": [one.loads.unloaded for one in own],
     }
     values = _over_period(tangent, deflection, grid.phase + lag, grid.weight, parts.harmonics)
-    values |= {
-        name: np.stack([grid.at_phases(one, stored) for one in each]) for name, each in over_phases.items()
-    }
+    for name, each in over_phases.items():
+        values[name] = np.stack([grid.at_phases(one, stored) for one in each])
     means = [mean_line_load(kind, one.loads.load) for one in own]
     values |= {"line_load": np.stack([one.line_load for one in own]), "mean_line_load": np.stack(means)}
     if load > 0.0:
@@ -268,7 +251,12 @@ def face_load_factor(width: Array, mean: Array, window: float) -> float:
 def path_values(parts: build.Parts, states: States) -> Values:
     """Return forces, pressures, sliding and film where the flanks touch."""
     kinds, along = parts.kinds, 1 if parts.face is None else 2
-    forces = [_tooth_force(parts, kind, states) for kind in range(len(kinds))]
+    forces = [
+        np.stack([state.kind[kind].mean_tooth_force for state in states])
+        if parts.face is None  # over the face as if all of it carried as much
+        else np.stack([one.line_load for one in states_of(states, kind)]) * own.path.face_width
+        for kind, own in enumerate(kinds)
+    ]
 
     def on_both(of_force: Callable[[build.KindParts, Array], Array]) -> Array:
         """Return what both flanks of a mesh have in common, (n_updates, n_flanks, …, n)."""
@@ -297,14 +285,6 @@ def path_values(parts: build.Parts, states: States) -> Values:
     return values
 
 
-def _tooth_force(parts: build.Parts, kind: int, states: States) -> Array:
-    """Return the force on a pair at every node, over the face as if all of it carried as much [N]."""
-    if parts.face is None:
-        return np.stack([state.kind[kind].mean_tooth_force for state in states])
-    line_load = np.stack([one.line_load for one in states_of(states, kind)])
-    return line_load * parts.kinds[kind].path.face_width
-
-
 def thickness(kind: build.KindParts, load: Array) -> tuple[Array, Array]:
     """Return film thickness [m] and λ [1] along the path, both (…, n), of forces on a pair (…, n) [N]."""
     assert kind.film is not None
@@ -323,6 +303,7 @@ def _depths(kind: int, states: States) -> Array:
 def wear_values(parts: build.Parts, lived: history.History) -> Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
     states, kinds, along = lived.state, range(len(parts.kinds)), 1 if parts.face is None else 2
+    gears = parts.gears
     depths = [_depths(kind, states) for kind in kinds]
     values: Values = {
         "wear_depth": by_flank(parts, depths, along),
@@ -330,10 +311,19 @@ def wear_values(parts: build.Parts, lived: history.History) -> Values:
             parts, [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds], along
         ),
         "worn_mass": by_member(parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds]),
-        **counts(parts, lived),
+        "mesh_cycles": lived.cycle * gears.reference_teeth,
+        "load_cycles": lived.cycle[:, None] * [gears.kinds[k].passes[gear] for k, gear in gears.flank_places],
     }
+    if lived.seconds is not None and np.isfinite(lived.seconds).all():
+        values["operating_hours"] = lived.seconds
     if parts.face is None:
-        values["wear_slope"] = by_flank(parts, list(map(_slopes, parts.kinds, depths)))
+        values["wear_slope"] = label.padded(
+            [
+                wear_slope(parts.kinds[k].pair, gear, parts.kinds[k].analysis.grid, depths[k][:, gear])
+                for k, gear in gears.flank_places
+            ],
+            -2,
+        )
     if all(state.wears for state in states):
         rates = [np.stack([state.rate[kind] for state in states]) for kind in kinds]
         values["wear_rate"] = by_flank(parts, rates, along)
@@ -366,35 +356,14 @@ def worn_mass(parts: build.Parts, kind: int, depth: Array) -> Array:
     return path.worn_mass(slices, own.path, density=density, teeth=teeth, face_width=width).sum(axis=1)
 
 
-def counts(parts: build.Parts, lived: history.History) -> Values:
-    """Return the cycles of meshes and flanks and the operating time of the states, (n_updates, …)."""
-    gears = parts.gears
-    passes = np.array([gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places])
-    values: Values = {
-        "mesh_cycles": lived.cycle * gears.reference_teeth,
-        "load_cycles": lived.cycle[:, None] * passes,
-    }
-    if lived.seconds is not None and np.isfinite(lived.seconds).all():
-        values["operating_hours"] = lived.seconds
-    return values
-
-
-def _slopes(kind: build.KindParts, depth: Array) -> Array:
-    """Return dh/ds of the worn flanks of one kind of mesh, (n_updates, 2, n) [1]."""
-    both = [wear_slope(kind.pair, gear, kind.analysis.grid, depth[:, gear]) for gear in (0, 1)]
-    return np.stack(both, axis=1)
-
-
 def preset_depth(scene: Scene, parts: build.Parts, states: States) -> Values:
     """Return the depths by which states were asked for, on their flank, (n_updates, n_flank) [m].
 
     NaN where none was; nothing where nobody asked by depth.
     """
     coupling, gears = parts.coupling, parts.gears
-    snapshots, limit = (
-        build.wear.build_snapshots(scene, gears, coupling),
-        build.wear.build_limits(scene, gears, coupling),
-    )
+    snapshots = build.wear.build_snapshots(scene, gears, coupling)
+    limit = build.wear.build_limits(scene, gears, coupling)
     if not snapshots.depths:
         return {}
     asked = [(depth, snapshots.flank) for depth in snapshots.depths]
@@ -405,15 +374,10 @@ def preset_depth(scene: Scene, parts: build.Parts, states: States) -> Values:
         wear = coupling.flat(state.wear)
         for depth, flank in asked:
             if abs(float(wear[flank].max()) - depth) <= LANDED * depth:
-                row[np.argmax([_deepest(wear, own, flank) for own in entries])] = depth
+                counting = np.full(len(wear), -1.0)
+                counting[flank] = wear[flank]
+                row[np.argmax([counting[own].max() for own in entries])] = depth
     return {"preset_depth": depths}
-
-
-def _deepest(wear: Array, own: slice, among: slice | Index) -> float:
-    """Return the largest wear on one flank, of those entries that count [m]."""
-    counts = np.zeros(len(wear), bool)
-    counts[among] = True
-    return float(wear[own][counts[own]].max(initial=-1.0))
 
 
 def by_member(parts: build.Parts, of_kinds: Sequence[Array]) -> Array:

@@ -15,19 +15,9 @@ from wearlab.life import coupled, history, loads
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
 from wearlab.scene import Scene, build
-from wearlab.simulation import label, monitoring, static
+from wearlab.simulation import label, monitoring
 
 Values = dict[str, Any]
-
-
-def energy_values(parts: build.Parts, response: Response) -> Values:
-    """Return every term of the balance of energy [W], its residual and the efficiency, where flanks rub."""
-    nominal = None if parts.vibration is None else parts.vibration.nominal
-    if nominal is None or parts.friction is None:
-        return {}
-    balance = energy.energy_balance(response, nominal)
-    values: Values = {f"energy_{name}": power for name, power in balance._asdict().items()}
-    return values | {"residual_energy": balance.residual, "efficiency": balance.efficiency}
 
 
 def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
@@ -60,16 +50,26 @@ def _response_values(parts: build.Parts, state: coupled.WearState, response: Res
         values["mesh_load_factor"] = np.concatenate(
             [mesh_forces.load_factors(*mesh_kind) for mesh_kind in of_kinds]
         )
+    found, load = extremes.extremes(response), [parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes]
+    multipliers = np.full((2 * len(vibration.system.coordinates), 2), np.nan)  # real, imaginary
+    multipliers[: len(response.multipliers)] = [(one.real, one.imag) for one in response.multipliers]
     values |= {
-        **extreme_values(parts, response),
+        "mesh_force_min": found.least,
+        "mesh_force_max": found.largest,
+        "dynamic_factor": monitoring.over(found.largest, np.array(load)),
+        "normal_force_factor": monitoring.over(found.largest_normal, np.array(load)),
+        "separation_fraction": found.separated,
         "response_period": response.period * vibration.hunting,
-        "floquet_multiplier": _as_parts(response, 2 * len(vibration.system.coordinates)),
+        "floquet_multiplier": multipliers,
         "residual_mean_force": mesh_forces.mean_force_residual(
             parts.gears.kinds, [mine.analysis.load for mine in kinds], means, parts.friction is not None
         ),
         "residual_orbit": response.residual,
-        **energy_values(parts, response),
     }
+    if vibration.nominal is not None and parts.friction is not None:
+        balance = energy.energy_balance(response, vibration.nominal)
+        values |= {f"energy_{name}": power for name, power in balance._asdict().items()}
+        values |= {"residual_energy": balance.residual, "efficiency": balance.efficiency}
     if parts.wohler_slope is not None:
         equivalent = [
             parts.gears.lever(k)
@@ -173,7 +173,7 @@ def _mesh_response(
     }
     if parts.face is None:
         for name, each in (("pair_force", forces.pair), ("pair_normal_force", forces.pair_normal)):
-            values[name] = np.stack([static.pair_slots(row, mine.analysis.grid) for row in each], axis=1)
+            values[name] = np.stack([mine.analysis.grid.into_slots(row.T, 0.0) for row in each], axis=1)
     if parts.friction is not None:
         values["friction_force"] = mesh_forces.friction_force(forces, mine, where, parts.friction)
     if mine.series is not None:
@@ -181,19 +181,6 @@ def _mesh_response(
         values["excitation_stiffness"] = mine.series.stiffness.value(own)
         values["excitation_error"] = mine.series.error.value(own) + own_mesh.error.value(own)
     return values
-
-
-def extreme_values(parts: build.Parts, response: Response) -> Values:
-    """Return the extreme forces of every mesh and the time it is apart, from the steps of its response."""
-    found = extremes.extremes(response)
-    load = np.array([parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes])
-    return {
-        "mesh_force_min": found.least,
-        "mesh_force_max": found.largest,
-        "dynamic_factor": monitoring.over(found.largest, load),
-        "normal_force_factor": monitoring.over(found.largest_normal, load),
-        "separation_fraction": found.separated,
-    }
 
 
 def mean_moments(
@@ -244,14 +231,6 @@ def _over_periods(values: Array, phase: Array, count: int) -> harmonics.Harmonic
 def has_bearings(parts: build.Parts) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and parts.vibration.system.on_bearings
-
-
-def _as_parts(response: Response, count: int) -> Array:
-    """Return the multipliers by descending modulus, (count, 2) real and imaginary, NaN when aperiodic."""
-    values = np.full((count, 2), np.nan)
-    multipliers = response.multipliers[np.argsort(-np.abs(response.multipliers), kind="stable")]
-    values[: len(multipliers)] = np.stack([multipliers.real, multipliers.imag], axis=1)
-    return values
 
 
 def mode_values(parts: build.Parts) -> Values:
