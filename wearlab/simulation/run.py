@@ -1,21 +1,22 @@
-"""A scene becomes its dataset."""
+"""A scene becomes its dataset, and a calibrated wear coefficient the constant that gives a known life."""
 
+import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
-from wearlab.scene import Scene
+from wearlab.options import Stored
+from wearlab.scene import Scene, build
+from wearlab.scene.scene import calibrated_coefficient, calibrating
 from wearlab.simulation import (
     attractors,
-    calibration,
     estimates,
     exact,
-    face,
     label,
     living,
     operating,
@@ -25,6 +26,7 @@ from wearlab.simulation import (
     trust,
     vibration,
 )
+from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
 
 Values = dict[str, Any]
 
@@ -38,6 +40,76 @@ FIRST_STATE = {
     "faster than anything damps it; give mesh.damping_ratio or mesh.damping, or another speed",
 }
 """Why no first state can be, by what would end a life."""
+
+
+class Calibration(NamedTuple):
+    """A wear coefficient found from one life.
+
+    Parameters
+    ----------
+    life : that life, and the run that lived it
+    value : the constant k [m²/N]
+    error : estimated numerical error of it [m²/N]
+    told : what it was calibrated on, in words
+    """
+
+    life: CalibrationLife
+    value: float
+    error: float
+    told: str
+
+
+_LIVES: dict[str, CalibrationLife] = {}
+"""Lives that calibrate, by the run that would store them, as long as the process lives."""
+
+
+def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
+    """Return the scene with a constant coefficient in place of a calibrated one, and how it was found.
+
+    The life to a depth is inversely proportional to k, whatever the load, the film and the dynamics do:
+    ``k = k' N(k') / N`` needs one life of these gears alone. A scene brings it along where a store has it.
+
+    Raises
+    ------
+    Refused
+        When these gears do not reach that depth.
+    """
+    wear, given = scene.wear, calibrated_coefficient(scene)
+    if wear is None or given is None:
+        return scene, None
+    life = scene.calibration or _lived(scene)
+    if life.end_reason != limits.WORN_OUT:
+        raise label.Refused(
+            f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the {given.flank}: "
+            f"their life ends before, by {life.end_reason}"
+        )
+    value = UNCALIBRATED * life.cycles / given.life
+    constant = ConstantCoefficient(
+        model="constant", value=Stored(value), film=given.film, factor=given.factor
+    )
+    told = (
+        f"wear coefficient {value:.4g} m²/N calibrated on a life of {given.life:.4g} cycles to "
+        f"{1e6 * given.depth:g} µm on the {given.flank} at {given.torque:g} N·m and "
+        f"{given.speed * 30.0 / math.pi:g} rpm"
+    )
+    if scene.errors is not None and scene.errors.slow.realised:
+        told += ", without the errors of this realisation"
+    settled = scene.model_copy(update={"wear": wear.model_copy(update={"coefficient": constant})})
+    return settled, Calibration(life, value, value * life.error / life.cycles, told)
+
+
+def _lived(scene: Scene) -> CalibrationLife:
+    """Return the life that calibrates a scene, lived here: no store is at hand, or it has none."""
+    alone = calibrating(scene)
+    assert alone is not None
+    if alone.id not in _LIVES:
+        stages = operating.stages_of(alone)
+        (lived,) = living.live_through(alone, stages).stages
+        assert lived.life is not None
+        error = estimates.estimated(stages[0], lived).life or 0.0
+        cycles, reason = float(lived.life.cycle[-1]), lived.life.end_reason
+        _LIVES[alone.id] = CalibrationLife(alone.id, cycles, error, reason)
+    return _LIVES[alone.id]
 
 
 def simulate(scene: Scene) -> xr.Dataset:
@@ -58,7 +130,7 @@ def simulate(scene: Scene) -> xr.Dataset:
     """
     begun, clock = time.time(), time.perf_counter()
     try:
-        settled, calibrated = calibration.calibrated(scene)
+        settled, found = calibrated(scene)
         stages = operating.stages_of(settled)
         lived = living.live_through(settled, stages)
     except GearError as error:
@@ -66,9 +138,9 @@ def simulate(scene: Scene) -> xr.Dataset:
     except limits.StopWear as stop:
         reason = FIRST_STATE.get(stop.reason, stop.reason)
         raise label.Refused(f"the gears cannot run in their first state: {reason}") from stop
-    dataset = _dataset(settled, stages, lived, calibrated, clock)
+    dataset = _dataset(settled, stages, lived, found, clock)
     dataset.attrs = {"Conventions": label.CONVENTIONS, **label.discovery(scene, begun)}
-    dataset.attrs |= label.provenance(scene, begun, None if calibrated is None else calibrated.life)
+    dataset.attrs |= label.provenance(scene, begun, None if found is None else found.life)
     return dataset
 
 
@@ -76,7 +148,7 @@ def _dataset(
     scene: Scene,
     stages: tuple[operating.Stage, ...],
     lived: history.History,
-    calibrated: calibration.Calibration | None,
+    calibration: Calibration | None,
     clock: float,
 ) -> xr.Dataset:
     """Return what every condition of operation says for itself, and what is the life's."""
@@ -85,10 +157,13 @@ def _dataset(
     found: list[attractors.Searched] = []
     failures: list[str] = []
     by_condition = [
-        [_of_condition(stage, k, block, lived, found, failures) for block in range(len(stage.parts))]
+        [
+            _of_condition(parts, lived.kept(k).in_block(block).state, lived.life, found, failures)
+            for block, parts in enumerate(stage.parts)
+        ]
         for k, stage in enumerate(reached)
     ]
-    estimate = estimates.estimated if first.face is None else face.estimated_over_face
+    estimate = estimates.estimated if first.face is None else estimates.estimated_over_face
     errors = [
         label.diagnosed("estimates", failures, estimates.not_estimated(own), estimate, stage, own, inherited)
         for stage, own in zip(reached, lived.stages, strict=True)
@@ -108,9 +183,12 @@ def _dataset(
     if first.vibration is not None:
         values["attractor"] = vibration.attractor(lived)
     searches = [one.search for one in found]
-    values |= trust.trust_values(reached, lived, errors, searches, calibrated, inherited)
+    told = () if calibration is None else (calibration.told,)
+    values |= trust.trust_values(reached, lived, errors, searches, told, inherited)
     values["model_error"] = label.diagnosed("model error", failures, "", trust.model_errors, scene, first)
-    values |= calibration.calibrated_values(calibrated)
+    if calibration is not None:
+        values["calibrated_wear_coefficient"] = calibration.value
+        values["error_estimate_wear_coefficient"] = calibration.error
     values |= label.diagnosed("rating", failures, Values(), rating.rated, scene, first)
     coordinates = {"cycle": lived.cycle, **static.coordinates(first)}
     coordinates |= operating.condition_coordinates(scene, lived)
@@ -123,36 +201,26 @@ def _dataset(
     dataset = label.with_results(
         label.joined(conditions, label.labelled(values, coordinates)), failures, scene.store.results
     )
-    told = [*contact_lost(dataset), *rating.rating_flags(scene, first), *failures]
-    dataset = label.with_told(dataset, told)
+    share = float(dataset["separation_fraction"].max()) if "separation_fraction" in dataset else 0.0
+    damped = f"contact lost for {100.0 * share:.2g} % of the time: outside what the damping is known for"
+    ends = [*([damped] if share > 0.0 else []), *rating.rating_flags(scene, first), *failures]
+    lines = filter(None, [dataset["validity"].item(), *dict.fromkeys(ends)])
+    dataset = dataset.assign(validity=dataset["validity"].copy(data="\n".join(lines)))
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]
     return dataset.drop_vars(left_out) if left_out else dataset
 
 
-def contact_lost(run: xr.Dataset) -> list[str]:
-    """Return the line that says for how long flanks part at worst, none where they never do."""
-    share = float(run["separation_fraction"].max()) if "separation_fraction" in run else 0.0
-    if not share > 0.0:
-        return []
-    return [f"contact lost for {100.0 * share:.2g} % of the time: outside what the damping is known for"]
-
-
 def _of_condition(
-    stage: operating.Stage,
-    number: int,
-    block: int,
-    lived: history.History,
-    others: list[attractors.Searched],
-    failures: list[str],
+    parts: build.Parts, states: static.States, life: Any, more: list[attractors.Searched], failures: list[str]
 ) -> Values:
     """Return the contact and the dynamics of the kept states in one condition.
 
-    Of a life that has ended, a part that fails is missing; ``failures`` gets a line for it.
+    Of a life that has ended, a part that fails is missing; ``failures`` gets a line for it, ``more`` what the
+    searches for other attractors came to.
     """
-    parts, states = stage.parts[block], lived.kept(number).in_block(block).state
 
     def found(name: str, find: Callable[..., Values], *given: Any) -> Values:
-        return find(*given) if lived.life is None else label.diagnosed(name, failures, {}, find, *given)
+        return find(*given) if life is None else label.diagnosed(name, failures, {}, find, *given)
 
     values = found("quasi-static contact", static.mesh_values, parts, states)
     values |= found("values along the path", static.path_values, parts, states)
@@ -164,7 +232,7 @@ def _of_condition(
     coexisting: list[attractors.Searched] = label.diagnosed(
         "search for other attractors", failures, [], attractors.other_attractors, parts, states
     )
-    others += coexisting
+    more += coexisting
     values |= attractors.attractor_values(coexisting)
     dynamics = parts.scene.dynamics
     if dynamics is not None and dynamics.response is not None:

@@ -13,7 +13,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life import history
 from wearlab.scene import Scene, build, face
-from wearlab.simulation import calibration, estimates, monitoring, operating
+from wearlab.simulation import estimates, monitoring, operating
 from wearlab.wear.coefficients import CoefficientModel
 
 Values = dict[str, Any]
@@ -39,7 +39,7 @@ def trust_values(
     lived: history.History,
     errors: Sequence[estimates.Estimates],
     searches: Sequence[Search] = (),
-    calibrated: calibration.Calibration | None = None,
+    told: Sequence[str] = (),
     inherited: float = 0.0,
 ) -> Values:
     """Return verdict, validity, error estimates, run times and counts.
@@ -50,7 +50,7 @@ def trust_values(
     lived : the life through them
     errors : estimated, of each stage
     searches : what the searches for other attractors of the states came to
-    calibrated : how the wear coefficient was found, None where it was given
+    told : how a wear coefficient was found that was not given, in words
     inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
@@ -66,8 +66,7 @@ def trust_values(
             f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
             "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
         )
-    if calibrated is not None:
-        flags.append(calibrated.told)
+    flags += told
     values: Values = {"verdict": verdict(lived, searches), "validity": "\n".join(dict.fromkeys(flags))}
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
@@ -141,11 +140,13 @@ def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...
         flags += monitoring.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
-    if lived.life is not None and lived.life.saw_tooth:
+    if lived.life is None:
+        return tuple(flags)
+    if lived.life.saw_tooth:
         flags.append("saw-tooth: steps over cycles beyond the stability limit")
-    if lived.life is not None and lived.life.end_reason in ENDS_OF_WORK:
+    if lived.life.end_reason in ENDS_OF_WORK:
         flags.append(ENDS_OF_WORK[lived.life.end_reason])
-    if lived.life is not None and lived.life.wave_growth > 0.0:
+    if lived.life.wave_growth > 0.0:
         fold = float(lived.life.rate[0].max()) / lived.life.wave_growth
         flags.append(
             f"the flanks corrugate: waves of wear grow e-fold every {1e6 * fold:.3g} um of wear, so that "
