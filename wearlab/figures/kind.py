@@ -71,6 +71,10 @@ class Ask:
     note: str | None = None
     published: Path | Points | None = None
 
+    def wrong(self, said: object) -> FigureError:
+        """Return the error of this figure that says why it cannot be drawn."""
+        return FigureError(f"{self.name}: {said}")
+
 
 def read(spec: Any, number: int, folder: Path | None) -> Ask:
     """Return what a ``[[figure]]`` asks for.
@@ -82,27 +86,17 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
     folder : directory of the campaign file, where a relative ``published`` is looked up
     """
     name = f"figure {number} ({spec.kind})"
-    y, published = getattr(spec, "y", None), getattr(spec, "published", None)
-    return Ask(
-        name=name,
-        kind=spec.kind,
-        select=dict(getattr(spec, "select", None) or {}),
-        y=(y,) if isinstance(y, str) else tuple(y or ()),
-        units=_units(getattr(spec, "units", None), name),
-        published=(folder or Path()) / published if published else None,
-        **{key: getattr(spec, key, None) or None for key in ("x", "hue", "rows", "cols", "y_as", "note")},
-        title=getattr(spec, "title", None),
-    )
-
-
-def _units(units: Any, name: str) -> dict[str, str]:
-    if units is None or units == "":
-        return {}
-    if isinstance(units, str):
-        return {"y": units}
-    if isinstance(units, Mapping):
-        return {str(key): str(value) for key, value in units.items()}
-    raise FigureError(f"{name}: units = {units!r} is neither a unit nor a table of variable = unit")
+    given: dict[str, Any] = {key: getattr(spec, key, None) for key in Ask.__dataclass_fields__}
+    given |= {key: given[key] or None for key in ("x", "hue", "rows", "cols", "y_as", "note")}
+    y, units, published = given["y"], given["units"], given["published"]
+    units = {} if units in (None, "") else {"y": units} if isinstance(units, str) else units
+    if not isinstance(units, Mapping):
+        raise FigureError(f"{name}: units = {units!r} is neither a unit nor a table of variable = unit")
+    given |= {"name": name, "select": dict(given["select"] or {})}
+    given["units"] = {str(key): str(value) for key, value in units.items()}
+    given["y"] = (y,) if isinstance(y, str) else tuple(y or ())
+    given["published"] = (folder or Path()) / published if published else None
+    return Ask(**given)
 
 
 Role = Literal["hue", "rows", "cols"]
@@ -162,6 +156,11 @@ KINDS: dict[str, Kind] = {}
 """By name: those of `wearlab.figures.kinds`, and what plug-ins add."""
 
 
+def is_of_update(name: str) -> bool:
+    """Say whether a name is that of a kind which is drawn from a kept update."""
+    return name in KINDS and KINDS[name].of == "update"
+
+
 class _Kinds(Sort):
     """Kinds of figures that plug-ins add."""
 
@@ -209,6 +208,7 @@ def no_kind(name: str) -> str:
 
 
 Curves = Callable[[Any, Ask], Iterable[Series]]
+Maker = Callable[[Curves], Kind]
 Roles = tuple[tuple[Role, str], ...]
 EACH: Roles = (("hue", "*"), ("cols", "*"), ("rows", "*"))
 STATES: Roles = (("hue", "update"), *EACH)
@@ -217,7 +217,7 @@ ORBITS: Roles = (("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
 
 def kind(
     name: str, title: str, needs: tuple[str, ...], dims: tuple[str, ...] = (), shows: str = "", **more: Any
-) -> Callable[[Curves], Kind]:
+) -> Maker:
     """Return what makes a kind of figure of the function that yields its curves.
 
     Parameters
@@ -319,9 +319,8 @@ def units_of(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: st
 def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
     """Return the one value (1,) of a run, or refuse several."""
     if values.size != 1:
-        raise FigureError(
-            f"{ask.name}: {name} is not one number per run; choose one place along each of its dimensions "
-            "in select"
+        raise ask.wrong(
+            f"{name} is not one number per run; choose one place along each of its dimensions in select"
         )
     return values.reshape(1), scale
 
@@ -334,12 +333,12 @@ def shown(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str =
     FigureError : not a number, or a unit of something else
     """
     if variable.dtype.kind not in "fiub":
-        raise FigureError(f"{ask.name}: {name} holds text, not numbers")
+        raise ask.wrong(f"{name} holds text, not numbers")
     stored, wanted = units_of(variable, name, ask, axis)
     try:
         values = wording.converted(variable.values.astype(float), stored, wanted)
     except UnitError as error:
-        raise FigureError(f"{ask.name}: units of {name}: {error}") from error
+        raise ask.wrong(f"units of {name}: {error}") from error
     long = str(variable.attrs.get("long_name") or name.replace("_", " "))
     return values, Scale(schema.ON_AXES.get(name) or long, wanted)
 
@@ -354,10 +353,10 @@ def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Itera
     off = None
     if error is not None:
         off = wording.converted(error.transpose(*order).values, *units_of(variable, name, ask, axis))
-    named = [labels(run, dim, variable.sizes[dim]) for dim in others]
+    named = {dim: labels(run, dim, variable.sizes[dim]) for dim in others}
     for point in np.ndindex(values.shape[: len(others)]):
-        key = {dim: named[n][at] for n, (dim, at) in enumerate(zip(others, point, strict=True))}
         index = dict(zip(others, point, strict=True))
+        key = {dim: named[dim][at] for dim, at in index.items()}
         beside = None if off is None else np.atleast_1d(off[point])
         yield Slice({**run.place, **key}, index, values[(*point, ...)], scale, beside)
 
@@ -370,13 +369,11 @@ def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
         return [wording.place(dim, index, None) for index in range(count)]
     variable = run.data[dim].variable
     units = variable.attrs.get("units", "1")
-    if units == "1" or variable.dtype.kind not in "fiu":
-        return [wording.place(dim, value, None) for value in variable.values.tolist()]
-    wanted = variable.attrs.get("display_units", units)
-    return [
-        wording.place(dim, float(f"{x:.6g}"), wanted)
-        for x in wording.converted(variable.values, units, wanted)
-    ]
+    values, wanted = variable.values.tolist(), None
+    if units != "1" and variable.dtype.kind in "fiu":
+        wanted = variable.attrs.get("display_units", units)
+        values = [float(f"{x:.6g}") for x in wording.converted(variable.values, units, wanted)]
+    return [wording.place(dim, value, wanted) for value in values]
 
 
 def companion(
