@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import Ask, FigureError
+from wearlab.figures.kind import Ask
 from wearlab.figures.plot import BESIDE, Scale, Series, grouped
 from wearlab.figures.wording import Label, joined, within
 
@@ -42,15 +42,11 @@ def sampled_axes(grid: xr.Dataset) -> list[str]:
     axes = []
     for dim in map(str, grid.run_id.dims):
         along = [v for v in grid.coords.values() if v.dims == (dim,) and v.dtype.kind in "fiu"]
-        drawn = any(str(v.attrs.get("key", "")).endswith("errors.seed") or _is_unordered(v) for v in along)
-        if drawn and grid.sizes[dim] >= FEWEST_SAMPLES:
+        seeded = any(str(v.attrs.get("key", "")).endswith("errors.seed") for v in along)
+        unordered = any({-1.0, 1.0} <= set(np.sign(np.diff(v.values.astype(float)))) for v in along)
+        if (seeded or unordered) and grid.sizes[dim] >= FEWEST_SAMPLES:
             axes.append(dim)
     return axes
-
-
-def _is_unordered(values: xr.DataArray) -> bool:
-    steps = np.diff(values.values.astype(float))
-    return bool((steps > 0).any() and (steps < 0).any())
 
 
 def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> tuple[list[Series], list[str]]:
@@ -67,29 +63,28 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     dims = set(dims)
     if not dims:
         return list(series), []
-    apart = [
-        replace(curve, key={name: label for name, label in curve.key.items() if name not in dims})
-        for curve in series
-    ]
+    rest = [{name: label for name, label in curve.key.items() if name not in dims} for curve in series]
+    apart = [replace(curve, key=key) for curve, key in zip(series, rest, strict=True)]
     groups = grouped(apart, lambda c: (tuple(sorted(c.key.items())), c.look, c.text, c.across, c.up))
     most = max((len(group) for group in groups.values()), default=0)
     if most < FEWEST_SAMPLES:
         return list(series), []
-    kinds = len({key for key, look, *_ in groups if look in ("line", "line-points")})
+    lines = ("line", "line-points")
+    many = len({key for key, look, *_ in groups if look in lines}) > FEW_HUES
     curves: list[Series] = []
-    overlaid = banded_any = False
+    overlaid = []
     for group in groups.values():
-        if group[0].look in ("line", "line-points") and all(c.is_rising and len(c.x) > 1 for c in group):
-            curves += banded(group, ended, BANDS if kinds <= FEW_HUES else BANDS[:1])
-            banded_any = True
+        if group[0].look in lines and all(c.is_rising and len(c.x) > 1 for c in group):
+            curves += banded(group, ended, BANDS[:1] if many else BANDS)
         else:
-            overlaid = True
-            look = "hairline" if group[0].look in ("line", "line-points") else group[0].look
-            curves += [replace(curve, look=look) for curve in group]
+            overlaid += group
+            curves += [
+                replace(curve, look="hairline" if curve.look in lines else curve.look) for curve in group
+            ]
     ends = ([float(curve.x[-1]) for curve in group if len(curve.x)] for group in groups.values())
     how = f"; {SAID[ended]}" if any(some and not np.allclose(some, some[0]) for some in ends) else ""
-    shares = "5–95 %" if kinds > FEW_HUES else "25–75 % and 5–95 %"
-    notes = [f"Median and {shares} of up to {most} runs{how}."] if banded_any else []
+    shares = "5–95 %" if many else "25–75 % and 5–95 %"
+    notes = [f"Median and {shares} of up to {most} runs{how}."] if len(overlaid) < len(apart) else []
     return curves, notes + ([f"All {most} runs laid over each other."] if overlaid else [])
 
 
@@ -163,13 +158,11 @@ def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[
     series : whose states stand side by side
     dims : along which runs differ
     """
-    runs = Counter(label for states in _states_of_runs(series, set(dims)).values() for label in states)
-    rare = {label for label, count in runs.items() if count < SHARE * max(runs.values())}
-    if not rare:
-        return list(series), []
-    kept = [curve for curve in series if curve.key.get("update") not in rare]
-    words = f"{len(rare)} wear state{'s' if len(rare) > 1 else ''}"
-    return kept, [f"Not drawn: {words} that less than half of the runs have."]
+    count = Counter(label for states in _states_of_runs(series, set(dims)).values() for label in states)
+    kept = {None, *(label for label, runs in count.items() if runs >= SHARE * max(count.values()))}
+    rare = len(count) + 1 - len(kept)
+    notes = [f"Not drawn: {rare} wear state{'s' if rare > 1 else ''} that less than half of the runs have."]
+    return [curve for curve in series if curve.key.get("update") in kept], notes if rare else []
 
 
 def _run_of(curve: Series, dims: set[str]) -> tuple[object, ...]:
@@ -198,27 +191,23 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     """
     names = set(dims)
     of_run = _states_of_runs(series, names)
-    longest = max((len(states) for states in of_run.values()), default=0)
-    if len({label.text for states in of_run.values() for label in states}) <= longest:
-        return list(series)
     count = Counter(label for states in of_run.values() for label in states)
-    common = {label for label, n in count.items() if n >= max(2, SHARE * len(of_run))}
+    if len({label.text for label in count}) <= max(map(len, of_run.values()), default=0):
+        return list(series)
     called: dict[tuple[object, Label], str] = {}
     members: dict[str, list[Label]] = {}
     for run, states in of_run.items():
         for number, label in enumerate(sorted(states), 1):
-            last = "last state" if number == len(states) > 1 else f"state {number}"
-            called[run, label] = label.text if label in common else last
+            name = "last state" if number == len(states) > 1 else f"state {number}"
+            called[run, label] = label.text if count[label] >= max(2, SHARE * len(of_run)) else name
             members.setdefault(called[run, label], []).append(label)
     labels = {name: _common_label(name, some) for name, some in members.items()}
-
-    def renamed(curve: Series) -> Series:
-        if "update" not in curve.key:
-            return curve
-        name = called[_run_of(curve, names), curve.key["update"]]
-        return replace(curve, key={**curve.key, "update": labels[name]})
-
-    return [renamed(curve) for curve in series]
+    common = []
+    for curve in series:
+        state = curve.key.get("update")
+        own = {} if state is None else {"update": labels[called[_run_of(curve, names), state]]}
+        common.append(replace(curve, key={**curve.key, **own}))
+    return common
 
 
 def _common_label(name: str, some: Sequence[Label]) -> Label:
@@ -251,38 +240,34 @@ def drawn_once(series: Sequence[Series], ask: Ask) -> tuple[list[Series], list[s
 
 
 def _along(series: list[Series], dim: str) -> tuple[list[Series], list[str]]:
-    groups: dict[Label, dict[object, list[Series]]] = {}
-    for curve in series:
-        if dim in curve.key:
-            rest = tuple((name, label) for name, label in curve.key.items() if name != dim)
-            groups.setdefault(curve.key[dim], {}).setdefault((rest, curve.look, curve.text), []).append(curve)
+    groups = {
+        label: grouped(some, lambda c: (tuple(x for x in c.key.items() if x[0] != dim), c.look, c.text))
+        for label, some in grouped([c for c in series if dim in c.key], lambda c: c.key[dim]).items()
+    }
     if len(groups) < 2:
         return series, []
-    spans = _spans(series)
-    same: dict[Label, list[Label]] = {}
-    for label, curves in groups.items():
-        first = next((known for known in same if _alike(groups[known], curves, spans)), label)
-        same.setdefault(first, []).append(label)
-    dropped = {label for first, labels in same.items() for label in labels if label != first}
-    notes = [
-        f"The same, drawn once as {first.text}: {', '.join(other_label.text for other_label in labels[1:])}."
-        for first, labels in same.items()
-        if len(labels) > 1
-    ]
-    return [curve for curve in series if curve.key.get(dim) not in dropped], notes
-
-
-def _spans(series: Sequence[Series]) -> dict[Scale, float]:
-    """Return the range of all values of each scale."""
     ends: dict[Scale, list[float]] = {}
     for curve in series:
         for scale, values in ((curve.across, curve.x), (curve.up, curve.y)):
             ends.setdefault(scale, []).extend(values[np.isfinite(values)])
-    return {scale: float(np.ptp(held)) for scale, held in ends.items() if held}
+    spans = {scale: float(np.ptp(held)) for scale, held in ends.items() if held}
+    same: dict[Label, list[str]] = {}
+    dropped = []
+    for label, curves in groups.items():
+        if (first := next((known for known in same if _alike(groups[known], curves, spans)), label)) != label:
+            dropped.append(label)
+        same.setdefault(first, []).append(label.text)
+    notes = [
+        f"The same, drawn once as {first.text}: {', '.join(texts[1:])}."
+        for first, texts in same.items()
+        if len(texts) > 1
+    ]
+    return [curve for curve in series if curve.key.get(dim) not in dropped], notes
 
 
 def _alike(a: dict[object, list[Series]], b: dict[object, list[Series]], spans: dict[Scale, float]) -> bool:
-    if a.keys() != b.keys() or any(len(a[key]) != len(b[key]) for key in a):
+    """Say whether curves cannot be told from others, by the range of all values of each scale."""
+    if {key: len(some) for key, some in a.items()} != {key: len(some) for key, some in b.items()}:
         return False
     couples = [couple for key in a for couple in zip(a[key], b[key], strict=True)]
     return all(
@@ -316,17 +301,15 @@ def from_first(
     """
     hue = roles.get("hue")
     if hue is None or any(hue not in curve.key for curve in series):
-        raise FigureError(f'{ask.name}: y_as = "difference" needs a second curve; nothing varies by hue here')
+        raise ask.wrong('y_as = "difference" needs a second curve; nothing varies by hue here')
     if any(curve.look in (*BESIDE, "published", "area") for curve in series):
-        raise FigureError(
-            f'{ask.name}: y_as = "difference" is for curves alone, without published points, bands and levels'
-        )
+        raise ask.wrong('y_as = "difference" is for curves alone, without published points, bands and levels')
     panels = [roles[role] for role in ("rows", "cols") if role in roles]
     first: dict[tuple[Label | None, ...], Series] = {}
     for curve in series:
         first.setdefault(tuple(curve.key.get(name) for name in panels), curve)
     if not all(curve.is_rising for curve in first.values()):
-        raise FigureError(f'{ask.name}: y_as = "difference" is for curves over rising x: this one turns back')
+        raise ask.wrong('y_as = "difference" is for curves over rising x: this one turns back')
     differences = []
     for curve in series:
         base = first[tuple(curve.key.get(name) for name in panels)]
@@ -349,6 +332,4 @@ def require_positive(series: Sequence[Series], ask: Ask) -> None:
     for curve in series:
         least = float(np.nanmin(curve.y, initial=np.inf))
         if least <= 0.0:
-            raise FigureError(
-                f'{ask.name}: y_as = "logarithm": {curve.up.label} reaches {least:.3g}; all must be above 0'
-            )
+            raise ask.wrong(f'y_as = "logarithm": {curve.up.label} reaches {least:.3g}; all must be above 0')

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -114,7 +114,7 @@ def merged(group: Sequence[Series]) -> Series:
     for name, kind in POINTS.items():
         some = [getattr(curve, name) for curve in group]
         if any(values is not None for values in some):
-            none = (np.zeros(len(curve.x), kind) for curve in group)
+            none = [np.zeros(len(curve.x), kind) for curve in group]
             fields[name] = np.concatenate([n if v is None else v for v, n in zip(some, none, strict=True)])
     return replace(group[0], **fields)
 
@@ -244,7 +244,7 @@ class Plot:
     columns: int
     share_y: Literal["all", "row", "none"] = "all"
     legend: tuple[LegendEntry, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
     shape: Literal["wide", "square"] = "wide"
     ranks: bool = False
     logarithmic: bool = False
@@ -291,21 +291,18 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
     Names among numbers (a static case among speeds) are drawn in ink, dashed. Many numbers take their colours
     from a bar by their size, many names by their order.
     """
-    numbers, names = _numbers_and_names(labels)
+    numbers, names = numbers_and_names(labels)
     bar = bar_of(labels, facet)
     if bar is not None and not numbers:
         return {label: Pen(along(bar.anchors, i / (len(names) - 1))) for i, label in enumerate(names)}
     if not numbers or facet in BY_NAME:
         return {label: named(i) for i, label in enumerate(labels)}
     anchors, widest = (WEAR, WIDEST) if facet == "update" else (SWEEP, 1.0)
-    if bar is not None:
-        coloured = {label: Pen(along(anchors, bar.share(float(label.value)))) for label in numbers}
-    else:
-        places = [i / max(1, len(numbers) - 1) for i in range(len(numbers))]
-        coloured = {
-            label: Pen(along(anchors, at), "-", MARKERS[i % len(MARKERS)], 1.0 + (widest - 1.0) * (1.0 - at))
-            for i, (label, at) in enumerate(zip(numbers, places, strict=True))
-        }
+    coloured = {}
+    for i, label in enumerate(numbers):
+        at = i / max(1, len(numbers) - 1)
+        single = Pen(along(anchors, at), "-", MARKERS[i % len(MARKERS)], 1.0 + (widest - 1.0) * (1.0 - at))
+        coloured[label] = Pen(along(anchors, bar.share(float(label.value)))) if bar else single
     return coloured | {label: Pen(INK, DASHES[1 + i % 3], "o") for i, label in enumerate(names)}
 
 
@@ -317,7 +314,7 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
     labels, facet : of the hue
     head : what the hue is, in words
     """
-    numbers, names = _numbers_and_names(labels)
+    numbers, names = numbers_and_names(labels)
     if facet is None:
         return None
     if not numbers and len(names) > MOST_NAMES:
@@ -328,25 +325,14 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
     values = np.array([float(label.value) for label in numbers])
     low, high = float(values.min()), float(values.max())
     logarithmic = low > 0.0 and high > LOGARITHMIC * low
-    return Bar(_said(numbers, facet, head), low, high, WEAR if facet == "update" else SWEEP, logarithmic)
-
-
-def _said(numbers: Sequence[Label], facet: str, head: str) -> str:
-    """Return what a bar shows, with the unit that its labels bear."""
     if facet == "update":
-        return "wear cycles"
+        return Bar("wear cycles", low, high, WEAR, logarithmic)
     numeral = LEADING_NUMBER.fullmatch(numbers[-1].text)
-    words = head or facet.replace("_", " ")
-    return f"{words} ({numeral[1]})" if numeral and numeral[1] else words
+    unit = f" ({numeral[1]})" if numeral and numeral[1] else ""
+    return Bar(f"{head or facet.replace('_', ' ')}{unit}", low, high, SWEEP, logarithmic)
 
 
-def beside_bar(labels: Sequence[Label | None]) -> list[Label | None]:
-    """Return the labels that the bar does not tell: names among numbers."""
-    numbers, names = _numbers_and_names([label for label in labels if label is not None])
-    return list(names) if numbers else []
-
-
-def _numbers_and_names(labels: Sequence[Label]) -> tuple[list[Label], list[Label]]:
+def numbers_and_names(labels: Iterable[Label]) -> tuple[list[Label], list[Label]]:
     """Return labels that are numbers, and those that are names."""
     return (
         [label for label in labels if not isinstance(label.value, str)],

@@ -26,11 +26,6 @@ class Label(NamedTuple):
     value: float | str
     text: str
 
-    @property
-    def order(self) -> tuple[bool, float | str]:
-        """Numbers by size, then words as they come."""
-        return (True, "") if isinstance(self.value, str) else (False, self.value)
-
 
 def cycles(count: float) -> Label:
     """Return the label of a wear state, such as ``20 million cycles``."""
