@@ -14,12 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "FigureError", "draw", "figure", "redraw"]
 
 
-HOMES = dict.fromkeys(("draw", "figure", "redraw"), "wearlab.figures.drawing") | {
-    "KINDS": "wearlab.figures.kinds"
-}
-
-
 def __getattr__(name: str) -> object:
-    if name in HOMES:
-        return getattr(import_module(HOMES[name]), name)
+    if name in __all__:
+        return getattr(import_module(f"{__name__}.{'kinds' if name == 'KINDS' else 'drawing'}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,7 +1,7 @@
 """How far a run can be trusted, as figures show it: bars of estimated errors, hollow marks, one note."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -65,16 +65,23 @@ def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
 
 def doubts(data: xr.Dataset) -> tuple[str, ...]:
     """Return what speaks against a run's numbers, in words; nothing for most runs."""
-    words = {name: str(data[name].values) for name in WITNESSES[:3] if name in data}
-    found = [verdict for verdict in (words.get("verdict", ""),) if verdict not in FIRM]
-    quality = words.get("estimate_quality", TRUSTED)
-    if quality not in ("", TRUSTED):
-        found.append(quality.partition(":")[0] if found else quality)
-    lost = [line for line in words.get("validity", "").split("\n") if line.startswith(LOST)]
-    if not lost and "separation_fraction" in data:
-        share = float(np.nanmax(data["separation_fraction"].values, initial=0.0))
-        lost = [f"{LOST} for {_percent(share)} % of the time"] if share > 0.0 else []
-    return (*found, *(line.partition(":")[0] for line in lost[:1]))
+    told: dict[str, Any] = {name: str(data[name].values) for name in WITNESSES[:3] if name in data}
+    if "separation_fraction" in data:
+        told["separation_fraction"] = float(np.nanmax(data["separation_fraction"].values, initial=0.0))
+    verdict, quality, lost = said(told)
+    quality = [words.partition(":")[0] if verdict else words for words in quality]
+    return (*verdict, *quality, *(line.partition(":")[0] for line in lost[:1]))
+
+
+def said(told: Mapping[str, Any]) -> tuple[list[str], list[str], list[str]]:
+    """Return what witnesses say against a run: its verdict, the worth of its estimates, lost contacts."""
+    verdict, quality, validity = (str(told.get(name) or "") for name in WITNESSES[:3])
+    lost = [line for line in validity.split("\n") if line.startswith(LOST)]
+    share = told.get("separation_fraction")
+    if not lost and isinstance(share, int | float) and share > 0.0:
+        lost = [f"{LOST} for {_percent(share)} % of the time"]
+    verdicts = [] if verdict in FIRM else [verdict]
+    return verdicts, [] if quality in ("", TRUSTED) else [quality], lost
 
 
 def _percent(share: float) -> str:
@@ -99,12 +106,14 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
     series : their curves
     """
     largest = max((_relative(run.data, name) for name in names for run in runs), default=0.0)
-    said = []
+    lines = []
     if largest > 0.0:
-        drawn = any(_is_seen(series, side) for side in "xy")
+        least = {side: least_seen(getattr(curve, side) for curve in series) for side in "xy"}
+        errors = [(getattr(s, f"{side}_error"), least[side]) for s in series for side in "xy"]
+        drawn = any(e is not None and bool(np.nanmax(e, initial=0.0) > seen) for e, seen in errors)
         end = "" if drawn or any(s.level is not None for s in series) else ": too small to be seen"
         how = "Bars and bands: estimated numerical error" if drawn else "Estimated numerical error"
-        said.append(f"{how}, up to {_percent(largest)} %{end}.")
+        lines.append(f"{how}, up to {_percent(largest)} %{end}.")
     doubtful: dict[tuple[str, ...], list[tuple[str, str]]] = {}
     for run in runs:
         if run.doubts:
@@ -116,8 +125,8 @@ def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) ->
             names = list(dict.fromkeys(name for name, _ in alike))
             told.append(f"{first_of(names, MOST_NAMED, '; ')} ({in_one([why for _, why in alike])})".strip())
         more = f"; and for {len(told) - MOST_NAMED} more reasons" if len(told) > MOST_NAMED else ""
-        said.append(f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}.")
-    return " ".join(said)
+        lines.append(f"Hollow coloured marks are in doubt: {'; '.join(told[:MOST_NAMED])}{more}.")
+    return " ".join(lines)
 
 
 def in_one(reasons: Sequence[str], number: re.Pattern[str] = NUMBER) -> str:
@@ -131,12 +140,6 @@ def in_one(reasons: Sequence[str], number: re.Pattern[str] = NUMBER) -> str:
     ranges = [sorted(set(numbers), key=float) for numbers in found]
     told = [some[0] if len(some) == 1 else f"{some[0]} to {some[-1]}" for some in ranges]
     return "".join(word + range_ for word, range_ in zip(words, [*told, ""], strict=True))
-
-
-def _is_seen(series: Sequence[Series], side: str) -> bool:
-    least = least_seen(getattr(curve, side) for curve in series)
-    errors = (getattr(curve, f"{side}_error") for curve in series)
-    return any(error is not None and bool(np.nanmax(error, initial=0.0) > least) for error in errors)
 
 
 def _relative(data: xr.Dataset, name: str) -> float:

@@ -2,7 +2,7 @@
 
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from wearlab.campaign import claims
 from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
-from wearlab.figures.kind import Ask, FigureError, Kind, Run, no_kind, read
+from wearlab.figures.kind import Ask, FigureError, Kind, Run, is_of_update, no_kind, read
 from wearlab.figures.kinds import cycles, update
 from wearlab.figures.plot import BESIDE, Plot, Series, grouped, narrow
 from wearlab.figures.published import published
@@ -111,8 +111,8 @@ def both_widths(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[byte
     from wearlab.figures.render import lightened, rendered
 
     plot, _, _ = seen(asked, grid, store)
-    broad = lightened(rendered(plot, {}))
-    return broad, lightened(rendered(narrow(plot), {})) if plot.columns > 1 else None
+    small = lightened(rendered(narrow(plot), {})) if plot.columns > 1 else None
+    return lightened(rendered(plot, {})), small
 
 
 def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tuple[bytes, tuple[str, ...]]:
@@ -129,11 +129,11 @@ def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tu
     ------
     FigureError : it cannot be drawn
     """
-    ask = asked.ask
-    plot, runs, missing = seen(asked, grid, store)
     from wearlab.figures.render import rendered
 
-    return rendered(plot, texts(asked, ask, store.entries(run.id for run in runs), missing), ending), missing
+    plot, runs, missing = seen(asked, grid, store)
+    told = texts(asked, store.entries(run.id for run in runs), missing)
+    return rendered(plot, told, ending), missing
 
 
 def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[Run], tuple[str, ...]]:
@@ -144,7 +144,7 @@ def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[
     FigureError : it cannot be drawn
     """
     ask = asked.ask
-    if ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update":
+    if is_of_update(ask.kind):
         return of_update(asked.subject, store, ask), [], ()
     return plotted(grid, ask)
 
@@ -160,7 +160,7 @@ def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
     cases = update.updated_cases(subject, store, ask, kind.needs)
     series = [curve for case in cases for curve in kind.curves(case, ask) if len(curve.x)]
     if not series:
-        raise FigureError(f"{ask.name}: the update has nothing to show of it")
+        raise ask.wrong("the update has nothing to show of it")
     return layout.compose(series, ask, kind, {"case": ""}, [ask.note] if ask.note else [])
 
 
@@ -172,16 +172,16 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     FigureError : it cannot be drawn
     """
     if ask.kind not in kinds.KINDS:
-        raise FigureError(f"{ask.name}: {no_kind(ask.kind)}")
+        raise ask.wrong(no_kind(ask.kind))
     kind = kinds.KINDS[ask.kind]
     ask = replace(ask, note=claims.filled(ask.note, grid)) if ask.note else ask
-    ask, one_case = _of_one_case(_with_defaults(ask, kind, grid), grid)
+    ask, one_case = _with_defaults(ask, kind, grid)
     picked = pick(grid, ask, all_cases=kind.all_cases)
     runs = _able(grid, ask, kind, picked)
     series = [_told(curve, run) for run in runs for curve in kind.curves(run, ask)]
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
-        raise FigureError(f"{ask.name}: no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
+        raise ask.wrong(f"no selected run has {' or '.join(ask.y or kind.also or kind.needs)}")
     dims = {str(dim): str(grid[dim].attrs.get("key", "")) for dim in grid.run_id.dims}
     notes = [*one_case, *_left_out(runs, series), *_cases_left_out(grid, ask, kind)]
     series, alike = curves.drawn_once(series, ask)
@@ -189,7 +189,10 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     if kind.over_sweeps and kind.joined is None and ask.x in along_axes(grid):
         series = cycles.joined(curves.states_in_common(series, dims), str(grid[ask.x].dims[0]))
     if kind.joined is not None:
-        series = _joined(series, ask, kind.joined)
+        try:
+            series = kind.joined(series)
+        except FigureError as error:
+            raise ask.wrong(error) from error
     else:
         series, drawn, rare = _sampled(grid, ask, series)
         series, said = curves.of_samples(series, drawn, curves.ended_of((*ask.y, kind.y)[0]))
@@ -209,13 +212,6 @@ def _told(curve: Series, run: Run) -> Series:
         return curve
     curve = replace(curve, runs=np.full(len(curve.x), run.id))
     return replace(curve, doubtful=np.ones(len(curve.x), bool)) if run.doubts else curve
-
-
-def _joined(series: list[Series], ask: Ask, join: Callable[[list[Series]], list[Series]]) -> list[Series]:
-    try:
-        return join(series)
-    except FigureError as error:
-        raise FigureError(f"{ask.name}: {error}") from error
 
 
 def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str], list[str]]:
@@ -254,75 +250,64 @@ def _most_places(series: Sequence[Series], dim: str) -> int:
 def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
     """Name the cases that are not drawn though nobody chose."""
     told = (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
-    if kind.all_cases or "case" not in grid.dims or "case" in told:
-        return []
-    others = [str(case) for case in grid["case"].values if str(case) != BASE]
-    if BASE not in grid["case"].values or not others:
+    drawn = kind.all_cases or "case" not in grid.dims or "case" in told
+    cases: list[Any] = [] if drawn else grid["case"].values.tolist()
+    others = [str(case) for case in cases if str(case) != BASE]
+    if BASE not in cases or not others:
         return []
     return [f"The base alone; further cases, for select.case or hue: {wording.first_of(others, MOST_NAMED)}."]
 
 
-def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> Ask:
-    """Return the ask with what it leaves to its kind: the first flank where one is enough, an axis for x."""
-    meant = {role: axis_named(grid, name) for role in (*layout.ROLES, "x") if (name := getattr(ask, role))}
-    ask = replace(ask, **meant)  # type: ignore[arg-type]
+def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> tuple[Ask, list[str]]:
+    """Return the ask with what it leaves to its kind: the first flank where one is enough, an axis for x.
+
+    A role for cases where there is but one, as in a file that drops the others, is left out, with a note.
+    """
+    meant: Any = {
+        role: axis_named(grid, name) for role in (*layout.ROLES, "x") if (name := getattr(ask, role))
+    }
+    ask = replace(ask, **meant)
     roles = (ask.hue, ask.rows, ask.cols)
-    if kind.one_flank and "flank" in grid.coords and "flank" not in ask.select and "flank" not in roles:
+    if kind.one_flank and "flank" in grid.coords and "flank" not in (*ask.select, *roles):
         ask = replace(ask, select={**ask.select, "flank": str(grid["flank"].values[0])})
-    if kind.name == "line" and ask.x is None and ask.y and all(_is_one_number(grid, name) for name in ask.y):
+    dims = set(grid.run_id.dims)
+    single = all(name in grid.variables and set(grid[name].dims) <= dims for name in ask.y)
+    if kind.name == "line" and ask.x is None and ask.y and single:
         free = [str(d) for d in grid.run_id.dims if d not in roles and grid.sizes[d] > 1]
         sweeps = [dim for dim in free if grid[dim].dtype.kind in "fiu"]
         ask = replace(ask, x=max(sweeps or free, key=lambda dim: grid.sizes[dim], default=None))
-    return ask
-
-
-def _of_one_case(ask: Ask, grid: xr.Dataset) -> tuple[Ask, list[str]]:
-    """Return the ask without a role for cases where there is but one, as in a file that drops the others."""
-    roles = [role for role in layout.ROLES if getattr(ask, role) == "case" and "case" not in grid.dims]
-    said = [f"{role} = 'case' tells nothing apart here: there is one case." for role in roles]
-    return replace(ask, **dict.fromkeys(roles)), said  # type: ignore[arg-type]
-
-
-def _is_one_number(grid: xr.Dataset, name: str) -> bool:
-    return name in grid.variables and set(grid[name].dims) <= set(grid.run_id.dims)
+    alone = [role for role in layout.ROLES if getattr(ask, role) == "case" and "case" not in grid.dims]
+    said = [f"{role} = 'case' tells nothing apart here: there is one case." for role in alone]
+    return replace(ask, **dict.fromkeys(alone)), said  # type: ignore[arg-type]
 
 
 def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     if not picked.points:
-        raise FigureError(f"{ask.name}: none of its runs is there to be drawn: {'; '.join(picked.missing)}")
+        raise ask.wrong(f"none of its runs is there to be drawn: {'; '.join(picked.missing)}")
     names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
     if not (ask.y or kind.needs):
-        raise FigureError(f"{ask.name}: y names no variable; {_near('', grid.data_vars)}")
+        raise ask.wrong(f"y names no variable; {_near('', grid.data_vars)}")
     for name in ask.y:
         if name not in grid.variables:
             takes = f"it takes {origin_of(name)[1]}" if name in VARIABLES else _near(name, grid.data_vars)
-            raise FigureError(f"{ask.name}: y = {name!r} is not there; {takes}")
+            raise ask.wrong(f"y = {name!r} is not there; {takes}")
         if grid[name].dtype.kind not in "fiub":
-            raise FigureError(f"{ask.name}: y = {name!r} holds text, not numbers")
+            raise ask.wrong(f"y = {name!r} holds text, not numbers")
     lacking = [d for d in kind.dims if ask.y and not set(d.split("|")) & set(grid[ask.y[0]].dims)]
     if lacking:
-        raise FigureError(
-            f"{ask.name}: y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, "
-            'which this kind shows; kind = "line" draws it'
-        )
+        said = f"y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, which this kind shows"
+        raise ask.wrong(f'{said}; kind = "line" draws it')
     axes = along_axes(grid)
     if ask.x in axes and not kind.over_sweeps:
-        raise FigureError(
-            f'{ask.name}: x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over; '
-            f"here it may be hue, rows or cols"
-        )
+        said = f'x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over'
+        raise ask.wrong(f"{said}; here it may be hue, rows or cols")
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
-        raise FigureError(f"{ask.name}: x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
-    return require(read_runs(grid, picked, names, ask), needed, ask, _ended(grid, picked))
-
-
-def _ended(grid: xr.Dataset, picked: Picked) -> Counter[str]:
-    """Return what ended the lives of runs, and how many of them."""
-    if "end_reason" not in grid.variables:
-        return Counter()
-    reasons = (str(grid["end_reason"].isel(point).values) for point, _, _ in picked.points)
-    return Counter(reason for reason in reasons if reason)
+        raise ask.wrong(f"x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
+    ends = grid["end_reason"].isel if "end_reason" in grid.variables else None
+    ended = Counter(str(ends(point).values) for point, _, _ in picked.points) if ends else Counter()
+    del ended[""]
+    return require(read_runs(grid, picked, names, ask), needed, ask, ended)
 
 
 def _near(name: str, known: Iterable[object]) -> str:
@@ -333,12 +318,7 @@ WHERE = "figure"
 
 
 def figure(
-    of: Any,
-    kind: str,
-    *,
-    ax: Any = None,
-    size: float | tuple[float, float] | None = None,
-    **options: Any,
+    of: Any, kind: str, *, ax: Any = None, size: float | tuple[float, float] | None = None, **options: Any
 ) -> "Figure":
     """Return a figure of stored or simulated runs.
 
@@ -445,14 +425,8 @@ def redraw(figure: Path, store: "Store", out: Path) -> Redrawn:
     before = figure.read_bytes()
     image, missing = answer(asked, store.open(asked.campaign), store, ending)  # type: ignore[arg-type]
     write_whole(path := out / f"{asked.name}.{ending}", image)
-    stale, changed = _doubtful(asked, store)
-    return Redrawn(path, image == before, missing, stale, changed)
-
-
-def _doubtful(asked: Question, store: "Store") -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the runs made by other code, and those computed again since, each by its short id."""
     recorded = asked.runs or {}
     entries = store.entries(recorded)
-    stale = [i[:SHORT_ID] for i, e in entries.items() if is_other_code(e.source_hash)]
-    changed = [i[:SHORT_ID] for i, e in entries.items() if e.sha256 != recorded[i]]
-    return tuple(stale), tuple(changed)
+    stale = tuple(i[:SHORT_ID] for i, entry in entries.items() if is_other_code(entry.source_hash))
+    changed = tuple(i[:SHORT_ID] for i, entry in entries.items() if entry.sha256 != recorded[i])
+    return Redrawn(path, image == before, missing, stale, changed)

@@ -59,7 +59,7 @@ def points_of(source: Path | Points, ask: Ask) -> Points:
         return Points(source.name, tables.decoded(files.read_regular(source, LARGEST))[0])
     except OSError as error:
         reason = getattr(error, "strerror", None) or error
-        raise FigureError(f"{ask.name}: published: {source}: {reason}") from error
+        raise ask.wrong(f"published: {source}: {reason}") from error
 
 
 def published(source: Path | Points, series: Sequence[Series], hue: str | None, ask: Ask) -> Iterator[Series]:
@@ -72,12 +72,12 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
     hue : dimension of the hue, None when there is none
     """
     if series[0].level is not None:
-        raise FigureError(f"{ask.name}: published: points have no place on maps; a wear-map takes a flank")
+        raise ask.wrong("published: points have no place on maps; a wear-map takes a flank")
     points = points_of(source, ask)
     names, rows = _table(points, ask)
     columns = {name: i for i, (name, _) in enumerate(names)}
     if "x" not in columns:
-        raise FigureError(f"{ask.name}: {points.name}: a column x is required, found {', '.join(columns)}")
+        raise ask.wrong(f"{points.name}: a column x is required, found {', '.join(columns)}")
     first = series[0]
     x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
     dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in POINT}
@@ -149,10 +149,10 @@ def measured_flank(ask: Ask) -> MeasuredFlank:
         x, y, abscissa, depth, across = table_options.profile_of(table, {})
     except tables.TableError as error:
         said = str(error).partition(", or name it: ")[0]
-        raise FigureError(f"{ask.name}: published: {said}") from None
+        raise ask.wrong(f"published: {said}") from None
     if across is None or y != "depth" or x == "roll_length":
-        raise FigureError(
-            f"{ask.name}: published: {points.name} tells {y} over {x}: a map of wear needs columns "
+        raise ask.wrong(
+            f"published: {points.name} tells {y} over {x}: a map of wear needs columns "
             "face_position, path_position, diameter or roll_angle, and depth, positive where material is gone"
         )
     each = table_options.traces(across, len(abscissa))
@@ -166,11 +166,10 @@ def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[s
     lines = [line for line in points.text.splitlines() if line.strip()]
     rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
     if len(rows) < 2:
-        raise FigureError(f"{ask.name}: published: {points.name} holds no points")
+        raise ask.wrong(f"published: {points.name} holds no points")
     matches = [HEADER.fullmatch(cell) for cell in rows[0]]
-    return [
-        (m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in zip(matches, rows[0], strict=True)
-    ], rows[1:]
+    heads = zip(matches, rows[0], strict=True)
+    return [(m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in heads], rows[1:]
 
 
 def _column(rows: list[list[str]], index: int, units: str, scale: Scale, ask: Ask) -> np.ndarray:
@@ -180,20 +179,17 @@ def _column(rows: list[list[str]], index: int, units: str, scale: Scale, ask: As
             return values * COUNTS[units]
         return converted(values, units or scale.units, scale.units)
     except (ValueError, IndexError, UnitError) as error:
-        raise FigureError(f"{ask.name}: published: column {index + 1}: {error}") from error
+        raise ask.wrong(f"published: column {index + 1}: {error}") from error
 
 
 def _known(series: Sequence[Series], dim: str, text: str) -> Label:
     """Return the label that a text means: by its words, or by its number."""
-    labels = dict.fromkeys(s.key[dim] for s in series if dim in s.key)
-    for label in labels:
-        if text in (label.text, label.value) or _same_number(text, label.value):
+    try:
+        number = float(text)
+    except ValueError:
+        number = np.nan
+    for label in dict.fromkeys(s.key[dim] for s in series if dim in s.key):
+        near = not isinstance(label.value, str) and np.isclose(number, label.value, rtol=1e-6)
+        if near or text in (label.text, label.value):
             return label
     return Label(text, text)
-
-
-def _same_number(text: str, value: float | str) -> bool:
-    try:
-        return not isinstance(value, str) and bool(np.isclose(float(text), value, rtol=1e-6))
-    except ValueError:
-        return False

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +12,8 @@ from xml.etree import ElementTree
 from wearlab import nearest, schema
 from wearlab.campaign import Campaign, claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
-from wearlab.figures import kind, kinds, published
+from wearlab.figures import kinds, published
+from wearlab.figures.kind import Ask, FigureError, Points, is_of_update, no_axis, no_kind, read
 from wearlab.store.catalogue import Entry
 
 
@@ -28,7 +29,7 @@ def figure_problems(campaign: Campaign) -> list[str]:
     for number, spec in enumerate(campaign.figures, 1):
         try:
             problems += list(_problems(campaign, spec, number, folder))
-        except kind.FigureError as error:
+        except FigureError as error:
             problems.append(str(error))
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
     known = [*schema.VARIABLES, *(dimension.name for dimension in schema.DIMENSIONS), *axes]
@@ -36,26 +37,24 @@ def figure_problems(campaign: Campaign) -> list[str]:
 
 
 def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
-    ask = kind.read(spec, number, folder)
+    ask = read(spec, number, folder)
     if ask.kind not in kinds.KINDS:
-        yield f"{ask.name}: {kind.no_kind(ask.kind)}"
-    axes = {axis.name: axis for axis in campaign.axes}
+        yield f"{ask.name}: {no_kind(ask.kind)}"
     swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
-    names = {*axes, *beside, "case", *(dimension.name for dimension in schema.DIMENSIONS), *schema.VARIABLES}
+    names = {*swept, *beside, "case", *(dimension.name for dimension in schema.DIMENSIONS), *schema.VARIABLES}
     along = names - set(schema.VARIABLES)
     for key in ask.select:
         if key not in names:
-            yield f"{ask.name}: select.{key} is unknown; {kind.no_axis(key, swept, along)}"
+            yield f"{ask.name}: select.{key} is unknown; {no_axis(key, swept, along)}"
     for role in ("x", "hue", "rows", "cols"):
         name = getattr(ask, role)
         if name is not None and name not in names | keys:
             valid = names if role == "x" else along
-            yield f"{ask.name}: {role} = {name!r} is unknown; {kind.no_axis(name, swept, valid)}"
+            yield f"{ask.name}: {role} = {name!r} is unknown; {no_axis(name, swept, valid)}"
     for name in ask.y:
-        of_update = ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update"
-        if name not in schema.VARIABLES and not of_update:
+        if name not in schema.VARIABLES and not is_of_update(ask.kind):
             yield f"{ask.name}: y = {name!r} is no variable; {nearest.choices(name, schema.VARIABLES)}"
     if isinstance(ask.published, Path) and not ask.published.is_file():
         yield f"{ask.name}: published file {spec.published} is not there"
@@ -83,7 +82,7 @@ class Question:
 
     number: int
     table: Mapping[str, Any]
-    points: kind.Points | None
+    points: Points | None
     campaign: Campaign | RecordedCampaign
     text: str = ""
     hash: str = ""
@@ -91,15 +90,22 @@ class Question:
     subject: str = ""
 
     @property
-    def ask(self) -> kind.Ask:
+    def ask(self) -> Ask:
         """The figure's wishes."""
-        ask = kind.read(SimpleNamespace(**self.table), self.number, None)
+        ask = read(SimpleNamespace(**self.table), self.number, None)
         return replace(ask, published=self.points)
 
     @property
     def name(self) -> str:
         """The name of its file, without ending."""
         return f"{self.number:02d}-{self.table['kind']}"
+
+
+def table_of(spec: Any) -> dict[str, Any]:
+    """Return what a ``[[figure]]`` says, ``published`` apart, as JSON holds it."""
+    given = {key: getattr(spec, key, None) for key in KEYS}
+    told = {k: v for k, v in given.items() if v not in (None, {}, (), "") or (k, v) == ("title", "")}
+    return dict(json.loads(json.dumps(told)))
 
 
 def question(campaign: Campaign, spec: Any, number: int) -> Question:
@@ -109,43 +115,41 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
     ------
     FigureError : its units or published points cannot be read, or the measurements that it shows
     """
-    folder = campaign.path.parent if campaign.path else None
-    ask = kind.read(spec, number, folder)
-    given = {key: getattr(spec, key, None) for key in KEYS}
-    if given["note"]:
-        given["note"] = claims.spelled_note(given["note"], getattr(campaign, "claims", ()))
-    table = {k: v for k, v in given.items() if v not in (None, {}, (), "") or (k, v) == ("title", "")}
+    ask = read(spec, number, campaign.path.parent if campaign.path else None)
+    table = table_of(spec)
+    if "note" in table:
+        table["note"] = claims.spelled_note(table["note"], getattr(campaign, "claims", ()))
     points = None if ask.published is None else published.points_of(ask.published, ask)
-    text = inheritance.source_text(campaign.path)
-    about = (
-        _subject(campaign, ask) if ask.kind in kinds.KINDS and kinds.KINDS[ask.kind].of == "update" else ""
-    )
-    table = json.loads(json.dumps(table))
-    return Question(number, table, points, campaign, text, inheritance.fingerprint(text), subject=about)
+    text, subject = inheritance.source_text(campaign.path), ""
+    if is_of_update(ask.kind):
+        from wearlab.updating import inference, measurements
+
+        try:
+            subject = inference.subject_of(campaign)
+        except measurements.UpdateError as error:
+            raise ask.wrong(error) from None
+    return Question(number, table, points, campaign, text, inheritance.fingerprint(text), subject=subject)
 
 
-def _subject(campaign: Campaign, ask: kind.Ask) -> str:
-    from wearlab.updating import inference, measurements
-
-    try:
-        return inference.subject_of(campaign)
-    except measurements.UpdateError as error:
-        raise kind.FigureError(f"{ask.name}: {error}") from None
-
-
-def texts(
-    asked: Question, ask: kind.Ask, entries: Mapping[str, Entry], missing: Sequence[str]
-) -> dict[str, str]:
+def texts(asked: Question, entries: Mapping[str, Entry], missing: Sequence[str]) -> dict[str, str]:
     """Return what a figure's file says about itself, text by keyword; nothing that changes by itself.
 
     Parameters
     ----------
     asked : the question
-    ask : as it was drawn
     entries : the runs drawn
     missing : names of the runs that had no data
     """
-    code = {(e.wearlab_version or "", e.source_hash or "") for e in entries.values()}
+    ask = asked.ask
+    written = {
+        "format": FORMAT,
+        "number": asked.number,
+        "table": asked.table,
+        "points": None if asked.points is None else list(asked.points),
+        "campaign": to_record(asked.campaign),  # type: ignore[arg-type]
+        "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
+        **({"subject": asked.subject} if asked.subject else {}),
+    }
     told = {
         "Title": ask.title or kinds.KINDS[ask.kind].title,
         "campaign": asked.campaign.title,
@@ -156,24 +160,11 @@ def texts(
         "select": _json(dict(ask.select)),
         "runs": " ".join(entries),
         "missing": "; ".join(missing),
-        "wearlab": ", ".join(sorted({version for version, _ in code})),
-        "source_hash": ", ".join(sorted({source for _, source in code})),
-        QUESTION: _json(_written(asked, entries)),
+        "wearlab": ", ".join(sorted({entry.wearlab_version or "" for entry in entries.values()})),
+        "source_hash": ", ".join(sorted({entry.source_hash or "" for entry in entries.values()})),
+        QUESTION: _json(written),
     }
     return {key: text for key, text in told.items() if text}
-
-
-def _written(asked: Question, entries: Mapping[str, Entry]) -> dict[str, Any]:
-    campaign: Any = asked.campaign
-    return {
-        "format": FORMAT,
-        "number": asked.number,
-        "table": asked.table,
-        "points": None if asked.points is None else list(asked.points),
-        "campaign": to_record(campaign),
-        "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
-        **({"subject": asked.subject} if asked.subject else {}),
-    }
 
 
 def asked_by(told: Mapping[str, str], file: Path) -> Question:
@@ -184,9 +175,7 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
     FigureError : they hold none, or one that this wearlab cannot read
     """
     if QUESTION not in told:
-        raise kind.FigureError(
-            f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'"
-        )
+        raise FigureError(f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'")
     try:
         written = json.loads(told[QUESTION])
         if written["format"] != FORMAT:
@@ -197,7 +186,7 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
         return Question(
             int(written["number"]),
             {key: value for key, value in table.items() if key in KEYS},
-            None if points is None else kind.Points(*map(str, points)),
+            None if points is None else Points(*map(str, points)),
             from_record(written["campaign"]),
             told.get("campaign_text", ""),
             told.get("campaign_hash", ""),
@@ -205,7 +194,7 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
             str(written.get("subject", "")),
         )
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise kind.FigureError(f"{file}: its question cannot be read ({error})") from None
+        raise FigureError(f"{file}: its question cannot be read ({error})") from None
 
 
 def _json(value: Any) -> str:
@@ -216,6 +205,7 @@ DESCRIPTION = "{http://purl.org/dc/elements/1.1/}description"
 SUBJECT = re.compile(rb"/Subject \(((?:[^\\()]|\\.)*)\)", re.DOTALL)
 ESCAPED = re.compile(rb"\\(.)", re.DOTALL)
 LARGEST = 50_000_000  # bytes, and pixels
+STARTS = (PNG := b"\x89PNG", PDF := b"%PDF", b"<?xml", b"<svg")
 ESCAPES = {b"n": b"\n", b"r": b"\r"}
 
 
@@ -228,53 +218,37 @@ def embedded(file: Path) -> dict[str, str]:
     """
     try:
         if file.exists() and not file.is_file():
-            raise kind.FigureError(f"{file}: is no file")
+            raise FigureError(f"{file}: is no file")
         if file.stat().st_size > LARGEST:
-            raise kind.FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
+            raise FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
         data = file.read_bytes()
     except OSError as error:
-        raise kind.FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
-    reader = next((read for start, read in READERS.items() if data.lstrip().startswith(start)), None)
-    if reader is None:
-        raise kind.FigureError(f"{file}: is no PNG, SVG or PDF")
+        raise FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
+    if not data.lstrip().startswith(STARTS):
+        raise FigureError(f"{file}: is no PNG, SVG or PDF")
     try:
-        return reader(file, data)
+        return _texts(file, data)
     except (ValueError, SyntaxError, OSError, ElementTree.ParseError) as error:
-        raise kind.FigureError(f"{file}: is damaged ({error})") from error
+        raise FigureError(f"{file}: is damaged ({error})") from error
 
 
-def _png(file: Path, data: bytes) -> dict[str, str]:
+def _texts(file: Path, data: bytes) -> dict[str, str]:
+    """Return the texts that a PNG holds one by one, a PDF or SVG as JSON."""
     from PIL import Image
 
-    with Image.open(file, formats=["PNG"]) as image:
-        if image.width * image.height > LARGEST:
-            raise kind.FigureError(
-                f"{file}: {image.width} by {image.height} pixels are more than a figure has"
-            )
-        image.load()
-        return {str(key): str(text) for key, text in image.text.items()}  # type: ignore[attr-defined]
-
-
-def _svg(file: Path, data: bytes) -> dict[str, str]:
-    description = ElementTree.fromstring(data).find(f".//{DESCRIPTION}")
-    return _texts(description.text if description is not None else None)
-
-
-def _pdf(file: Path, data: bytes) -> dict[str, str]:
-    subject = SUBJECT.search(data)
-    if subject is None:
-        return {}
-    return _texts(ESCAPED.sub(lambda match: ESCAPES.get(match[1], match[1]), subject[1]).decode("ascii"))
-
-
-def _texts(text: str | None) -> dict[str, str]:
-    texts = json.loads(text or "{}")
+    if data.lstrip().startswith(PNG):
+        with Image.open(file, formats=["PNG"]) as image:
+            if image.width * image.height > LARGEST:
+                size = f"{image.width} by {image.height} pixels"
+                raise FigureError(f"{file}: {size} are more than a figure has")
+            image.load()
+            texts: Any = image.text  # type: ignore[attr-defined]
+    else:
+        if not data.lstrip().startswith(PDF):
+            text = ElementTree.fromstring(data).findtext(f".//{DESCRIPTION}")
+        elif subject := SUBJECT.search(data):
+            text = ESCAPED.sub(lambda match: ESCAPES.get(match[1], match[1]), subject[1]).decode("ascii")
+        else:
+            text = None
+        texts = json.loads(text or "{}")
     return {str(key): str(value) for key, value in texts.items()} if isinstance(texts, dict) else {}
-
-
-READERS: dict[bytes, Callable[[Path, bytes], dict[str, str]]] = {
-    b"\x89PNG": _png,
-    b"%PDF": _pdf,
-    b"<?xml": _svg,
-    b"<svg": _svg,
-}

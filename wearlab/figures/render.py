@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DPI = 180
-RC = dict(
-    matplotlib.rc_params_from_file(Path(__file__).with_name("print.mplstyle"), use_default_template=False)
-)
+STYLE = Path(__file__).with_name("print.mplstyle")
+RC = dict(matplotlib.rc_params_from_file(STYLE, use_default_template=False))
 """The look of every figure, for print."""
 REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
 DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
@@ -49,8 +48,8 @@ MARGIN, GAP = 0.08, 0.07
 TITLE_HEIGHT, LEGEND_LINE, NOTE_LINE = 0.25, 0.175, 0.15
 NAME_LINE, NAMES = 0.15, 0.7  # of names of ranks: a line, and what else the panel needs
 BAR_WIDTH, BAR_LINE, BAR_HEIGHT = 2.4, 0.34, 0.09  # of a bar of colours, and of all it takes with its numbers
-WIDTHS = {1: 5.0, 2: 7.2, 3: 7.2}
-HEIGHTS = {"wide": {1: 2.75, 2: 2.25, 3: 1.85}, "square": {1: 4.2, 2: 3.0, 3: 2.2}}
+WIDTHS = (5.0, 7.2, 7.2)  # by columns, of three and more the last
+HEIGHTS = {"wide": (2.75, 2.25, 1.85), "square": (4.2, 3.0, 2.2)}
 SQUARE_WIDTH, SMALL_WIDTH = 4.6, 3.6
 # letters by inch
 NOTE_LETTERS, TITLE_LETTERS, BAR_LETTERS, NAME_LETTERS = 21.5, 13.0, 14.0, 9.7
@@ -154,11 +153,8 @@ def _width(plot: Plot) -> float:
     """Return the default width [inches]."""
     if plot.small:
         return SMALL_WIDTH
-    return SQUARE_WIDTH if plot.shape == "square" and plot.columns == 1 else WIDTHS[_columns(plot)]
-
-
-def _columns(plot: Plot) -> int:
-    return min(plot.columns, max(WIDTHS))
+    square = plot.shape == "square" and plot.columns == 1
+    return SQUARE_WIDTH if square else WIDTHS[: plot.columns][-1]
 
 
 def draw(plot: Plot, width: float | None = None, height: float | None = None) -> Figure:
@@ -176,14 +172,13 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
     below = unit * (len(notes) * NOTE_LINE + MARGIN + (GAP if notes else 0.0))
     called = [_names_of(panel, letters) for panel in plot.panels]
     lines = max((len(names) * max(map(len, names)) for names in called if names), default=0)
-    tall = unit * max(HEIGHTS[plot.shape][_columns(plot)], NAMES + lines * NAME_LINE)
+    tall = unit * max(HEIGHTS[plot.shape][: plot.columns][-1], NAMES + lines * NAME_LINE)
     given, height = height, height or above + below + plot.rows * tall
     tall = (height - above - below) / plot.rows if given else tall
     figure.set_size_inches(width, height)
     rect = (0.0, below / height, 1.0, max(1.0 - (above + below) / height, 0.1))
-    figure.set_layout_engine(
-        ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02)
-    )
+    engine = ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02)
+    figure.set_layout_engine(engine)
     _frame(figure, title, notes, unit)
     _draw_panels(figure, plot, letters, tall / unit)
     if plot.bar is not None:
@@ -202,9 +197,8 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
     for own, panel in zip(axes, plot.panels, strict=True):
         _panel(own, panel, plot)
         room = int(own.get_window_extent().height / own.figure.dpi * 130 / matplotlib.rcParams["font.size"])
-        own.set(
-            xlabel=panel.x_label, ylabel="" if panel.names else textwrap.fill(panel.y_label, max(room, 8))
-        )
+        up = "" if panel.names else textwrap.fill(panel.y_label, max(room, 8))
+        own.set(xlabel=panel.x_label, ylabel=up)
         _scaled(own, plot)
         if panel.names:
             own.set_yticks(range(1, len(panel.names) + 1), panel.names)
@@ -219,17 +213,11 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
 
 def _for_latex(plot: Plot) -> Plot:
     """Return a plot whose texts LaTeX can read."""
-    panels = [
-        replace(
-            panel,
-            title=latex(panel.title),
-            x_label=latex(panel.x_label),
-            y_label=latex(panel.y_label),
-            names=tuple(map(latex, panel.names)),
-            marks=tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks),
-        )
-        for panel in plot.panels
-    ]
+    panels = []
+    for panel in plot.panels:
+        told: Any = {name: latex(getattr(panel, name)) for name in ("title", "x_label", "y_label")}
+        marks = tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks)
+        panels.append(replace(panel, **told, marks=marks, names=tuple(map(latex, panel.names))))
     legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed)
     bar = plot.bar and replace(plot.bar, label=latex(plot.bar.label))
     title, notes = latex(plot.title), tuple(map(latex, plot.notes))
@@ -299,9 +287,8 @@ def _legend(figure: Figure, entries: Sequence[LegendEntry], room: float) -> int:
 
 
 def _handle(entry: LegendEntry) -> Line2D:
-    return Line2D(
-        [], [], label=entry.text, **strokes(entry.pen, "points" if entry.look == "dots" else entry.look)
-    )
+    look = "points" if entry.look == "dots" else entry.look
+    return Line2D([], [], label=entry.text, **strokes(entry.pen, look))
 
 
 def strokes(pen: Pen, look: str) -> dict[str, Any]:
@@ -368,14 +355,10 @@ def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> Non
 
 def _alike_across(panels: Sequence[Panel]) -> bool:
     """Say whether no panel would be squeezed by the abscissa of another."""
-    spans = [max((_reach(curve.x) for curve in panel.curves), default=0.0) for panel in panels]
-    spans = [span for span in spans if span > 0.0]
-    return not spans or max(spans) <= SQUEEZED * min(spans)
-
-
-def _reach(x: Array) -> float:
-    held = x[np.isfinite(x)]
-    return float(np.ptp(held)) if len(held) else 0.0
+    held = [[curve.x[np.isfinite(curve.x)] for curve in panel.curves] for panel in panels]
+    spans = [max((float(np.ptp(x)) for x in own if len(x)), default=0.0) for own in held]
+    wide = [span for span in spans if span > 0.0]
+    return not wide or max(wide) <= SQUEEZED * min(wide)
 
 
 def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
@@ -396,15 +379,12 @@ def _sides(panel: Panel, columns: int) -> list[str]:
     places = np.array([mark.x for mark in panel.marks])
     drawn = np.concatenate([curve.x for curve in panel.curves] + [places])
     room = LETTER * columns * np.ptp(drawn[np.isfinite(drawn)])
-    sides = []
-    for place in places:
-        away = places - place
-        after, before = np.any((away > 0) & (away < room)), np.any((away < 0) & (away > -room))
-        if "\n" in panel.marks[0].text and place in (places.min(), places.max()):  # words, not a letter
-            sides.append("left" if place == places.min() else "right")
-            continue
-        sides.append("center" if after == before else "right" if after else "left")
-    return sides
+    away = places - places[:, None]
+    after, before = (((side > 0.0) & (side < room)).any(axis=1) for side in (away, -away))
+    sides = np.select([after & ~before, before & ~after], ["right", "left"], "center")
+    if panel.marks and "\n" in panel.marks[0].text:  # words, not a letter
+        sides[places == places.max()], sides[places == places.min()] = "right", "left"
+    return list(map(str, sides))
 
 
 def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
@@ -416,13 +396,11 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
         _curve(ax, curve)
         _uncertain(ax, curve, least)
     _part_levels(ax)
-    size = MARK * matplotlib.rcParams["font.size"]
+    above: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+    above |= {"va": "bottom", "size": MARK * matplotlib.rcParams["font.size"], "color": "#555555"}
     for mark, side in zip(panel.marks, _sides(panel, plot.columns), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
-        away: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
-        ax.annotate(
-            mark.text, (mark.x, 1.0), (0, 2), ha=side, va="bottom", size=size, color="#555555", **away
-        )
+        ax.annotate(mark.text, (mark.x, 1.0), (0, 2), ha=side, **above)
     if panel.dates:
         dates = AutoDateLocator(minticks=3, maxticks=6)
         ax.xaxis.set_major_locator(dates)
@@ -555,9 +533,8 @@ def _by_logarithm(ax: "Axes", name: str) -> None:
     told = [f"{value:g}" for value in between.tick_values(low, high) if low <= value <= high]
     many = high > MANY * low or (name == "x" and sum(map(len, told)) + 2 * len(told) > WIDEST)
     axis.set_major_locator(LogLocator() if many else between)
-    axis.set_major_formatter(
-        LogFormatterSciNotation() if many else FuncFormatter(lambda value, _: f"{value:g}")
-    )
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axis.set_major_formatter(LogFormatterSciNotation() if many else plain)
     axis.set_minor_locator(NullLocator())
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,7 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.figures import doubt, kind
+from wearlab.figures import doubt
+from wearlab.figures.kind import Ask, FigureError, Run
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
@@ -32,24 +34,26 @@ def index_of(
     units : unit of the values, when they have one
     key : dotted key of a scene that the values were given to, when they were
     """
-    some = list(asked) if isinstance(asked, list | tuple) else [asked]
-    return [_one_index(label, values, dim, name, units, key) for label in some]
+    indices = []
+    for label in _several(asked):
+        index = index_of_quantity(label, values, units, key)
+        if index is None:
+            unit = f" {units}" if units else ""
+            shown = [f"{value:g}{unit}" if _is_number(value) else str(value) for value in values]
+            raise FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
+        indices.append(index)
+    return indices
 
 
-def _one_index(label: Any, values: Sequence[Any], dim: str, name: str, units: str | None, key: str) -> int:
-    index = index_of_quantity(label, values, units, key)
-    if index is not None:
-        return index
-    unit = f" {units}" if units else ""
-    shown = [f"{value:g}{unit}" if _is_number(value) else str(value) for value in values]
-    raise kind.FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
+def _several(asked: Any) -> list[Any]:
+    return list(asked) if isinstance(asked, list | tuple) else [asked]
 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
-def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
+def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
@@ -64,34 +68,29 @@ def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
             continue
         if key == "update" or (key in STATE_COORDINATES and key in data.variables):
             if "update" in data.dims:
-                one = _states if key == "update" else _nearest
-                data = data.isel(update=one(asked, data, key, ask))
+                data = data.isel(update=_states(_several(asked), data, key, ask))
         elif key in data.dims:
-            values = data[key].values if key in data.coords else np.arange(data.sizes[key])
-            units = data[key].attrs.get("units") if key in data.coords else None
-            data = data.isel({key: index_of(asked, list(values), key, ask.name, units)})
+            places = data[key]  # counted from 0 where it has no coordinate
+            units = places.attrs.get("units")
+            data = data.isel({key: index_of(asked, list(places.values), key, ask.name, units)})
         elif key not in RUN_DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
-            raise kind.FigureError(f"{ask.name}: select.{key}: no such dimension; {choices(key, valid)}")
+            raise ask.wrong(f"select.{key}: no such dimension; {choices(key, valid)}")
     return data
 
 
-def _states(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
-    some = list(asked) if isinstance(asked, list | tuple) else [asked]
+def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]:
+    """Return the wear states of numbers, or those next to counts of cycles."""
+    if key != "update":
+        if not all(map(_is_number, asked)):
+            said = f"select.{key} = {ask.select[key]!r} is not a number of cycles, such as 2e7"
+            raise ask.wrong(said)
+        return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in asked))
     count = data.sizes["update"]
-    for index in some:
+    for index in asked:
         if not isinstance(index, int) or not -count <= index < count:
-            raise kind.FigureError(
-                f"{ask.name}: select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 is the last"
-            )
-    return [index % count for index in some]
-
-
-def _nearest(asked: Any, data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
-    some = list(asked) if isinstance(asked, list | tuple) else [asked]
-    if not all(_is_number(count) for count in some):
-        raise kind.FigureError(f"{ask.name}: select.{key} = {asked!r} is not a number of cycles, such as 2e7")
-    return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in some))
+            raise ask.wrong(f"select.{key} = {index!r} is not there; valid: 0 to {count - 1}, -1 is the last")
+    return [index % count for index in asked]
 
 
 RUN_DIMENSIONS = frozenset(dimension.name for dimension in DIMENSIONS)
@@ -115,7 +114,7 @@ class Picked:
     missing: tuple[str, ...]
 
 
-def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> Picked:
+def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
     """Return the selected points of a grid, a broadcast case once.
 
     Parameters
@@ -146,11 +145,11 @@ def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> Picked:
             told = dict.fromkeys(x.text for x in labels.values() if x.value not in unsaid)
             missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
     if not picked and not missing:
-        raise kind.FigureError(f"{ask.name}: select = {dict(ask.select)} leaves no run")
+        raise ask.wrong(f"select = {dict(ask.select)} leaves no run")
     return Picked(tuple(picked.values()), tuple(missing))
 
 
-def _wanted(grid: xr.Dataset, dim: str, ask: kind.Ask, all_cases: bool) -> list[int]:
+def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
         units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
@@ -166,35 +165,23 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tu
     Such a case bears its own label along them; the base is called by what it is, where the grid says that.
     """
     labels = {
-        dim: place(dim, plain(grid[dim].values[index]), grid[dim].attrs.get("units"))
+        dim: place(dim, grid[dim].values[index], grid[dim].attrs.get("units"))
         for dim, index in zip(dims, point, strict=True)
     }
     case = labels.get("case")
-    if case is None:
-        return labels, False
-    if case.value == BASE:
-        return labels | {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))}, False
-    repeated = _is_repeated(grid, dims, point, str(case.value))
-    return ({dim: case for dim in dims} if repeated else labels), repeated
-
-
-def _is_repeated(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...], case: str) -> bool:
-    if own := own_values(grid):
-        return case in own
+    if case is None or case.value == BASE:
+        known = {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))} if case else {}
+        return labels | known, False
     index = tuple(at if dim == "case" else slice(None) for dim, at in zip(dims, point, strict=True))
-    ids = grid.run_id.values[index]
-    return bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
-
-
-def plain(value: Any) -> Any:
-    """Return a value as Python's own."""
-    return value.item() if isinstance(value, np.generic) else value
+    own, ids = own_values(grid), grid.run_id.values[index]
+    repeated = case.value in own if own else bool(ids.size > 1 and len(set(ids.flat) - {""}) == 1)
+    return ({dim: case for dim in dims} if repeated else labels), repeated
 
 
 PICKED = "picked"
 
 
-def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: kind.Ask) -> list[kind.Run]:
+def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset. What any figure needs stays in a grid of
@@ -210,16 +197,14 @@ def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: kind.
     box = grid[[name for name in wanted if name in grid.variables]].isel(places)
     box = box.compute(scheduler="synchronous")
     units = {name: str(grid[name].attrs.get("units", "1")) for name in axes}
-    numbers = [
-        name for name in axes if grid[name].dtype.kind in "fiu"
-    ]  # called by the key they were given to
-    words = {n: key_text(str(grid[n].attrs.get("key") or n) if n in numbers else n) for n in axes}
+    keys = {n: grid[n].attrs.get("key") for n in axes if grid[n].dtype.kind in "fiu"}
+    words = {n: key_text(str(keys.get(n) or n)) for n in axes}  # numbers by the key they were given to
     own = own_values(grid)
     runs = []
     for number, (_, labels, run_id) in enumerate(picked.points):
         whole = box.isel({PICKED: number}, missing_dims="ignore")
         beside = {
-            name: place(name, plain(whole[name].values[()]), grid[name].attrs.get("units"))
+            name: place(name, whole[name].values.item(), grid[name].attrs.get("units"))
             for name in axes
             if name not in dims
         }
@@ -229,7 +214,7 @@ def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: kind.
             given = {name: float(v) for name, v in mine.items() if isinstance(v, int | float)}
         full = _without_absent(whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims)
         told = (units, beside, words, given, doubt.doubts(full))
-        runs.append(kind.Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
+        runs.append(Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
     return _with_states(runs)
 
 
@@ -267,21 +252,17 @@ def _is_void(variable: xr.Variable) -> bool:
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
 
 
-def _with_states(runs: list[kind.Run]) -> list[kind.Run]:
+def _with_states(runs: list[Run]) -> list[Run]:
     """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
     hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
-    of_label: dict[Label, dict[str, None]] = {}
+    of_label = defaultdict(set)
     for labels, some in zip(named, hours, strict=True):
         for label, text in zip(labels, some, strict=False):
-            of_label.setdefault(label, {})[text] = None
-    said = {
-        label: Label(label.value, f"{label.text} ({next(iter(texts))})")
-        for label, texts in of_label.items()
-        if len(texts) == 1 and label.value != 0.0 and "" not in texts
-    }
-    if len(said) < sum(label.value != 0.0 for label in of_label):  # all of them, or none
-        said = {}
+            of_label[label].add(text)
+    worn = {label: texts for label, texts in of_label.items() if label.value != 0.0}
+    all_told = all(len(texts) == 1 for texts in worn.values())
+    said = {x: Label(x.value, f"{x.text} ({texts.pop()})") for x, texts in worn.items() if all_told}
     return [
         replace(run, states=tuple(said.get(label, label) for label in labels))
         for run, labels in zip(runs, named, strict=True)
@@ -308,19 +289,16 @@ def _preset_labels(data: xr.Dataset) -> list[Label]:
     if not known[1:].any(axis=1).all() or count < 2:
         return []
     place = np.where(known, asked, -1.0).argmax(axis=1)
-    labels = [
-        Label(float(row[at]), f"{row[at]:g} µm on {data.flank.values[at]}")
-        for row, at in zip(asked, place, strict=True)
-    ]
+    told = zip(asked[np.arange(count), place], data.flank.values[place], strict=True)
+    labels = [Label(float(depth), f"{depth:g} µm on {flank}") for depth, flank in told]
     return labels if known[0].any() else [Label(0.0, "first state"), *labels[1:]]
 
 
 def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     if "cycle" not in data:
         return tuple(Label(i, f"wear state {i}") for i in range(data.sizes.get("update", 1)))
-    unworn = "max_wear_depth" in data and not np.any(
-        data.max_wear_depth.values.reshape(data.cycle.size, -1)[0]
-    )
+    depth = data.get("max_wear_depth")
+    unworn = depth is not None and not np.any(depth.values.reshape(data.cycle.size, -1)[0])
     labels = [cycles(float(count)) for count in np.atleast_1d(data.cycle.values) if not math.isnan(count)]
     labels = _preset_labels(data) or labels
     if unworn and labels and labels[0].value == 0.0:
@@ -328,9 +306,7 @@ def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     return tuple(labels)
 
 
-def require(
-    runs: list[kind.Run], names: Sequence[str], ask: kind.Ask, ended: Mapping[str, int]
-) -> list[kind.Run]:
+def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]) -> list[Run]:
     """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
 
     Raises
@@ -344,10 +320,10 @@ def require(
     made = list(dict.fromkeys(origin_of(name)[1] for name in absent if name in VARIABLES))
     if set(absent) <= set(LIVES) and ended:
         by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
-        raise kind.FigureError(
-            f"{ask.name}: no selected run has {' and '.join(absent)}: all ended before the depth of "
+        raise ask.wrong(
+            f"no selected run has {' and '.join(absent)}: all ended before the depth of "
             f"wear.until ({by}); y = 'max_wear_depth' shows how far they came"
         )
     names = sorted({str(name) for run in runs for name in run.data.data_vars})
     known = f"it takes {' and '.join(made)}" if made else choices(absent[0], names)
-    raise kind.FigureError(f"{ask.name}: no selected run has {' and '.join(absent)}; {known}")
+    raise ask.wrong(f"no selected run has {' and '.join(absent)}; {known}")
