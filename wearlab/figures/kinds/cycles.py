@@ -6,27 +6,27 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import plot, wording
 from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices, thinned
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
+from wearlab.figures.plot import Look, Scale, Series, grouped, horizontal, merged
+from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.nearest import choices
 from wearlab.units import UnitError
 
 MOST_POINTS = 30
 
 
-def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[plot.Series]:
+def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "update"):
         x, across = at_states(run, ask, piece)
         y = np.atleast_1d(piece.values)
         held = np.isfinite(x) & np.isfinite(y)
-        look: plot.Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-        hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
-        yield piece.over(x, across, look, hours=hours).at(held)
+        look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
+        yield piece.over(x, across, look, hours=hours_a_cycle(run, ask)).at(held)
 
 
-def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, plot.Scale]:
+def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
     """Return what ``x`` names at every wear state, the cycles by default.
 
     Raises
@@ -37,30 +37,28 @@ def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, plot.Scale]:
     name = ask.x or "cycle"
     x, across = companion(run, name, piece.place, ask)
     if x.shape != np.shape(piece.values):
-        raise FigureError(
-            f"{ask.name}: x = {name!r} is not one number per wear state; leave it out for the cycles, or "
+        raise ask.wrong(
+            f"x = {name!r} is not one number per wear state; leave it out for the cycles, or "
             "name what is, such as operating_hours or max_wear_depth"
         )
     return x, across
 
 
-def hours_a_cycle(run: Run) -> float | None:
-    """Return the operating hours of a wear cycle, None where it takes now more, now less."""
-    if "operating_hours" not in run.data or "cycle" not in run.data:
+def hours_a_cycle(run: Run, ask: Ask) -> float | None:
+    """Return the operating hours of a wear cycle, None where x is another or it takes now more, now less."""
+    if ask.x not in (None, "cycle") or not {"operating_hours", "cycle"} <= set(run.data.variables):
         return None
     units = str(run.data["operating_hours"].attrs.get("units", "h"))
-    hours = wording.converted(run.data["operating_hours"].values, units, "h")
+    hours = converted(run.data["operating_hours"].values, units, "h")
     cycle = np.asarray(run.data["cycle"].values, float)
     if hours.shape != cycle.shape:
         return None
     held = np.isfinite(hours) & np.isfinite(cycle) & (cycle > 0.0)
-    if not held.any():
-        return None
     rate = hours[held] / cycle[held]
-    return float(rate[0]) if np.allclose(rate, rate[0], rtol=1e-6) else None
+    return float(rate[0]) if rate.size and np.allclose(rate, rate[0], rtol=1e-6) else None
 
 
-def _number(run: Run, ask: Ask) -> Iterator[plot.Series]:
+def _number(run: Run, ask: Ask) -> Iterator[Series]:
     return over_cycles(run, ask.y[0], ask)
 
 
@@ -84,19 +82,19 @@ FACE_LOAD_FACTOR = kind(
 
 
 SHOWN = 3
-MEAN = wording.Label("mean", "mean")
-FLUCTUATION = wording.Label("fluctuation", "fluctuation")
-RMS = wording.Label("RMS", "RMS of the fluctuation")
+MEAN = Label("mean", "mean")
+FLUCTUATION = Label("fluctuation", "fluctuation")
+RMS = Label("RMS", "RMS of the fluctuation")
 
 
-def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[plot.Series]]:
-    shown: dict[str, tuple[str, dict[str, wording.Label]]] = {
+def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Series]]:
+    shown: dict[str, tuple[str, dict[str, Label]]] = {
         "mean": (f"mean {subject}", {"part": MEAN}),
         "rms": (f"{subject} fluctuation", {"part": FLUCTUATION, "quantity": RMS}),
         "harmonics": (f"{subject} fluctuation", {"part": FLUCTUATION}),
     }
 
-    def series(run: Run, ask: Ask) -> Iterator[plot.Series]:
+    def series(run: Run, ask: Ask) -> Iterator[Series]:
         for end, (words, named) in shown.items():
             name = f"{prefix}_{end}"
             for piece in slices(run, name, ask, "update") if name in run.data else ():
@@ -105,11 +103,11 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[plo
                     order = int(key.pop("harmonic").value)
                     if order > SHOWN and "harmonic" not in ask.select:
                         continue
-                    key["quantity"] = wording.Label(f"harmonic {order}", f"{wording.ordinal(order)} harmonic")
+                    key["quantity"] = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
                 x, across = companion(run, ask.x or by, piece.place, ask)
                 x = x.max(axis=1) if x.ndim > 1 else x  # the flank that is worn most
                 held = np.isfinite(x) & np.isfinite(piece.values)
-                up = plot.Scale(words, piece.scale.units)
+                up = Scale(words, piece.scale.units)
                 yield piece._replace(key=key, scale=up).over(x, across, "line-points").at(held)
 
     return series
@@ -147,19 +145,21 @@ FEWEST_DOTS = 10
         ("cols", "update"), ("rows", "flank")),
     also=(FREQUENCY,), all_cases=True, over_sweeps=True,
 )  # fmt: skip
-def line(run: Run, ask: Ask) -> Iterator[plot.Series]:
+def line(run: Run, ask: Ask) -> Iterator[Series]:
     """Any variable y over a dimension, a coordinate or a sweep x, with hue, rows and cols."""
     several = len(ask.y) > 1
     for order, name in enumerate(ask.y):
         if name in run.data:
-            extra = {"variable": wording.Label(float(order), name)} if several else {}
+            extra = {"variable": Label(float(order), name)} if several else {}
             for curve in _of_variable(run, name, ask):
                 yield replace(curve, key={**curve.key, **extra})
 
 
-def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[plot.Series]:
+def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     if ask.x is not None and run.is_along(ask.x):
-        yield from _over_sweep(run, name, ask, ask.x)
+        x, own = run.abscissa(ask.x)  # a point at this run's place along a sweep, joined to curves afterwards
+        for piece in slices(thinned(run), name, ask):
+            yield piece.over(np.array([x]), run.scale(ask.x), "line-points", own=own)
         return
     dim, coordinate = _across(run, name, ask)
     run = run if dim == "update" else thinned(run)
@@ -167,17 +167,10 @@ def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[plot.Series]:
         yield from along_path(run, name, ask)
         return
     for piece in slices(run, name, ask, dim):
-        for extra, x, across in _positions(run, dim, coordinate, piece.place, ask):
-            held = np.isfinite(x) & np.isfinite(piece.values)
-            look: plot.Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-            yield piece._replace(key={**piece.key, **extra}).over(x, across, look).at(held)
-
-
-def _over_sweep(run: Run, name: str, ask: Ask, axis: str) -> Iterator[plot.Series]:
-    """Yield single points at this run's place along a sweep; they are joined to curves afterwards."""
-    x, own = run.abscissa(axis)
-    for piece in slices(thinned(run), name, ask):
-        yield piece.over(np.array([x]), run.scale(axis), "line-points", own=own)
+        for extra, place, across in _positions(run, dim, coordinate, piece.place, ask):
+            held = np.isfinite(place) & np.isfinite(piece.values)
+            look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
+            yield piece._replace(key={**piece.key, **extra}).over(place, across, look).at(held)
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -185,9 +178,7 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     dims = [str(dim) for dim in run.data[name].dims]
     if ask.x is None:
         if not dims:
-            raise FigureError(
-                f"{ask.name}: {name} is one number per run; x must name a sweep: {choices('', run.place)}"
-            )
+            raise ask.wrong(f"{name} is one number per run; x must name a sweep: {choices('', run.place)}")
         free = [d for d in dims if d not in (ask.hue, ask.rows, ask.cols)] or dims
         dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
         return dim, DEFAULT_X.get(dim, dim)
@@ -196,9 +187,7 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     shared = _shared(run, ask.x, dims) if ask.x in run.data.variables else []
     if not shared:
         valid = [*run.place, *dims, *(str(name) for name in run.data.coords if _shared(run, name, dims))]
-        raise FigureError(
-            f"{ask.name}: x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}"
-        )
+        raise ask.wrong(f"x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}")
     return shared[-1], ask.x
 
 
@@ -210,16 +199,20 @@ def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
 
 def _positions(
     run: Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
-) -> Iterator[tuple[dict[str, wording.Label], Array, plot.Scale]]:
+) -> Iterator[tuple[dict[str, Label], Array, Scale]]:
     """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
     if coordinate not in run.data.variables:
-        yield {}, np.arange(run.data.sizes[dim], dtype=float), plot.Scale(dim.replace("_", " "), "1")
+        yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")
         return
     units = ask.units.get("x") or ask.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
         frequency = run.data[FREQUENCY]
         hertz = frequency[index.get("mesh", 0)].values * run.data[coordinate].values
-        yield {}, _in_units(hertz, units, ask), plot.Scale("frequency", units)
+        try:
+            hertz = converted(hertz, "Hz", units)
+        except UnitError as error:
+            raise ask.wrong(f"units of order: {error}; orders of the mesh, or a frequency") from error
+        yield {}, hertz, Scale("frequency", units)
         return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
     here = replace(run, data=run.data.isel(kept))
@@ -228,35 +221,23 @@ def _positions(
         yield extra, piece.values, piece.scale
 
 
-def _in_units(hertz: Array, units: str, ask: Ask) -> Array:
-    try:
-        return wording.converted(hertz, "Hz", units)
-    except UnitError as error:
-        raise FigureError(
-            f"{ask.name}: units of order: {error}; orders of the mesh, or a frequency"
-        ) from error
-
-
-def joined(series: list[plot.Series], axis: str) -> list[plot.Series]:
+def joined(series: list[Series], axis: str) -> list[Series]:
     """Join single points that differ along one axis alone; a case that is not swept becomes a level.
 
     Points whose places were drawn at random stay points.
     """
     series = [replace(curve, key={k: v for k, v in curve.key.items() if k != axis}) for curve in series]
-    groups = plot.grouped(series, lambda curve: (tuple(sorted(curve.key.items())), curve.up, curve.look))
+    groups = grouped(series, lambda curve: (tuple(sorted(curve.key.items())), curve.up, curve.look))
     places = np.concatenate([curve.x for curve in series])
     if not np.isfinite(places).any():
         raise FigureError(
             f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside each name'
         )
-    return [_join(group, places) for group in groups.values()]
-
-
-def _join(group: list[plot.Series], places: Array) -> plot.Series:
-    whole = plot.merged(group)
-    if np.isnan(whole.x).all():
-        return plot.horizontal(group[0], places)
-    held = whole.at(np.isfinite(whole.x) & np.isfinite(whole.y))
-    steps = np.diff(held.x)
-    mixed = len(whole.x) > FEWEST_DOTS and (steps > 0).any() and (steps < 0).any()
-    return replace(held.at(np.argsort(held.x, kind="stable")), look="dots" if mixed else whole.look)
+    curves = []
+    for group in groups.values():
+        whole = merged(group)
+        held = whole.at(np.isfinite(whole.x) & np.isfinite(whole.y))
+        mixed = len(whole.x) > FEWEST_DOTS and {-1.0, 1.0} <= set(np.sign(np.diff(held.x)))
+        ordered = replace(held.at(np.argsort(held.x, kind="stable")), look="dots" if mixed else whole.look)
+        curves.append(horizontal(group[0], places) if np.isnan(whole.x).all() else ordered)
+    return curves

@@ -12,17 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import plot, wording
 from wearlab.figures.curves import Ended, banded, ended_of
 from wearlab.figures.kind import Ask, FigureError, Run, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
+from wearlab.figures.plot import Mark, Scale, Series, grouped
+from wearlab.figures.wording import Label, joined
 
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
 QUANTILES = (0.05, 0.5, 0.95)
 MOST_BINS = 60
-COUNT = plot.Scale("runs", "1")
-SCORE = plot.Scale("standard score of the share of runs", "1")
+COUNT = Scale("runs", "1")
+SCORE = Scale("standard score of the share of runs", "1")
 FEWEST = 3
 COUNT_WORDS = {0: "", 3: " thousand", 6: " million"}
 STRIP = (1.03, 1.08)  # where the confidence of a quantile is drawn, times the highest bar
@@ -37,7 +38,7 @@ class Quantile(NamedTuple):
 
 
 @dataclass(frozen=True)
-class OfRun(plot.Series):
+class OfRun(Series):
     """What one run adds to a sample; ``x`` and ``y`` hold its values.
 
     Parameters
@@ -77,18 +78,18 @@ def histogram(values: Array) -> tuple[Array, Array]:
     return edges, counts.astype(float)
 
 
-def _one_number(run: Run, ask: Ask) -> Iterator[plot.Series]:
+def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
     name = ask.y[0]
     values, scale = lone(*shown(run.data[name], name, ask), name, ask)
     yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
 
 
-def _kept(key: Mapping[str, wording.Label], ask: Ask) -> dict[str, wording.Label]:
+def _kept(key: Mapping[str, Label], ask: Ask) -> dict[str, Label]:
     """Return the labels that tell samples apart: those along the dimensions that the figure names."""
     return {name: key[name] for name in (ask.hue, ask.rows, ask.cols) if name is not None and name in key}
 
 
-def _values(group: Sequence[plot.Series]) -> Array:
+def _values(group: Sequence[Series]) -> Array:
     values = np.concatenate([curve.x for curve in group])
     held = values[np.isfinite(values)]
     if len(held) < FEWEST:
@@ -96,33 +97,31 @@ def _values(group: Sequence[plot.Series]) -> Array:
     return held
 
 
-def _histograms(series: list[plot.Series]) -> list[plot.Series]:
+def _histograms(series: list[Series]) -> list[Series]:
     """Return the outline of every sample, its quantiles as marks and their confidence above it."""
-    groups = plot.grouped(series).values()
-    curves: list[plot.Series] = []
+    groups = grouped(series).values()
+    curves: list[Series] = []
     for group in groups:
         values, first = _values(group), group[0]
         edges, counts = histogram(values)
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
-        curves.append(plot.Series(first.key, x, y, first.across, COUNT, "area"))
+        curves.append(Series(first.key, x, y, first.across, COUNT, "area"))
         for probability in QUANTILES:
             curves += _quantile(values, probability, float(counts.max()), first, marked=len(groups) == 1)
     return curves
 
 
-def _quantile(
-    values: Array, probability: float, top: float, first: plot.Series, *, marked: bool
-) -> list[plot.Series]:
+def _quantile(values: Array, probability: float, top: float, first: Series, *, marked: bool) -> list[Series]:
     """Return the line of a quantile, the strip of its confidence over the bars, its name above the panel."""
     mark, name = quantile(values, probability), f"{100 * probability:g} %"
     band = np.array([mark.low, mark.low, mark.high, mark.high])
     sides = top * np.array([STRIP[0], STRIP[1], STRIP[1], STRIP[0]])
     line = np.full(2, mark.value), np.array([0.0, sides[1]])
-    marks = (plot.Mark(mark.value, name),) if marked else ()
+    marks = (Mark(mark.value, name),) if marked else ()
     said = f"{name}: {_said(mark, first.across.units)}" if marked else ""
     return [
-        plot.Series(first.key, band, sides, first.across, COUNT, "area", said),
-        plot.Series(first.key, *line, first.across, COUNT, "hairline", marks=marks),
+        Series(first.key, band, sides, first.across, COUNT, "area", said),
+        Series(first.key, *line, first.across, COUNT, "hairline", marks=marks),
     ]
 
 
@@ -130,10 +129,10 @@ def _said(marked: Quantile, units: str) -> str:
     """Return a quantile and its interval in words, large counts in thousands or millions."""
     power = 0 if units != "1" or marked.value < 1e4 else 3 if marked.value < 1e6 else 6
     value, low, high = (f"{number / 10**power:.3g}" for number in marked)
-    return f"{value} ({low}–{high}){wording.joined(units) if units != '1' else COUNT_WORDS[power]}"
+    return f"{value} ({low}–{high}){joined(units) if units != '1' else COUNT_WORDS[power]}"
 
 
-def _probabilities(series: list[plot.Series]) -> list[plot.Series]:
+def _probabilities(series: list[Series]) -> list[Series]:
     """Return every sample in order over the scores of its ranks, and the log-normal law through it.
 
     Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the logarithms; the limits
@@ -141,44 +140,41 @@ def _probabilities(series: list[plot.Series]) -> list[plot.Series]:
     """
     from scipy.stats import beta, norm
 
-    curves: list[plot.Series] = []
-    for group in plot.grouped(series).values():
+    curves: list[Series] = []
+    for group in grouped(series).values():
         logs, first = np.log10(np.sort(_values(group))), group[0]
-        n, across = len(logs), _logarithm(first.across)
+        label, unit = first.across
+        across = Scale(f"log₁₀ of {label}" + (f" in {unit}" if unit != "1" else ""), "1")
+        n = len(logs)
         rank = np.arange(1, n + 1)
         scores = norm.ppf((rank - 0.5) / n)
-        curves.append(plot.Series(first.key, logs, scores, across, SCORE, "dots"))
+        curves.append(Series(first.key, logs, scores, across, SCORE, "dots"))
         mean, spread = float(logs.mean()), float(logs.std(ddof=1))
         limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
         outline = np.concatenate([limits[0], limits[1][::-1]]), np.concatenate([scores, scores[::-1]])
         ends = scores[[0, -1]]
-        curves.append(plot.Series(first.key, *outline, across, SCORE, "area"))
-        curves.append(plot.Series(first.key, mean + spread * ends, ends, across, SCORE, "line"))
+        curves.append(Series(first.key, *outline, across, SCORE, "area"))
+        curves.append(Series(first.key, mean + spread * ends, ends, across, SCORE, "line"))
     return curves
 
 
-def _logarithm(scale: plot.Scale) -> plot.Scale:
-    return plot.Scale(f"log₁₀ of {scale.label}" + (f" in {scale.units}" if scale.units != "1" else ""), "1")
-
-
-def _over_life(run: Run, ask: Ask) -> Iterator[plot.Series]:
+def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
     name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
         x, across = at_states(run, ask, piece)
         held = np.isfinite(x) & np.isfinite(piece.values)
-        key = _kept(piece.key, ask)
-        hours = hours_a_cycle(run) if (ask.x or "cycle") == "cycle" else None
-        yield OfRun(key, x[held], piece.values[held], across, piece.scale, hours=hours, ended=ended_of(name))
+        own, hours = piece._replace(key=_kept(piece.key, ask)), hours_a_cycle(run, ask)
+        yield OfRun(own.key, x[held], own.values[held], across, own.scale, hours=hours, ended=ended_of(name))
 
 
-def _bands(series: list[plot.Series]) -> list[plot.Series]:
+def _bands(series: list[Series]) -> list[Series]:
     """Return median and bands of every sample; a run at its limit counts as deeper, not as flat.
 
     Between its wear states a run is taken as straight. A line ends where it would tell the value of a run
     that has ended; a remaining life ends at zero.
     """
-    curves: list[plot.Series] = []
-    for group in plot.grouped(series).values():
+    curves: list[Series] = []
+    for group in grouped(series).values():
         if len(group) < FEWEST:
             raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
         curves += banded(group, getattr(group[0], "ended", "gone"))

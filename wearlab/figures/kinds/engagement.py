@@ -6,19 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import (
-    ORBITS,
-    STATES,
-    Ask,
-    FigureError,
-    Run,
-    Slice,
-    companion,
-    kind,
-    last_state,
-    slices,
-    thinned,
-)
+from wearlab.figures.kind import ORBITS, STATES, Ask, Run, Slice, companion, kind, last_state, slices, thinned
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.wording import Label
@@ -231,10 +219,10 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
         yield from over_flank(run, ask.y[0], ask)
         return
     if ask.y[0] != "wear_depth":
-        raise FigureError(f"{ask.name}: published tells wear depths, and y = {ask.y[0]!r}: leave one out")
+        raise ask.wrong(f"published tells wear depths, and y = {ask.y[0]!r}: leave one out")
     if run.data.sizes["flank"] > 1:
         flanks = ", ".join(map(str, run.data["flank"].values))
-        raise FigureError(f"{ask.name}: published is of one flank: name it in select.flank, of {flanks}")
+        raise ask.wrong(f"published is of one flank: name it in select.flank, of {flanks}")
     flank = measured_flank(ask)
     for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
         yield replace(curve, key={**curve.key, "source": COMPUTED})

@@ -1,13 +1,13 @@
 """The steady motion: histories and orbits at one speed; responses, orders and frequencies over speed."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, Ask, FigureError, Run, Slice, companion, kind, shown, slices, thinned
-from wearlab.figures.plot import Scale, Series
+from wearlab.figures.kind import ORBITS, Ask, Run, Slice, companion, kind, shown, slices, thinned
+from wearlab.figures.plot import Scale, Series, grouped
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
@@ -51,13 +51,9 @@ def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
         x, y = repeated(piece.values, phase, periods)
         yield Series(piece.key, x, y, PERIODS, piece.scale, y_error=error, said=said)
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
-        yield from _static(run, ask, float(periods), piece.scale)
-
-
-def _static(run: Run, ask: Ask, periods: float, scale: Scale) -> Iterator[Series]:
-    force = float(shown(run.data["static_mesh_force"], "dynamic_mesh_force", ask)[0].ravel()[0])
-    ends = np.array([0.0, periods]), np.full(2, force)
-    yield Series(run.place, *ends, PERIODS, scale, "reference", "static force")
+        force = float(shown(run.data["static_mesh_force"], name, ask)[0].ravel()[0])
+        ends = np.array([0.0, float(periods)]), np.full(2, force)
+        yield Series(run.place, *ends, PERIODS, piece.scale, "reference", "static force")
 
 
 @kind(
@@ -156,9 +152,7 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
         places, across = companion(run, ask.x or OVER[along], piece.place, ask)
         if places.size != len(piece.values):
             left = [str(dim) for dim in run.data[ask.x].dims if dim not in (along, *piece.place)]
-            raise FigureError(
-                f"{ask.name}: x = {ask.x!r} has several values there: select a {' and a '.join(left)}"
-            )
+            raise ask.wrong(f"x = {ask.x!r} has several values there: select a {' and a '.join(left)}")
         across = Scale(SPEED, across.units) if along == "response_speed" else across
         x, y = np.repeat(places, piece.values.shape[1]), piece.values.ravel()
         yield Series(piece.key, x, y, across, piece.scale, "dots").at(np.isfinite(y))
@@ -259,7 +253,11 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
         top = MARGIN * max(float(critical.max()), mesh / per_speed)
         up = Scale("frequency", piece.scale.units)
         across = Scale("speed of the input member", across.units)
-        yield from _harmonics(piece.key, per_speed, top, float(natural.max()), across, up)
+        for order in range(1, HARMONICS + 1):  # as far as natural frequencies reach
+            words = "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic"
+            x = np.array([0.0, min(top, MARGIN * float(natural.max()) / (order * per_speed))])
+            key = {**piece.key, "order": Label(float(order), words)}
+            yield Series(key, x, order * per_speed * x, across, up)
         for frequency in natural:
             ends = np.array([0.0, top]), np.full(2, frequency)
             yield Series(piece.key, *ends, across, up, "reference", NATURAL)
@@ -269,30 +267,16 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
         yield Series(piece.key, at, meets, across, up, "points", "speeds of the runs")
 
 
-def _harmonics(
-    key: Mapping[str, Label], per_speed: float, top: float, highest: float, across: Scale, up: Scale
-) -> Iterator[Series]:
-    """Yield the mesh frequency and its harmonics over speed, as far as natural frequencies reach."""
-    for order in range(1, HARMONICS + 1):
-        name = Label(float(order), "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic")
-        x = np.array([0.0, min(top, MARGIN * highest / (order * per_speed))])
-        yield Series({**key, "order": name}, x, order * per_speed * x, across, up)
-
-
 def _together(series: list[Series]) -> list[Series]:
     """Return the series of runs without their places where all have the same natural frequencies."""
-    frequencies: dict[tuple[object, ...], list[float]] = {}
-    for curve in series:
-        if curve.text == NATURAL:
-            place = tuple(sorted(item for item in curve.key.items() if item[0] != "order"))
-            frequencies.setdefault(place, []).append(float(curve.y[0]))
-    some = list(frequencies.values())
+    natural = (curve for curve in series if curve.text == NATURAL)
+    places = grouped(natural, lambda curve: tuple(sorted(x for x in curve.key.items() if x[0] != "order")))
+    some = [[float(curve.y[0]) for curve in group] for group in places.values()]
     alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
     if not alike and len(some) <= MOST_APART:
         return series
     by_mode: dict[object, Series] = {}
-    longest = sorted(series, key=lambda curve: -float(curve.x[-1]))
-    for curve in longest:
+    for curve in sorted(series, key=lambda curve: -float(curve.x[-1])):  # the longest first
         key = {name: label for name, label in curve.key.items() if name == "order"}
         same = (tuple(key), tuple(key.values()), curve.text, *(f"{x:.6g}" for x in curve.y))
         by_mode.setdefault(same if curve.look != "points" else id(curve), replace(curve, key=key))

@@ -12,19 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import runs, wording
-from wearlab.figures.kind import (
-    Ask,
-    FigureError,
-    Run,
-    Slice,
-    companion,
-    kind,
-    last_state,
-    lone,
-    shown,
-    slices,
-)
+from wearlab.figures import FigureError, runs, wording
+from wearlab.figures.kind import Ask, Run, Slice, companion, kind, last_state, lone, shown, slices
 from wearlab.figures.plot import Look, Mark, Scale, Series, grouped, horizontal, merged
 from wearlab.nearest import choices
 
@@ -114,12 +103,12 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
     inputs = _inputs(run)
     name = ask.x or next(iter(inputs), None)
     if name is None:
-        raise FigureError(f"{ask.name}: x must name an axis or a result; {choices('', run.data.data_vars)}")
+        raise ask.wrong(f"x must name an axis or a result; {choices('', run.data.data_vars)}")
     if run.is_along(name):
         x, own = run.abscissa(name)
         return np.array([x]), run.scale(name), own
     if name not in run.data.variables:
-        raise FigureError(f"{ask.name}: x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
+        raise ask.wrong(f"x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
     return *lone(*companion(last_state(run), name, piece.place, ask), name, ask), None
 
 

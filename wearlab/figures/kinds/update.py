@@ -11,8 +11,9 @@ import xarray as xr
 from wearlab import nearest, schema, units
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import WHERE
-from wearlab.figures import plot, wording
-from wearlab.figures.kind import Ask, Curves, FigureError, Kind, kind
+from wearlab.figures.kind import Ask, Maker, kind
+from wearlab.figures.plot import DAYS, Look, Mark, Scale, Series
+from wearlab.figures.wording import Label, cycles, typeset
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -28,7 +29,7 @@ class Updated:
     groups : the groups of its tree
     """
 
-    key: Mapping[str, wording.Label]
+    key: Mapping[str, Label]
     groups: Mapping[str, xr.Dataset]
 
     def __getitem__(self, name: str) -> xr.Dataset:
@@ -36,7 +37,7 @@ class Updated:
 
     def of(self, role: str, value: str | float, text: str | None = None) -> "Updated":
         """Return what is drawn under one more label: by default a variable's name as words."""
-        label = wording.Label(value, spelled(str(value)) if text is None else text)
+        label = Label(value, spelled(str(value)) if text is None else text)
         return replace(self, key={**self.key, role: label})
 
     @property
@@ -67,28 +68,27 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
     from wearlab.store import updates
     from wearlab.updating import report_text
 
+    of_fleet = any(need.endswith(":unit") for need in needs)
     for update in updates.updates_of(store, subject):
         tree = updates.read_update(store, update.id)
         if tree is None or not all(_has(tree, need) for need in needs):
             continue
-        if ("unit" in tree["predictions"].dims) != any(need.endswith(":unit") for need in needs):
+        if ("unit" in tree["predictions"].dims) != of_fleet:
             continue
         updated = [
-            Updated({"case": wording.Label(label, label)} if label else {}, groups)
+            Updated({"case": Label(label, label)} if label else {}, groups)
             for label, groups in report_text.cases_of(tree).items()
         ]
         wanted = ask.select.get("case")
         labels = [wanted] if isinstance(wanted, str) else wanted
         kept = [case for case in updated if not labels or not case.key or case.key["case"].value in labels]
         if not kept:
-            raise FigureError(f"{ask.name}: select.case: the update has no such case")
+            raise ask.wrong("select.case: the update has no such case")
         return kept
     option = {"inspection": " --replay", "calibration": " --check 200"}
     words = "".join(more for need, more in option.items() if any(need in needed for needed in needs))
-    raise FigureError(
-        f"{ask.name}: no update of this campaign and its measurements as they stand is kept that shows it: "
-        f"wearlab update FILE{words}"
-    )
+    said = "no update of this campaign and its measurements as they stand is kept that shows it"
+    raise ask.wrong(f"{said}: wearlab update FILE{words}")
 
 
 def _has(tree: xr.DataTree, need: str) -> bool:
@@ -103,50 +103,36 @@ def finite(values: xr.DataArray) -> np.ndarray:
     return np.asarray(flat[np.isfinite(flat)])
 
 
-CYCLES = plot.Scale("cycles", "1")
-REST = plot.Scale("remaining life in cycles", "1")
-REST_HOURS = plot.Scale("remaining life in operating hours", "1")
-DATE = plot.Scale("date", plot.DAYS)
-DENSITY = plot.Scale("density over its largest", "1")
+Scaled = tuple[Array, Scale]
+CYCLES = Scale("cycles", "1")
+REST = Scale("remaining life in cycles", "1")
+REST_HOURS = Scale("remaining life in operating hours", "1")
+DATE = Scale("date", DAYS)
+DENSITY = Scale("density over its largest", "1")
 PLACES = 300
 NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
 
 
-def line(
-    update: Updated,
-    over: tuple[Array, plot.Scale],
-    of: tuple[Array, plot.Scale],
-    look: plot.Look = "line",
-    text: str = "",
-) -> plot.Series:
-    """Return a curve of one case: values and their scale, over values and theirs."""
-    hours = update.hours_per_cycle if over[1] in (CYCLES, REST) else None
-    (x, across), (y, up) = dated(update, *over), in_hours(update, *of)
-    hours = None if across == DATE else hours
-    return plot.Series(
-        update.key, np.asarray(x, float), np.asarray(y, float), across, up, look, text, (), hours
-    )
+def line(update: Updated, over: Scaled, of: Scaled, look: Look = "line", text: str = "") -> Series:
+    """Return a curve of one case: values and their scale, over values and theirs.
+
+    Where an update has a calendar, cycles, and those from the last inspection on, are told as dates, and
+    remaining cycles as hours.
+    """
+    (x, across), (y, up) = over, of
+    x, y, timed = np.asarray(x, float), np.asarray(y, float), {across, up} & {CYCLES, REST}
+    days, hours = (update.calendar, update.hours_per_cycle) if timed else (None, None)
+    if up == REST and days is not None and hours is not None:
+        y, up = hours * y, REST_HOURS
+    if across not in (CYCLES, REST):
+        hours = None
+    elif days is not None:
+        begin = float(update["predictions"]["now"]) if across == REST else 0.0
+        x, across, hours = days(begin + x), DATE, None
+    return Series(update.key, x, y, across, up, look, text, (), hours)
 
 
-def dated(update: Updated, x: Array, across: plot.Scale) -> tuple[Array, plot.Scale]:
-    """Return cycles, or cycles from the last inspection on, as dates, where an update has a calendar."""
-    days = update.calendar if across in (CYCLES, REST) else None
-    if days is None:
-        return x, across
-    begin = float(update["predictions"]["now"]) if across == REST else 0.0
-    return days(begin + np.asarray(x, float)), DATE
-
-
-def in_hours(update: Updated, y: Array, up: plot.Scale) -> tuple[Array, plot.Scale]:
-    """Return remaining cycles as hours, where an update has a calendar."""
-    if up != REST or update.calendar is None or update.hours_per_cycle is None:
-        return y, up
-    return update.hours_per_cycle * np.asarray(y, float), REST_HOURS
-
-
-def area(
-    update: Updated, x: Array, low: Array, high: Array, across: plot.Scale, up: plot.Scale
-) -> plot.Series:
+def area(update: Updated, x: Array, low: Array, high: Array, across: Scale, up: Scale) -> Series:
     """Return the area between two curves of one case."""
     held = np.isfinite(low) & np.isfinite(high)
     outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
@@ -154,8 +140,8 @@ def area(
 
 
 def fan(
-    update: Updated, x: Array, q: Array, up: plot.Scale, look: plot.Look, text: str, top: float
-) -> Iterator[plot.Series]:
+    update: Updated, x: Array, q: Array, up: Scale, look: Look, text: str, top: float
+) -> Iterator[Series]:
     """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
     cut = np.minimum(q, top)
     yield area(update, x, cut[0], cut[4], CYCLES, up)
@@ -180,23 +166,20 @@ def density(values: Array) -> tuple[Array, Array]:
 def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
     """Return what is drawn of a sample: what was asked for, else the unknowns and the life."""
     known = [str(name) for name in data.data_vars]
-    for name in ask.y:
-        if name not in known:
-            raise FigureError(
-                f"{ask.name}: y = {name!r} is nothing the update knows; {nearest.choices(name, known)}"
-            )
+    if unknown := [name for name in ask.y if name not in known]:
+        raise ask.wrong(
+            f"y = {unknown[0]!r} is nothing the update knows; {nearest.choices(unknown[0], known)}"
+        )
     return list(ask.y) or [name for name in known if name not in NOT_DRAWN]
 
 
-def logs(values: xr.DataArray) -> tuple[Array, plot.Scale]:
+def logs(values: xr.DataArray) -> tuple[Array, Scale]:
     """Return the common logarithms of a variable as it is shown, those that have one, and their scale."""
     unit, shown = values.attrs.get("units", "1"), values.attrs.get("display_units", "1")
-    held = np.asarray(values.values, float).ravel()
     scale = units.convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
-    told = f" in {wording.typeset(shown)}" if shown not in ("1", "") else ""
-    return np.log10(np.maximum(scale * held, 1e-300)), plot.Scale(
-        f"log₁₀ of {spelled(str(values.name))}{told}", "1"
-    )
+    told = f" in {typeset(shown)}" if shown not in ("1", "") else ""
+    held = np.log10(np.maximum(scale * np.asarray(values.values, float).ravel(), 1e-300))
+    return held, Scale(f"log₁₀ of {spelled(str(values.name))}{told}", "1")
 
 
 def spelled(name: str) -> str:
@@ -204,16 +187,14 @@ def spelled(name: str) -> str:
     return name.replace("_", " ")
 
 
-def update_kind(
-    name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str], shows: str = ""
-) -> Callable[[Curves], Kind]:
+def update_kind(name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str]) -> Maker:
     """Return what makes a kind of figure that is drawn from an update; cases stand side by side."""
     roles = (*first, ("cols", "case"), ("rows", "case"), ("hue", "case"))
-    return kind(name, title, needs, shows=shows, roles=roles, of="update")
+    return kind(name, title, needs, roles=roles, of="update")
 
 
 @update_kind("marginals", "What is known of each unknown", ("posterior", "prior"), ("cols", "variable"))
-def marginals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def marginals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Density of every unknown and of the life, before and after."""
     for name in unknowns_of(update["posterior"], ask):
         for group, look in (("prior", "reference"), ("posterior", "line")):
@@ -231,7 +212,7 @@ MOST_DOTS = 1500
 
 
 @update_kind("pairs", "What is known of pairs of unknowns", ("posterior",), ("cols", "variable"))
-def pairs(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
     """Draws from the posterior, unknown against unknown."""
     data = update["posterior"]
     names = [name for name in unknowns_of(data, ask) if name != "life"]
@@ -245,11 +226,11 @@ def pairs(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     "residuals", "What the measurements leave over", ("observed_data", "posterior_predictive"),
     ("cols", "variable"),
 )  # fmt: skip
-def residuals(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def residuals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
         (x, y), own = _left_over(update, name), update.of("variable", name)
-        up = plot.Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
+        up = Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
         yield replace(line(own, (x, CYCLES), (y, up), "points"), hours=None)
         for level in (-2.0, 0.0, 2.0):
             ends, text = np.array([0.0, float(x.max(initial=1.0))]), "0 and ±2 standard deviations"
@@ -277,7 +258,7 @@ BAND = 0.95
 
 
 @update_kind("rank-histogram", "Calibration by synthetic twins", ("calibration",), ("cols", "variable"))
-def rank_histogram(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
     """Ranks of the truths of synthetic twins, with the band that a calibrated method stays in."""
     from scipy.stats import binom
 
@@ -288,8 +269,8 @@ def rank_histogram(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         ranks = finite(data[f"{name}_rank"])
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
         own, ends = update.of("variable", name), np.array([0.0, 1.0])
-        across = plot.Scale(f"posterior probability of a smaller {name} than the true one", "1")
-        up = plot.Scale(f"twins, of {len(ranks)}", "1")
+        across = Scale(f"posterior probability of a smaller {name} than the true one", "1")
+        up = Scale(f"twins, of {len(ranks)}", "1")
         x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
         yield line(own, (x, across), (y, up), "area")
         law = binom(len(ranks), 1.0 / BINS)
@@ -302,16 +283,14 @@ AHEAD = 1.5  # times the limit up to which a fan is drawn
 
 
 @update_kind("posterior-fan", "Wear to come", ("predictions", "observed_data"))
-def posterior_fan(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     """Wear over the cycles: median, 50 and 90 %, measurements with errors, limit, what was known before."""
     predictions = update["predictions"]
     name = ask.y[0] if ask.y else str(predictions["limit"].attrs["quantity"])
     if f"{name}_quantile" not in predictions:
-        raise FigureError(
-            f"{ask.name}: y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept"
-        )
+        raise ask.wrong(f"y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept")
     declared = schema.VARIABLES[name]
-    up = plot.Scale(declared.long_name, declared.display_units)
+    up = Scale(declared.long_name, declared.display_units)
     scale = units.convert(1.0, declared.units, declared.display_units)
     x = predictions["cycle"].values
     q = predictions[f"{name}_quantile"].transpose("quantile", "cycle").values * scale
@@ -330,7 +309,7 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     yield from _measured(update, name, scale, up)
 
 
-def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Iterator[plot.Series]:
+def _measured(update: Updated, name: str, scale: float, up: Scale) -> Iterator[Series]:
     """Yield measurements of a quantity with bars of one standard error."""
     observed = update["observed_data"]
     for block in map(str, observed.data_vars):
@@ -338,7 +317,7 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
             continue
         x, y = observed[f"cycle_{block}"].values, observed[block].values * scale
         sd = observed[f"sd_{block}"].values * scale
-        bars: list[tuple[Array, Array, plot.Look, str]] = [(y - sd, y + sd, "hairline", "")]
+        bars: list[tuple[Array, Array, Look, str]] = [(y - sd, y + sd, "hairline", "")]
         if f"below_{block}" in observed:  # anywhere up to the limit of detection
             limit = np.where(np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale)
             bars.append((0.0 * limit, limit, "dashed", "below the limit of detection"))
@@ -353,7 +332,7 @@ def _measured(update: Updated, name: str, scale: float, up: plot.Scale) -> Itera
     "measured-profiles", "Wear along the flank: measured, and expected with 90 %",
     ("observed_data", "posterior_predictive"), ("hue", "inspection"), ("cols", "variable"),
 )  # fmt: skip
-def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
     """Wear measured along a flank at every inspection, with what is expected of it, median and 90 %."""
     from wearlab.updating import calendar
 
@@ -363,8 +342,8 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         if where is None:
             continue
         place, cycle = observed[f"{where}_{name}"], observed[f"cycle_{name}"].values
-        across = plot.Scale(schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units)
-        up = plot.Scale(f"{spelled(name)}", str(observed[name].attrs["display_units"]))
+        across = Scale(schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units)
+        up = Scale(f"{spelled(name)}", str(observed[name].attrs["display_units"]))
         x = units.convert(place.values, str(place.attrs["units"]), across.units)
         y, drawn = (
             units.convert(one.values, str(observed[name].attrs["units"]), up.units)
@@ -376,7 +355,7 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
             some = some[np.argsort(x[some], kind="stable")]
             days = update.calendar
             day = None if days is None else calendar.day_text(float(days(at)))
-            told = wording.cycles(float(at)) if day is None else wording.Label(float(at), day)
+            told = cycles(float(at)) if day is None else Label(float(at), day)
             own, (low, middle, high) = update.of("variable", name), expected[:, some]
             own = replace(own, key={**own.key, "inspection": told})
             yield area(own, x[some], low, high, across, up)
@@ -385,14 +364,14 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
 
 CONE = 0.2
-RULES = {
-    "by_the_ratio": "by the ratio of wear to cycles",
-    "by_the_last_three": "by a line through the last three",
-}
+RULES: tuple[tuple[str, str, Look], ...] = (
+    ("by_the_ratio", "by the ratio of wear to cycles", "dashed"),
+    ("by_the_last_three", "by a line through the last three", "dash-dot"),
+)
 
 
 @update_kind("alpha-lambda", "Remaining life as it was foreseen", ("predictions:inspection", "observed_data"))
-def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     """Remaining life as foreseen after every inspection, 50 and 90 %, what came ±20 %, two simple rules."""
     predictions = update["predictions"]
     rest = predictions["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
@@ -412,8 +391,7 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
                 update, (ends, CYCLES), (share * (truth - ends), REST), "reference", "what came, ±20 %"
             )
     stats = update["sample_stats"]
-    looks: tuple[plot.Look, ...] = ("dashed", "dash-dot")
-    for (name, text), look in zip(RULES.items(), looks, strict=True):
+    for name, text, look in RULES:
         rule = predictions[name].values[held]
         ok = np.isfinite(rule) & (rule >= 0.0)
         if f"replay_error_{name}" in stats and np.isfinite(stats[f"replay_error_{name}"]):
@@ -423,7 +401,7 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
 
 @update_kind("remaining-life", "Remaining life after the last inspection", ("posterior", "predictions"))
-def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def remaining_life(update: Updated, ask: Ask) -> Iterator[Series]:
     """Density of the remaining life with its 5, 50 and 95 % quantiles."""
     from wearlab.updating import report_text
 
@@ -437,27 +415,27 @@ def remaining_life(update: Updated, ask: Ask) -> Iterator[plot.Series]:
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
             text = "5, 50 and 95 %"
             level = line(update, (np.full(2, at), REST), (np.array([0.0, 1.05]), DENSITY), "level", text)
-            marks = () if days is None else (plot.Mark(float(level.x[0]), str(days.values[n])),)
+            marks = () if days is None else (Mark(float(level.x[0]), str(days.values[n])),)
             yield replace(level, marks=marks)
 
 
 @update_kind("look-next", "When to look next", ("virtual_inspection",), ("hue", "instrument"))
-def look_next(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def look_next(update: Updated, ask: Ask) -> Iterator[Series]:
     """Expected width of the remaining life's interval after one more inspection, over its time and error."""
     data = update["virtual_inspection"]
-    up = plot.Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
+    up = Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
     for k, sd in enumerate(data["instrument"].values):
         own = update.of("instrument", float(sd), f"{float(sd):g} × the error")
         y = data["expected_width"].transpose("instrument", "look").values[k]
         yield line(own, (data["look"].values, CYCLES), (y, up), "line-points")
 
 
-COST = plot.Scale("expected cost per operating hour", "1")
+COST = Scale("expected cost per operating hour", "1")
 DEAREST = 3.0  # times the least cost up to which the curve is drawn
 
 
 @update_kind("decision", "When to change", ("decision",))
-def decision(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def decision(update: Updated, ask: Ask) -> Iterator[Series]:
     """Expected cost per hour over the time of a planned change, and of a look before it."""
     data = update["decision"]
     x, y, least = data["change"].values, data["cost_rate"].values, float(data["best_rate"])
@@ -473,17 +451,17 @@ def decision(update: Updated, ask: Ask) -> Iterator[plot.Series]:
 
 
 LONGEST = 1.8  # times the latest median up to which intervals are drawn
-ENDS = plot.Scale("date on which the limit is reached", plot.DAYS)
-ENDS_IN_HOURS = plot.Scale("operating hours from the last inspection to the limit", "1")
+ENDS = Scale("date on which the limit is reached", DAYS)
+ENDS_IN_HOURS = Scale("operating hours from the last inspection to the limit", "1")
 BELOW = 0.3  # of a line, at which the answer without what is flagged stands
-UNIT = plot.Scale("unit, the first to reach the limit on top", "1")
+UNIT = Scale("unit, the first to reach the limit on top", "1")
 
 
 ANSWERS = {"predictions": "all inspections", "predictions_without": "without those marked ! in the text"}
 
 
 @update_kind("fleet", "Which unit comes first", ("predictions:unit",), ("hue", "answer"))
-def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
+def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
     """When each unit of a fleet reaches the limit: median, 50 and 90 %; also without what is flagged."""
     from wearlab.updating import report_text
 
@@ -499,7 +477,7 @@ def fleet(update: Updated, ask: Ask) -> Iterator[plot.Series]:
     for (answer, below), (rank, k) in product(zip(answers, (0.0, BELOW), strict=False), enumerate(order, 1)):
         own = update.of("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update
         low, quarter, middle, three, high = np.minimum(report_text.ends_of(update[answer])[1][k], top)
-        looks: tuple[tuple[plot.Look, list[float], str], ...] = (
+        looks: tuple[tuple[Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
             ("line", [quarter, three], "50 %, thin 90 %"),
             ("points", [middle], "median"),
