@@ -209,7 +209,7 @@ def test_a_campaign_under_way_is_watched(page, tmp_path, opened):
 
 
 def test_a_copy_needs_no_window(page, drawn, tmp_path):
-    from wearlab.browsing.taking import write_copy
+    from wearlab.browsing.pages import write_copy
 
     first = write_copy(drawn.store, tmp_path / "copy")
     page.goto(first.as_uri())

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from wearlab.browsing.words import summary, table
 from wearlab.figures.plot import Curve, Panel, Pen, Plot
+
+interactive = pytest.importorskip("wearlab.browsing.interactive", reason="wearlab[browse] is not installed")
+summary, table = interactive.summary, interactive.table
 
 DAY = 20_130.5  # noon of 2025-02-11
 CURVE = Curve(np.array([DAY, DAY + 10.0]), np.array([1.0, 2.0]), Pen("#000000"), "line")

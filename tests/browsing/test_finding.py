@@ -8,7 +8,7 @@ from fake_campaign import filled, sweep
 
 import wearlab as wl
 from wearlab.browsing import contents, listing, recorded
-from wearlab.browsing.lives import WornPlace, in_hours, longest, told, why, worn_place
+from wearlab.browsing.one_run import WornPlace, in_hours, longest, told, why, worn_place
 
 
 def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):

@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 from fake_campaign import alter, filled, sweep
 
-from wearlab.browsing import listing, question, recorded, words
+from wearlab.browsing import listing, recorded
 from wearlab.figures.drawing import seen
 from wearlab.query import QueryError
 from wearlab.store import StoreError
 from wearlab.store.outcome import Outcome
 from wearlab.store.presence import ReachedCycle
 
-copy = pytest.importorskip("wearlab.browsing.taking", reason="wearlab[browse] is not installed")
+copy = pytest.importorskip("wearlab.browsing.pages", reason="wearlab[browse] is not installed")
+question, words = copy.figures, copy.interactive
 write_copy = copy.write_copy
 
 

@@ -6,9 +6,10 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl, urlencode
 
-from wearlab.browsing import figures, listing, one_run, question, recorded
+from wearlab.browsing import figures, listing, one_run, recorded
 from wearlab.figures import FigureError, drawing
 from wearlab.figures.kind import KINDS, read
+from wearlab.figures.runs import along_axes
 from wearlab.store import StoreError, database, outcome, remarks
 from wearlab.store import updates as kept
 from wearlab.units import shown_unit
@@ -34,7 +35,7 @@ NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 def campaigns(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of the campaigns."""
-    number = listing.whole(question.first(asked).get("page", ""))
+    number = listing.whole(figures.first(asked).get("page", ""))
     told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
     said: dict[str, list[remarks.Remark]] = {}
     for remark in remarks.remarks_on(store.catalogue, [remarks.subject_of(each.title) for each in told]):
@@ -49,7 +50,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     ------
     StoreError : it is not in the store
     """
-    first = question.first(asked)
+    first = figures.first(asked)
     key, number = first.get("key", ""), listing.whole(first.get("page", ""))
     told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
     if told is None:
@@ -59,10 +60,9 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     heads, rows = (
         sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * shown, shown)
     )
-    drawn: list[figures.ShownFigure] = []
-    others: list[tuple[int, str]] = []
-    if told.cases <= MOST_DRAWN and told.counts.get("done"):
-        drawn, others = _figures(store, key, place, listing.whole(first.get("figure", "")))
+    few = told.cases <= MOST_DRAWN and bool(told.counts.get("done"))
+    chosen = listing.whole(first.get("figure", ""))
+    drawn, others = _figures(store, key, place, chosen) if few else ([], [])
     subject = remarks.subject_of(told.title)
     mark = next((sign for sign in "\"'" if sign not in told.title), "")
     return {
@@ -150,18 +150,18 @@ def _figures(
     return drawn, [pair for pair in names if pair[0] not in shown]
 
 
-def asked_of(source: Any, grid: Any) -> list[question.Question]:
+def asked_of(source: Any, grid: Any) -> list[figures.Question]:
     """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
     if source.figures:
-        return question.of_figures(source)
-    swept = question.over_axes(source, grid)
-    kinds = [kind for kind in question.possible(grid) if not swept or kind != "wear-profile"]
-    return [*swept, *(question.asked(source, kind, {}) for kind in kinds[: FIGURES - len(swept)])]
+        return figures.of_figures(source)
+    swept = figures.over_axes(source, grid)
+    kinds = [kind for kind in figures.possible(grid) if not swept or kind != "wear-profile"]
+    return [*swept, *(figures.asked(source, kind, {}) for kind in kinds[: FIGURES - len(swept)])]
 
 
 def runs(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of runs."""
-    told = listing.listed(store, question.first(asked))
+    told = listing.listed(store, figures.first(asked))
     beside = [row[0] for row in told.rows]
     return {
         "told": told,
@@ -178,25 +178,20 @@ def run(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     ------
     StoreError : no such run
     """
-    first = question.first(asked)
+    first = figures.first(asked)
     entry = store.find(first.get("id", ""))
     told = one_run.content(store, entry)
-    prints: list[Any] = []
-    drawn: list[figures.ShownFigure] = []
-    kinds: list[str] = []
+    kinds, drawn = list[str](), list[figures.ShownFigure]()
     if told["state"] == "done":
         source = recorded.together(store, [entry.id])
         try:
             grid = store.open(source)  # type: ignore[arg-type]
-            kinds = question.of_one_run(grid)
+            kinds = figures.of_one_run(grid)
         except figures.PROBLEMS as error:
             drawn = [figures.ShownFigure("", problem=str(error))]
-    for kind in kinds:
-        if place.live:
-            files = place.files("figure", f"run={entry.id}&kind={kind}")
-            prints.append((KINDS[kind].title or kind, files))
-        else:
-            drawn.append(figures.shown(store, question.asked(source, kind, {}), grid))
+    if not place.live:
+        drawn += [figures.shown(store, figures.asked(source, kind, {}), grid) for kind in kinds]
+    addresses = [(KINDS[kind].title or kind, f"run={entry.id}&kind={kind}") for kind in kinds if place.live]
     where = store.address or str(store.path.absolute())
     beside = [row[0] for row in store.catalogue.read(BESIDE, [entry.id])] if place.live else []
     return {
@@ -205,7 +200,7 @@ def run(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         "back": _back(first),
         "beside": beside if 1 < len(beside) <= MOST_BESIDE else [],
         "has_life": bool(entry.summary.get("life")),
-        "prints": prints,
+        "prints": [(title, place.files("figure", address)) for title, address in addresses],
         "figures": drawn,
         "commands": f"wearlab show {entry.id} --store {quote(where)}\n"
         f"wearlab figures --from FIGURE.png --store {quote(where)}   # a figure that was taken along",
@@ -222,8 +217,8 @@ def _back(first: Mapping[str, str]) -> dict[str, str]:
 
 def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return marked runs, or a campaign, in one figure, with what there is to choose from."""
-    first = {"state": "last", "back": "", **question.first(asked)}
-    wanted = question.wanted({**asked, "state": [first["state"]]})
+    first = {"state": "last", "back": "", **figures.first(asked)}
+    wanted = figures.wanted({**asked, "state": [first["state"]]})
     told: dict[str, Any] = dict.fromkeys(("kinds", "numbers", "abscissae", "roles", "figures"), ())
     told |= {"beside": None, "problem": "", "commands": "", "heading": "Compare", "asked": wanted}
     told |= {"state": first["state"], "back": first["back"], "left": _back(first)}
@@ -231,31 +226,27 @@ def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         return {**told, "problem": "Mark some runs in a table first, then choose to compare them."}
     if wanted.runs and not wanted.campaign:
         told["beside"] = one_run.side_by_side(store, wanted.runs[:MOST_BESIDE])
-    source = question.source_of(store, wanted)
+    source = figures.source_of(store, wanted)
     grid = store.open(source)  # type: ignore[arg-type]
     axes = [str(dim) for dim in grid.run_id.dims]
     told |= {
-        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in question.possible(grid)],
-        "numbers": [(name, f"{name}: {words}"[:90]) for name, words in question.numbers(grid)],
-        "abscissae": [*axes, *question.beside_axes(grid)],
+        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in figures.possible(grid)],
+        "numbers": [(name, f"{name}: {words}"[:90]) for name, words in figures.numbers(grid)],
+        "abscissae": [*axes, *(name for name in along_axes(grid) if name not in axes)],
         "roles": [*axes, *(str(d) for d in ("flank", "mesh", "update", "member") if d in grid.dims)],
         "heading": f"Compare {source.title}" if len(wanted.runs) > 1 else source.title,
     }
     try:
-        drawn, grid = question.question_of(store, wanted)
+        drawn, grid = figures.question_of(store, wanted)
     except FigureError as error:
         return {**told, "problem": str(error)}
     told["figures"] = [figures.shown(store, drawn, grid, place.files("figure", wanted.address))]
-    told["commands"] = _compare_commands(store, wanted, drawn)
-    return told
-
-
-def _compare_commands(store: "Store", asked: question.WantedFigure, drawn: question.Question) -> str:
     where = quote(store.address or str(store.path.absolute()))
-    lines = [f"wearlab figures --from {drawn.name}.png --store {where}   # the PNG that was taken along"]
-    if len(asked.runs) == 2:
-        lines.append(f"wearlab compare {asked.runs[0]} {asked.runs[1]} --store {where}")
-    return "\n".join(lines)
+    again = f"wearlab figures --from {drawn.name}.png --store {where}"
+    told["commands"] = f"{again}   # the PNG that was taken along"
+    if len(wanted.runs) == 2:
+        told["commands"] += f"\nwearlab compare {' '.join(wanted.runs)} --store {where}"
+    return told
 
 
 FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
@@ -282,15 +273,13 @@ def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     ------
     StoreError : there is none, or its file is damaged
     """
-    prefix = question.first(asked).get("id", "")
+    prefix = figures.first(asked).get("id", "")
     known = kept.find_update(store, prefix)
     tree = None if known is None else kept.read_update(store, known.id)
     if known is None or tree is None:
         raise StoreError(f"update {prefix[:40]!r}: no such update, or its file has gone")
-    drawn = []
-    for name in question.put_first(FIRST, (name for name, kind in KINDS.items() if kind.of == "update")):
-        if (plot := update_plot(store, known.subject, name)) is not None:
-            drawn.append(figures.of_plot(plot, place.files("update", f"id={known.id}&kind={name}")))
+    names = figures.put_first(FIRST, (name for name, kind in KINDS.items() if kind.of == "update"))
+    plots = [(plot, name) for name in names if (plot := update_plot(store, known.subject, name))]
     lines, tables = report_text.text_of(tree)[1:], report_text.fleet_tables(tree)
     return {
         "heading": known.title or "Update",
@@ -299,7 +288,9 @@ def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         "lines": lines,
         "fleet": tables,
         "about": report_text.fleet_about(tree) if tables else "",
-        "figures": drawn,
+        "figures": [
+            figures.of_plot(plot, place.files("update", f"id={known.id}&kind={name}")) for plot, name in plots
+        ],
         "runs": known.runs,
         "id": known.id,
     }
@@ -315,4 +306,4 @@ def update_plot(store: "Store", subject: str, kind: str) -> Any:
 
 def progress(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return how far runs are that are being computed, and whether the page looks again by itself."""
-    return {"follow": bool(question.first(asked).get("follow")), **recorded.progress(store)}
+    return {"follow": bool(figures.first(asked).get("follow")), **recorded.progress(store)}

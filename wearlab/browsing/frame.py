@@ -45,13 +45,8 @@ HEADERS = {
 @cache
 def templates() -> Environment:
     """Return the templates, which escape every text."""
-    return Environment(
-        loader=FileSystemLoader(HERE / "templates"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    strict: Any = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
+    return Environment(loader=FileSystemLoader(HERE / "templates"), autoescape=True, **strict)
 
 
 @cache

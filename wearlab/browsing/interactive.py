@@ -1,33 +1,27 @@
-"""A figure that can be zoomed into and asked: the same data as for print, drawn by Bokeh."""
+"""A figure that can be zoomed into and asked, by Bokeh; and what it shows in words and as a table."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from itertools import chain
 from textwrap import fill
 from typing import Any, NamedTuple
 
 import numpy as np
-from bokeh.models import (
-    ColumnDataSource,
-    Div,
-    FixedTicker,
-    HoverTool,
-    LabelSet,
-    Range1d,
-    Row,
-    Span,
-    UIElement,
-)
+from bokeh.models import ColumnDataSource, Div, FixedTicker, HoverTool, LabelSet, Range1d, Row, Span
 from bokeh.palettes import interp_palette
 from bokeh.plotting import figure
 from bokeh.transform import linear_cmap
 
 from wearlab.arrays import Array
 from wearlab.browsing.frame import templates
-from wearlab.browsing.words import is_beside, named, plain
 from wearlab.figures.doubt import least_seen
-from wearlab.figures.plot import INK, WEAR, Curve, Panel, Plot
+from wearlab.figures.plot import BESIDE, INK, WEAR, Curve, Panel, Plot
+from wearlab.figures.wording import SUPERSCRIPTS
+from wearlab.store.table import guarded
 
 DASHES = {"-": "solid", "--": "dashed", "-.": "dashdot", ":": "dotted", "": "solid"}
 MARKERS = {
@@ -71,17 +65,19 @@ class DrawnFigure:
     curves: tuple[tuple[Handle, ...], ...]
 
     @property
-    def parts(self) -> list[UIElement]:
+    def parts(self) -> list[Any]:
         """What a page holds of it, one below the other."""
         return [self.title, self.legend, self.panels]
 
     def follow(self, plot: Plot) -> bool:
         """Show the values of another plot of the same form; say whether it has that form."""
-        shape = [[_data(curve, _least(panel)).keys() for curve in panel.curves] for panel in plot.panels]
-        if shape != [[handle.source.data.keys() for handle in handles] for handles in self.curves]:
+        columns = [_columns(panel) for panel in plot.panels]
+        if [[data.keys() for data in each] for each in columns] != [
+            [handle.source.data.keys() for handle in handles] for handles in self.curves
+        ]:
             return False
-        for (panel, curve, name), handle in zip(named(plot), chain(*self.curves), strict=True):
-            data = _data(curve, _least(panel))
+        drawn = zip(named(plot), chain(*columns), chain(*self.curves), strict=True)
+        for (_, curve, name), data, handle in drawn:
             if not _alike(handle.source.data, data):
                 handle.source.data = data
             for renderer in handle.renderers:
@@ -115,7 +111,6 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
     plot : the figure as data
     titled : whether its title stands above it
     """
-    plot = _in_milliseconds(plot)
     names = {id(curve): name for _, curve, name in named(plot)}
     made = [_panel(plot, panel, names) for panel in plot.panels]
     if plot.share_y == "all":
@@ -129,26 +124,6 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
         Row(children=[each for each, _ in made], **wrapped),
         tuple(handles for _, handles in made),
     )
-
-
-def _in_milliseconds(plot: Plot) -> Plot:
-    """Return a figure whose dates are as Bokeh has them."""
-    panels = [
-        replace(
-            panel,
-            curves=tuple(replace(curve, x=MILLISECONDS * curve.x) for curve in panel.curves),
-            marks=tuple(mark._replace(x=MILLISECONDS * mark.x) for mark in panel.marks),
-        )
-        if panel.dates
-        else panel
-        for panel in plot.panels
-    ]
-    return replace(plot, panels=tuple(panels))
-
-
-def _least(panel: Panel) -> float:
-    """Return the smallest error that can be seen in a panel."""
-    return least_seen([curve.y for curve in panel.curves if len(curve.y)])
 
 
 def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
@@ -173,9 +148,8 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
     drawn.outline_line_color = None
     handles: list[Handle] = []
     asked: dict[tuple[str, ...], list[Any]] = {}
-    least = _least(panel)
-    for curve in panel.curves:
-        source = ColumnDataSource(_data(curve, least))
+    for curve, data in zip(panel.curves, _columns(panel), strict=True):
+        source = ColumnDataSource(data)
         renderers, pointed = _curve(drawn, curve, source)
         for renderer in renderers:
             renderer.name = _told(curve, names[id(curve)])
@@ -190,12 +164,9 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         drawn.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
         drawn.yaxis.major_label_overrides = {n: plain(name) for n, name in enumerate(panel.names, 1)}
     if plot.ranks:
-        drawn.y_range = Range1d(max(len(panel.names), _last_rank(panel)) + 0.7, 0.3)
+        ranks = [float(np.nanmax(c.y)) for c in panel.curves if len(c.y) and not is_beside(c)]
+        drawn.y_range = Range1d(max(len(panel.names), *ranks or [1.0]) + 0.7, 0.3)
     return drawn, tuple(handles)
-
-
-def _last_rank(panel: Panel) -> float:
-    return max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y) and not is_beside(c)), default=1.0)
 
 
 def _hover(columns: Sequence[str], renderers: Sequence[Any], *, dates: bool = False) -> HoverTool:
@@ -222,6 +193,13 @@ def _told(curve: Curve, name: str) -> str:
     """Return the name of a curve, and its run where it is of one."""
     runs = _runs(curve)
     return " · ".join(filter(None, (plain(name), f"run {runs[0]}" if len(runs) == 1 else "")))
+
+
+def _columns(panel: Panel) -> list[dict[str, Any]]:
+    """Return the columns of every curve of a panel, dates as Bokeh has them."""
+    least = least_seen([curve.y for curve in panel.curves if len(curve.y)])
+    scale = MILLISECONDS if panel.dates else 1.0
+    return [{**_data(curve, least), "x": scale * curve.x} for curve in panel.curves]
 
 
 def _data(curve: Curve, least: float) -> dict[str, Any]:
@@ -259,9 +237,8 @@ def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[An
         return (area,), []
     if curve.level is not None:
         fill_color = linear_cmap("level", interp_palette(WEAR, SHADES), *curve.reach)
-        cells = drawn.rect(
-            "x", "y", "width", "height", source=source, fill_color=fill_color, line_color=None, dilate=True
-        )
+        filled = {"fill_color": fill_color, "line_color": None, "dilate": True}
+        cells = drawn.rect("x", "y", "width", "height", source=source, **filled)
         return (cells,), [cells]
     if curve.look in LINED:
         dash = "dashed" if curve.look == "horizontal" else dash
@@ -290,17 +267,119 @@ def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[An
 def _marks(drawn: Any, panel: Panel) -> None:
     if not panel.marks:
         return
-    for mark in panel.marks:
-        drawn.add_layout(Span(location=mark.x, dimension="height", line_color="#9a9a9a", line_dash="dotted"))
+    places = [MILLISECONDS * mark.x if panel.dates else mark.x for mark in panel.marks]
+    for place in places:
+        drawn.add_layout(Span(location=place, dimension="height", line_color="#9a9a9a", line_dash="dotted"))
     top = max((float(np.nanmax(c.y, initial=-np.inf)) for c in panel.curves if len(c.y)), default=1.0)
     texts = [plain(mark.text) for mark in panel.marks]
-    place = ColumnDataSource({"x": [mark.x for mark in panel.marks], "y": [top] * len(texts), "text": texts})
-    drawn.add_layout(
-        LabelSet(x="x", y="y", text="text", source=place, text_font_size="11px", text_color="#555555")
-    )
+    place = ColumnDataSource({"x": places, "y": [top] * len(texts), "text": texts})
+    look = {"text_font_size": "11px", "text_color": "#555555"}
+    drawn.add_layout(LabelSet(x="x", y="y", text="text", source=place, **look))
 
 
 def legend_html(plot: Plot) -> str:
     """Return the legend as HTML, with a stroke for each entry; "" where there is none."""
     told = {"entries": plot.headed, "bar": plot.bar, "plain": plain, "pointed": POINTED, "ink": INK}
     return templates().get_template("legend.html").render(told).replace("\n", "")
+
+
+POWER = re.compile(r"\$10\^\{(-?\d+)\}\$")
+MOST_CURVES = 8
+"""Curves of a panel that are told one by one."""
+NAMELESS = "the curve"
+
+
+def plain(text: str) -> str:
+    """Return an axis label without mathematics, which a program that draws might take for a formula.
+
+    Examples
+    --------
+    >>> plain("Wear rate ($10^{-9}$ µm)")
+    'Wear rate (10⁻⁹ µm)'
+    """
+    text = POWER.sub(lambda found: "10" + found[1].translate(SUPERSCRIPTS), text)
+    return re.sub(r"\$(?=\$)|\\(?=[\[(])", lambda sign: f"{sign[0]}\N{HAIR SPACE}", text)
+
+
+def is_beside(curve: Curve) -> bool:
+    """Say whether a curve stands beside the others: a reference, a level, a band."""
+    return curve.look in (*BESIDE, "area") or not len(curve.x)
+
+
+def named(plot: Plot) -> Iterator[tuple[Panel, Curve, str]]:
+    """Yield every panel, curve and the name by which the legend knows the curve."""
+    names = {(entry.pen, entry.look == "published"): entry.text for entry in plot.legend}
+    for panel in plot.panels:
+        for curve in panel.curves:
+            known = names.get((curve.pen, curve.look == "published"), "")
+            yield panel, curve, curve.text or known
+
+
+def summary(plot: Plot) -> list[str]:
+    """Return a figure in sentences: what each panel shows, and between which values every curve runs.
+
+    Parameters
+    ----------
+    plot : the figure as data
+    """
+    lines = [f"{plot.title}." if plot.title else "A figure without a title."]
+    for panel in plot.panels:
+        curves = [(curve, name) for own, curve, name in named(plot) if own is panel and not is_beside(curve)]
+        lines.append(_panel_in_words(panel, len(curves)))
+        lines += [_curve_in_words(curve, name, panel) for curve, name in curves[:MOST_CURVES]]
+        if len(curves) > MOST_CURVES:
+            lines.append(f"{len(curves) - MOST_CURVES} more curves are in the table of its numbers.")
+    return [*lines, *plot.notes]
+
+
+def _panel_in_words(panel: Panel, count: int) -> str:
+    title = f"{panel.title}: " if panel.title else ""
+    across, up = plain(panel.x_label) or "the abscissa", plain(panel.y_label) or "the ordinate"
+    told = f"{count} curve{'' if count == 1 else 's'}" if count else "no curve"
+    return f"{title}{up} over {across[:1].lower() + across[1:]}, {told}."
+
+
+def _curve_in_words(curve: Curve, name: str, panel: Panel) -> str:
+    name = name or NAMELESS
+    held = np.isfinite(curve.x) & np.isfinite(curve.y)
+    x, y = curve.x[held], curve.y[held]
+    if not len(y):
+        return f"{name}: no value."
+    at = _day if panel.dates else _number
+    doubt = ", in doubt" if curve.doubtful is not None and curve.doubtful.any() else ""
+    if panel.names:
+        places = [panel.names[int(rank) - 1] for rank in y[:MOST_CURVES] if 1 <= rank <= len(panel.names)]
+        told = (f"{place}: {at(value)}" for place, value in zip(places, x, strict=False))
+        return f"{'; '.join(told)}{doubt}."
+    if len(y) == 1:
+        return f"{name}: {_number(y[0])} at {at(x[0])}{doubt}."
+    low, high = int(np.argmin(y)), int(np.argmax(y))
+    return (
+        f"{name}: from {_number(y[0])} to {_number(y[-1])}; least {_number(y[low])} at {at(x[low])}, "
+        f"largest {_number(y[high])} at {at(x[high])}{doubt}."
+    )
+
+
+def _day(value: float) -> str:
+    return str(np.datetime64(int(np.floor(value)), "D"))
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def table(plot: Plot) -> str:
+    """Return the numbers of a figure as comma-separated values: a line a point."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("panel", "curve", "run", "x", "y", "x error", "y error", "x is", "y is"))
+    for panel, curve, name in named(plot):
+        for number in range(len(curve.x)):
+            beside = [None if v is None else v[number] for v in (curve.runs, curve.x_error, curve.y_error)]
+            run, x_error, y_error = ("" if value is None else str(value) for value in beside)
+            x = float(curve.x[number])
+            told = (_day(x) if panel.dates else x, float(curve.y[number]), x_error, y_error)
+            texts = (panel.title, name, run, plain(panel.x_label), plain(panel.y_label))
+            title, curve_name, run, across, up = map(guarded, texts)
+            writer.writerow((title, curve_name, run, *told, across, up))
+    return text.getvalue()

@@ -1,20 +1,32 @@
-"""The pages: each asks the store, and tells it in HTML of which every text of others is escaped."""
+"""The pages: each asks the store, and tells it in HTML of which every text of others is escaped.
+
+What is taken along: figures for print, files of runs, citations, whole campaigns; and remarks left.
+"""
 
 import asyncio
 import logging
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from pathlib import Path
 from typing import Any
 
+from bokeh.resources import Resources
 from tornado.web import HTTPError
 
-from wearlab.browsing import contents, figures, frame, taking
-from wearlab.figures.kind import FigureError
+from wearlab.browsing import contents, figures, frame, interactive, listing, one_run, recorded
+from wearlab.figures import drawing, render
+from wearlab.figures.kind import KINDS, FigureError
+from wearlab.nearest import choices
 from wearlab.query import QueryError
-from wearlab.store import Store, StoreError
+from wearlab.store import Store, StoreError, files, reading, remarks
+from wearlab.store import updates as kept
 
 REFUSED = (StoreError, FigureError, QueryError)
+EMPTY = b'<svg xmlns="http://www.w3.org/2000/svg" width="16" height="9"/>'
+NAMED = ("kind", "key", "id", "run", "figure")
+"""Arguments of an address that the name of a file tells."""
 
 
 class WindowPage(frame.HeadedAnswer):
@@ -67,6 +79,35 @@ class WindowPage(frame.HeadedAnswer):
             logging.getLogger("wearlab").error("a page, %s", self.request.path, exc_info=told)
 
 
+def printed(store: Store, name: str, ending: str, arguments: Mapping[str, Sequence[str]]) -> bytes:
+    """Return the file of a figure that an address asks for, which carries its question; or its numbers.
+
+    Raises
+    ------
+    FigureError, StoreError : it cannot be drawn
+    """
+    first = figures.first(arguments)
+    if name == "update":
+        prefix, kind = first.get("id", ""), first.get("kind", "")
+        known = kept.find_update(store, prefix)
+        plot = contents.update_plot(store, known.subject, kind) if known and kind in KINDS else None
+        if plot is None or known is None:
+            raise FigureError(f"{kind[:40]!r} of update {prefix[:40]!r}: no such figure")
+        if ending != "csv":
+            return render.rendered(plot, {"Title": plot.title, "update": known.id}, ending)
+        return interactive.table(plot).encode()
+    if name == "campaign":
+        source = recorded.campaign_of(store, first.get("key", ""))
+        grid = store.open(source)  # type: ignore[arg-type]
+        of_figures = contents.asked_of(source, grid)
+        asked = of_figures[min(listing.whole(first.get("figure", "")), len(of_figures)) - 1]
+    else:
+        asked, grid = figures.question_of(store, figures.wanted(arguments))
+    if ending == "csv":
+        return interactive.table(drawing.seen(asked, grid, store)[0]).encode()
+    return drawing.answer(asked, grid, store, ending)[0]
+
+
 class ToldPage(WindowPage):
     """What `contents` has under the name of the address, in the template of that name."""
 
@@ -85,7 +126,7 @@ class Thumbnail(WindowPage):
         try:
             self.give(await self.drawn(lambda store: figures.thumbnail(store, key)), frame.FORMATS["png"])
         except REFUSED:
-            self.give(taking.EMPTY, frame.FORMATS["svg"])
+            self.give(EMPTY, frame.FORMATS["svg"])
 
 
 class PrintedFigure(WindowPage):
@@ -94,8 +135,10 @@ class PrintedFigure(WindowPage):
     async def get(self, name: str, ending: str) -> None:
         """Draw it."""
         asked = self.asked
-        content = await self.drawn(lambda store: taking.printed(store, name, ending, asked))
-        self.give(content, frame.FORMATS[ending], f"{taking.file_name(name, asked)}.{ending}")
+        content = await self.drawn(lambda store: printed(store, name, ending, asked))
+        told = "-".join([name, *(text[:24] for key, text in figures.first(asked).items() if key in NAMED)])
+        signs = (sign if sign.isascii() and (sign.isalnum() or sign in "-_") else "-" for sign in told)
+        self.give(content, frame.FORMATS[ending], f"{''.join(signs)}.{ending}")
 
 
 class TakenFile(WindowPage):
@@ -103,7 +146,15 @@ class TakenFile(WindowPage):
 
     def get(self, what: str) -> None:
         """Give it."""
-        self.give(*taking.taken(self.store, what, self.get_query_argument("id")))
+        entry = self.store.find(self.get_query_argument("id"))
+        if entry.state != "done":
+            raise StoreError(f"run {entry.id} has no data: {entry.state}")
+        if what == "citation":
+            told = "\n\n".join(one_run.citation(self.store, entry))
+            self.give(f"{told}\n".encode(), "text/plain; charset=utf-8", f"citation-{entry.id[:10]}.txt")
+        else:
+            image = reading.checked_bytes(self.store.file_of(entry.id), entry.sha256)
+            self.give(image, "application/x-netcdf", f"{entry.id}.nc")
 
 
 class BesidePages(WindowPage):
@@ -121,9 +172,22 @@ class RemarkPage(WindowPage):
 
     def post(self) -> None:
         """Write one, and show what it is about again."""
-        given = {name: self.get_body_argument(name, "") for name in ("subject", "what", "text")}
-        page, arguments = taking.remarked(self.store, **given)
-        self.redirect(self.place.url(page, **arguments), status=303)
+        subject, what, text = (self.get_body_argument(name, "") for name in ("subject", "what", "text"))
+        if what not in remarks.KINDS:
+            raise StoreError(f"{what[:20]!r} is no remark: tag, untag or note")
+        catalogue = self.store.catalogue
+        rows = catalogue.read("SELECT title, key FROM campaigns ORDER BY recorded")
+        about = {remarks.subject_of(str(title)): (str(title), str(key)) for title, key in rows}
+        if subject in about:
+            title, key = about[subject]
+            remarks.add(catalogue, subject, what, text, title)  # type: ignore[arg-type]
+            page = self.place.url("campaign", key=key)
+        elif entry := self.store.heads([subject]).get(subject):
+            remarks.add(catalogue, entry.id, what, text)  # type: ignore[arg-type]
+            page = self.place.url("run", id=entry.id)
+        else:
+            raise StoreError(f"run {subject[:40]!r}: no such run")
+        self.redirect(page, status=303)
 
 
 def patterns(store: Store, pool: ThreadPoolExecutor) -> list[tuple[Any, ...]]:
@@ -138,3 +202,89 @@ def patterns(store: Store, pool: ThreadPoolExecutor) -> list[tuple[Any, ...]]:
     }
     shared = {"store": store, "pool": pool, "its_own": cache(lambda: Store(store.address or store.path))}
     return [(pattern, page, shared) for pattern, page in known.items()]
+
+
+MOST = 200  # runs
+
+
+class Folder:
+    """Where the pages of a copy lie: beside each other; what only a window can do leads to the campaign.
+
+    Parameters
+    ----------
+    store : that is copied
+    runs : which have a page of their own
+    """
+
+    pages = (("", "Campaign"),)
+    live = writable = False
+    token = nonce = ""
+    style = frame.STYLE
+    libraries = Resources(mode="absolute", components=frame.SCRIPTS).js_files
+    scripts = (*(Path(file).name for file in libraries), frame.NAMES)
+
+    def __init__(self, store: Store, runs: Iterable[str]) -> None:
+        self.runs = frozenset(runs)
+        self.store_name = str(store.address or store.path.absolute().name)
+
+    def url(self, name: str, **arguments: Any) -> str:
+        """Return the address of a page."""
+        run = arguments.get("id")
+        return f"run-{run}.html" if name == "run" and run in self.runs else "index.html"
+
+    def files(self, name: str, address: str) -> tuple[tuple[str, str], ...]:
+        """Return no files of a figure: a copy draws nothing for print."""
+        return ()
+
+
+def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
+    """Write a copy of a campaign: its page, one for each of its runs, and what draws their figures.
+
+    Parameters
+    ----------
+    store : where it is
+    folder : made where it is not; one that holds other files is refused
+    title : of the campaign, or the name of its file [the only one]
+
+    Returns
+    -------
+    The page to begin with.
+
+    Raises
+    ------
+    StoreError : no such campaign, it has more than 200 runs, or the folder is not free
+    """
+    told = _chosen(store, title)
+    if told.cases > MOST:
+        raise StoreError(f"{told.title}: {told.cases} cases are more than the {MOST} of a copy")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise StoreError(f"{folder}: is there already: name an empty folder, or a new one")
+    place = Folder(store, store.entries(run for run, _ in contents.cases(store, told.key, 0, MOST)[1]))
+    campaign = contents.campaign(store, place, {"key": [told.key]})
+    with files.replaced(folder.absolute()) as part:
+        part.mkdir()
+        for library in place.libraries:
+            shutil.copyfile(library, part / Path(library).name)
+        pages = {name: frame.beside(name) for name in (frame.STYLE, frame.NAMES)}
+        pages["index.html"] = frame.rendered("campaign.html", place, campaign)
+        for name, text in pages.items():
+            (part / name).write_text(text, encoding="utf-8")
+        for run in place.runs:
+            page = frame.rendered("run.html", place, contents.run(store, place, {"id": [run]}))
+            (part / f"run-{run}.html").write_text(page, encoding="utf-8")
+        if folder.exists():
+            folder.rmdir()
+    return folder / "index.html"
+
+
+def _chosen(store: Store, title: str | None) -> recorded.Told:
+    known, _ = recorded.campaigns(store)
+    found = [each for each in known if title in (None, each.title, each.path, Path(each.path).name)]
+    titles = [each.title for each in known]
+    if not found:
+        raise StoreError(f"campaign {title!r} is not in this store; {choices(title, titles)}")
+    if title is None and len(found) > 1:
+        raise StoreError(
+            f"this store has {len(found)} campaigns: choose one by --campaign; {choices('', titles)}"
+        )
+    return found[0]

@@ -35,7 +35,7 @@ class Told:
     ----------
     key, title, reference, path : as the catalogue has it; of several versions of a file, the latest
     cases : how many
-    counts : runs by state, and how many of those that are done are doubtful
+    counts : runs by state and the mean of their seconds, and how many of those that are done are doubtful
     changed : when it was recorded, or its latest run was begun
     """
 
@@ -84,14 +84,14 @@ def _counts(store: "Store", keys: Sequence[str]) -> dict[str, dict[str, Any]]:
     question = (
         "SELECT m.campaign, CASE WHEN r.state IS NULL THEN 'missing' WHEN r.state = 'running' AND "
         f"coalesce(r.owner, '') NOT IN ({', '.join('?' * len(alive))}) THEN 'interrupted' ELSE r.state END, "
-        "count(DISTINCT m.run), count(*), max(r.started) FROM members AS m "
+        "count(DISTINCT m.run), count(*), max(r.started), avg(r.seconds) FROM members AS m "
         "LEFT JOIN runs AS r ON r.id = m.run "
         f"WHERE m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1, 2"
     )
     counts: dict[str, dict[str, Any]] = {}
-    for key, state, runs, cases, started in store.catalogue.read(question, [*alive, *keys]):
+    for key, state, runs, cases, started, seconds in store.catalogue.read(question, [*alive, *keys]):
         own = counts.setdefault(key, {"cases": 0, "changed": ""})
-        own[state] = runs
+        own |= {state: runs, f"seconds {state}": seconds}
         own["cases"] += cases
         own["changed"] = max(own["changed"], str(started or ""))
     for key, doubtful in _doubtful(store, keys):
@@ -197,7 +197,7 @@ def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
     elif len(differing) == 1 and (along := _numbers(differing[0], scenes)) is not None:
         axes, places = along
     else:
-        labels = labels_of(store, list(entries.values()), scenes, differing)
+        labels = labels_of(store, list(entries.values()), differing)
     return RecordedCampaign(title, None, tuple(map(RecordedCase, labels, wanted, places)), axes)
 
 
@@ -228,15 +228,11 @@ def _short(value: Any, unit: str, shown: str) -> float:
     return float(f"{convert(float(value), unit, shown) if shown and shown != unit else value:.9g}")
 
 
-def labels_of(
-    store: "Store",
-    entries: "Sequence[catalogue.Entry]",
-    scenes: Sequence[Mapping[str, Any]],
-    keys: Sequence[str],
-) -> list[str]:
+def labels_of(store: "Store", entries: "Sequence[catalogue.Entry]", keys: Sequence[str]) -> list[str]:
     """Return what tells runs apart in words, each once."""
     labels: list[str] = []
-    for entry, scene in zip(entries, scenes, strict=True):
+    for entry in entries:
+        scene = entry.values
         told = [f"{grid.key_text(key)} {value_of_key(key, scene.get(key))}" for key in keys[:MOST_WORDS]]
         few = bool(told) and len(keys) <= MOST_WORDS
         label = ", ".join(told) if few else provenance.name_of(store, entry.id) or entry.id[:10]
@@ -293,11 +289,7 @@ def _under_way(store: "Store") -> list[dict[str, Any]]:
             continue
         done = sum(each.counts.get(state, 0) for state in ("done", "failed", "refused"))
         total = done + left + each.counts.get("interrupted", 0) + each.counts.get("missing", 0)
-        ((mean,),) = store.catalogue.read(
-            "SELECT avg(r.seconds) FROM runs AS r JOIN members AS m ON m.run = r.id "
-            "WHERE m.campaign = ? AND r.state = 'done'",
-            [each.key],
-        )
+        mean = each.counts.get("seconds done")
         time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
         told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
     return told

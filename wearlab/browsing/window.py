@@ -4,14 +4,13 @@ import asyncio
 import secrets
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import asynccontextmanager
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from wearlab.store import Store, StoreError, open_store
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable
+    from collections.abc import Callable
 
 HOST = "127.0.0.1"
 TALL = 900  # pixels of a notebook's cell
@@ -41,9 +40,8 @@ class Window:
         """The address that opens it."""
         return f"http://{HOST}:{self.port}/?token={self.token}"
 
-    @asynccontextmanager
-    async def answering(self) -> "AsyncIterator[None]":
-        """Answer within the event loop of this thread.
+    async def _answer(self, ready: Future[None]) -> None:
+        """Answer within the event loop of this thread until `stop`, from when `ready` has a result.
 
         Raises
         ------
@@ -73,9 +71,10 @@ class Window:
         served.add_sockets(sockets)
         server = BaseServer(IOLoop.current(), application, served)
         server.start()
-
+        self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
+        ready.set_result(None)
         try:
-            yield
+            await self._end.wait()
         finally:
             server.stop(wait=False)
             await served.close_all_connections()
@@ -100,15 +99,9 @@ class Window:
         """Answer in a thread of its own until `stop`, as a notebook needs it."""
         ready = Future[None]()
 
-        async def answer() -> None:
-            async with self.answering():
-                self._loop, self._end = asyncio.get_running_loop(), asyncio.Event()
-                ready.set_result(None)
-                await self._end.wait()
-
         def work() -> None:
             try:
-                asyncio.run(answer())
+                asyncio.run(self._answer(ready))
             except Exception as error:
                 ready.set_exception(error)
 

@@ -171,10 +171,10 @@ def browse(
 
     own = open_store(store or folder)
     if static is not None:
-        from wearlab.browsing import taking
+        from wearlab.browsing import pages
 
         with output.refusing(OSError):
-            made = str(taking.write_copy(own, static, campaign))
+            made = str(pages.write_copy(own, static, campaign))
         return output.tell({"file": made}, json, made)
     if campaign is not None:
         raise output.Stop("browse: --campaign goes with --static DIR")
