@@ -69,7 +69,7 @@ def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | No
     cycles : how long they last, None: to the limits of the scene
     """
     parts = tuple(map(build.build, scenes))
-    time, speed = np.asarray(share, float) / np.sum(share), np.array([part.speed for part in parts])
+    time, speed = np.asarray(share, float) / np.sum(share), np.array([part.gears.speed for part in parts])
     weight = time * speed / (time @ speed) if len(parts) > 1 else np.ones(1)
     mean_speed = float(coupling.mixture(time, list(speed)))
     return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)

@@ -60,11 +60,6 @@ class Parts:
         """The dynamics."""
         return self.coupling.vibration
 
-    @property
-    def speed(self) -> float:
-        """Speed of the reference gear relative to the carrier [rad/s]."""
-        return self.gears.speed
-
     @cached_property
     def phase(self) -> Array:
         """Stored phases, (n_phases,) [1]."""
