@@ -1,9 +1,11 @@
 """What sections must agree on, told by the path in the file."""
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from operator import attrgetter
 from typing import Any
 
+from wearlab.mesh import contacts, stiffnesses
 from wearlab.mesh.damping_laws import ViscousDamping
 from wearlab.scene import face, gears, mesh, sections
 from wearlab.wear.coefficients import CalibratedCoefficient
@@ -233,6 +235,99 @@ def _rating(scene: sections.Sections, rating: Any) -> Problems:
         yield f"rating.{given[0]}", f"the safety against pitting also takes {', '.join(wanted)}"
 
 
+def _face(scene: sections.Sections, given: Any) -> Problems:
+    """What flanks with a width cannot go together with, each with what to give instead."""
+    keys = face.face_keys(scene)
+    yield from _measured(scene, keys)
+    if not keys:
+        return
+    without = f"or leave {' and '.join(keys)} out and give mesh.face_load_factor"
+    yield from _hands(scene, given.gears())
+    yield from _one_face(given, keys[0])
+    for path, own in scene.meshes.items():
+        yield from _mesh_of_a_face(own, path, keys[0])
+    yield from _in_motion(scene, keys[0])
+    if scene.errors is not None:
+        yield "errors", f"are not known over the face ({keys[0]}): leave [errors] out, {without}"
+    if scene.start is not None:
+        yield "start", "takes wear over by profile alone: give wear.initial instead"
+    if scene.wear is not None and isinstance(scene.wear.coefficient, CalibratedCoefficient):
+        yield "wear.coefficient", "'calibrated' knows no face: give the coefficient's value"
+
+
+def _measured(scene: sections.Sections, keys: tuple[str, ...]) -> Problems:
+    """A flank that was measured over its face needs one, and thins its section nowhere alike."""
+    for flank in scene.gears.descriptor.flanks:
+        initial = scene.initial_of(flank)
+        if initial is None or not getattr(initial, "over_the_face", False):
+            continue
+        path = f"wear.initial.{flank}"
+        if not keys:
+            told = "was measured over the face (face_position), and this scene has none"
+            yield f"{path}.file", f"{told}: give mesh.face_points, such as 41, or a file of one profile"
+        if initial.sides == "both":
+            yield f"{path}.sides", "'both' thins every slice alike, and a face is worn unevenly: give 'drive'"
+
+
+def _in_motion(scene: sections.Sections, key: str) -> Problems:
+    """Motions of flanks with a width are followed by their force over deflection, without friction."""
+    if scene.dynamics is None:
+        return
+    if scene.dynamics.friction is not None:
+        yield "dynamics.friction", f"is not known over the face ({key}): leave it out"
+    if scene.dynamics.response is not None:
+        yield "dynamics.response", f"is not followed over the face ({key}): sweep operation.speed instead"
+    if not all(mesh.excitation.by_pairs for mesh in scene.meshes.values()):
+        yield "mesh.excitation", f"of flanks with a width ({key}) is their own: give 'pairs', or leave it out"
+    if scene.wear is not None and (scene.wear.load.needs_slope or scene.wear.wohler_slope is not None):
+        told = f"counts forces of whole pairs, which a face ({key}) has not"
+        yield "wear.wohler_slope", f"{told}: give wear.load = 'instant' or 'static', and leave it out"
+
+
+def _hands(scene: sections.Sections, members: dict[str, gears.Toothed]) -> Problems:
+    """Hands belong to a helix, and those of gears in mesh must fit."""
+    if scene.gears.helix_angle is None:
+        for name in (name for name, gear in members.items() if gear.hand is not None):
+            yield f"gears.{name}.hand", "is that of a helix: give gears.helix_angle, or leave it out"
+        return
+    for (first, one), (second, two) in pairwise(face.hands(scene).items()):
+        if (one == two) != (second == "ring"):
+            wanted = "the same hand" if second == "ring" else "opposite hands"
+            told = f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}"
+            yield f"gears.{second}.hand", told
+
+
+def _one_face(given: gears.SetOptions, key: str) -> Problems:
+    """The meshes of a set are told over one face."""
+    own = {name: gear.face_width or given.face_width for name, gear in given.gears().items()}
+    meshes = {min(own[first], own[second]) for first, second in pairwise(own)}
+    if len(meshes) > 1:
+        faces = " and ".join(f"{1e3 * width:.4g}" for width in sorted(meshes))
+        told = f"gives the meshes of this set faces of {faces} mm, and flanks with a width ({key})"
+        narrowest = min(own, key=lambda name: own[name])
+        yield f"gears.{narrowest}.face_width", f"{told} are told over one: give the planets the narrowest"
+
+
+def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
+    coupling, stiffness, contact = face.face_coupling(own), own.stiffness, own.contact
+    if own.face_load_factor != 1.0:
+        told = f"is of scenes without a face, and {key} gives this one a face, of which it is a result"
+        yield f"{path}.face_load_factor", f"{told}: leave one out"
+    if stiffness.of_mesh:
+        yield f"{path}.stiffness.of", f"'mesh' has no pairs to share out over the face ({key}): give 'pair'"
+    if coupling.of_contact and isinstance(stiffness, stiffnesses.PrescribedStiffness):
+        told = (
+            "must know what the contact itself yields, and a prescribed stiffness does not tell: give 'none'"
+        )
+        yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}, or another mesh.stiffness"
+    if coupling.of_elements and not isinstance(stiffness, stiffnesses.FiniteElementStiffness):
+        told = "goes with mesh.stiffness = 'finite-element': give that, or 'pasternak'"
+        yield f"{path}.face_coupling", f"{coupling.chosen!r} {told}"
+    if not isinstance(contact, contacts.DisplacementContact) or contact.by_threshold:
+        told = f"flanks with a width ({key}) meet on the line of action: give 'displacement'"
+        yield f"{path}.contact", told
+
+
 RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("mesh", _meshes_of_the_set),
     ("errors.harmonic", _harmonics),
@@ -253,7 +348,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("wear", _limits),
     ("wear.initial", _initial),
     ("wear", _needs),
-    ("gears", face.face_rules),
+    ("gears", _face),
     ("rating", _rating),
 )
 """Rules in the order in which they are told, each with what a scene must have to be asked: it gets that."""
