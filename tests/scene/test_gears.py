@@ -86,7 +86,7 @@ def test_refusals_name_path_and_remedy(table, key, value, said):
 
 def test_planetary_section():
     gears = Scene.from_mapping(PLANETARY).gears
-    assert gears.members == ("sun", "planet", "ring", "carrier")
+    assert gears.descriptor.members == ("sun", "planet", "ring", "carrier")
     assert list(gears.gears()) == ["sun", "planet", "ring"]
     assert gears.centre_distance.sun_planet == gears.centre_distance.planet_ring == 0.0565
     assert gears.sun.eccentricity == pytest.approx(5e-6)

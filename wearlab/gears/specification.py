@@ -279,11 +279,7 @@ class GearSpec:
     @property
     def tip_is_derived(self) -> bool:
         """Whether nothing was said about the tip but its addendum."""
-        return (
-            self.tip_diameter is None
-            and self.tip_alteration is None
-            and self.tip_alteration_coefficient is None
-        )
+        return self.tip_diameter is self.tip_alteration is self.tip_alteration_coefficient is None
 
     def modification(self, base_radius: float, tip_radius: float, *, internal: bool) -> Modification | None:
         """Return what is removed from the involute on purpose, None where nothing is.

@@ -80,7 +80,7 @@ class ReliefOptions(Part):
 
     @model_validator(mode="after")
     def _begins_somewhere(self) -> "ReliefOptions":
-        if self.length is None and self.start_diameter is None and self.start_roll_angle is None:
+        if self.length is self.start_diameter is self.start_roll_angle is None:
             raise ValueError("give length along the path, start_diameter or start_roll_angle")
         return self
 
@@ -208,9 +208,8 @@ class Toothed(Part):
     @model_validator(mode="after")
     def _root_by_length(self) -> "Toothed":
         if self.root_relief is not None and self.root_relief.length is None:
-            raise ValueError(
-                "root_relief begins where the mate's tip first touches: give its length along the path"
-            )
+            begins = "root_relief begins where the mate's tip first touches"
+            raise ValueError(f"{begins}: give its length along the path")
         return self
 
     @model_validator(mode="before")
@@ -299,7 +298,7 @@ class CarrierOptions(Part):
 
 
 class SetOptions(Part):
-    """What every kind of gear set has; ``members`` in the order of datasets, ``toothed`` those with teeth."""
+    """What every kind of gear set has; ``toothed`` are the members with teeth."""
 
     chooser: ClassVar[str] = "kind"
     descriptor: ClassVar[SetDescriptor]
@@ -322,11 +321,6 @@ class SetOptions(Part):
             return given
         members = {m: given[m] for m in cls.descriptor.toothed if isinstance(given.get(m), dict)}
         return {**given, **{m: {"profile_shift_coefficient": 0.0, **value} for m, value in members.items()}}
-
-    @property
-    def members(self) -> tuple[str, ...]:
-        """The members, in the order of datasets."""
-        return self.descriptor.members
 
     @property
     def toothed(self) -> tuple[str, ...]:
@@ -400,10 +394,8 @@ class PlanetaryOptions(SetOptions):
     @model_validator(mode="after")
     def _one_angle_each(self) -> "PlanetaryOptions":
         if self.planet_angles is not None and len(self.planet_angles) != self.planets:
-            raise ValueError(
-                f"planet_angles has {len(self.planet_angles)} entries for {self.planets} planets; give one "
-                "angle each, or none"
-            )
+            told = f"planet_angles has {len(self.planet_angles)} entries for {self.planets} planets"
+            raise ValueError(f"{told}; give one angle each, or none")
         return self
 
 

@@ -109,11 +109,7 @@ def _plain(value: Any) -> Any:
         return {key: _plain(inner) for key, inner in value.items() if inner is not None}
     if isinstance(value, list | tuple):
         return [_plain(inner) for inner in value]
-    if isinstance(value, float):
-        return _number(value)
-    return value
-
-
-def _number(value: float) -> float | int:
+    if not isinstance(value, float):
+        return value
     short = units.rounded(value)
     return int(short) if short == int(short) and abs(short) < WHOLE_BELOW else short

@@ -54,19 +54,14 @@ def _material(value: object) -> object:
         return value
     material = materials.known(name) if isinstance(name, str) else None
     if material is None:
-        raise ValueError(f"{not_a_name(name)}; or give youngs_modulus, poisson_ratio and density")
+        near = nearest.meant(str(name), [*materials.MATERIALS, *materials.ALIASES], ";")
+        known = f"{near} there are {', '.join(materials.MATERIALS)}"
+        remedy = "or give youngs_modulus, poisson_ratio and density"
+        raise ValueError(f"{name!r} is not a known material{known}; {remedy}")
     entry = materials.MATERIALS[material]
-    own = {
-        key: options.Stored(constant) for key, constant in zip(CONSTANTS, entry[:4], strict=True) if constant
-    }
+    own = {key: options.Stored(value) for key, value in zip(CONSTANTS, entry[:4], strict=True) if value}
     beside = {k: v for k, v in value.items() if k != "name"} if isinstance(value, dict) else {}
     return {**own, "name": material, **beside}
-
-
-def not_a_name(name: object) -> str:
-    """Return that a name is not in the catalogue, and the nearest that is."""
-    near = nearest.meant(str(name), [*materials.MATERIALS, *materials.ALIASES], ";")
-    return f"{name!r} is not a known material{near} there are {', '.join(materials.MATERIALS)}"
 
 
 NamedMaterial = Annotated[
@@ -158,11 +153,9 @@ class Lubricant(options.Part):
             return self
         if self.temperature is None or not RANGE[0] <= self.temperature <= RANGE[1]:
             raise ValueError("a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)")
-        properties = {
-            "viscosity": oil.dynamic_viscosity(words, self.temperature),
-            "pressure_viscosity": self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature),
-        }
-        self.__dict__.update(properties)  # frozen from here on
+        viscosity = oil.dynamic_viscosity(words, self.temperature)
+        alpha = self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature)
+        self.__dict__.update(viscosity=viscosity, pressure_viscosity=alpha)  # frozen from here on
         return self
 
     def _words(self) -> oil.Oil | None:

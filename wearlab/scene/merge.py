@@ -76,17 +76,14 @@ def without(table: Table, key: str) -> Table:
     """
     word, _, rest = key.partition(".")
     if word not in table or (rest and not isinstance(table[word], dict)):
-        raise DropError(f"{key!r} is not there to be dropped{meant(word, table, _listed(table))}")
+        listed = f"; there are {', '.join(sorted(table)) or 'no keys'}"
+        raise DropError(f"{key!r} is not there to be dropped{meant(word, table, listed)}")
     if not rest:
         return {k: v for k, v in table.items() if k != word}
     try:
         return {**table, word: without(table[word], rest)}
     except DropError:
         raise DropError(f"{key!r} is not there to be dropped{meant(key, paths(table))}") from None
-
-
-def _listed(table: Table) -> str:
-    return f"; there are {', '.join(sorted(table)) or 'no keys'}"
 
 
 def leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from wearlab import options, slots
-from wearlab.gears.sets import PLANETARY
+from wearlab.gears.sets import PLANETARY, UNSAID
 from wearlab.mesh import contacts, damping_laws, excitations, face_couplings, slow_errors, stiffnesses
 from wearlab.scene import gears, identity
 
@@ -345,6 +345,5 @@ class ErrorsSection(options.Part):
     @property
     def members(self) -> dict[str, MemberErrors | CarrierErrors]:
         """Errors of the members that have any, by name."""
-        names = ("pinion", "gear", "sun", "planet", "ring", "carrier")
-        given = {name: getattr(self, name) for name in names}
+        given = {name: getattr(self, name) for name in UNSAID.members}
         return {name: errors for name, errors in given.items() if errors is not None}

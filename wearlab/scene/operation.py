@@ -149,10 +149,9 @@ class TorqueFluctuation(options.Part):
 
     @model_validator(mode="after")
     def _has_a_frequency(self) -> "TorqueFluctuation":
-        if self.order is None and self.frequency is None:
-            raise ValueError(
-                "give its 'order', a multiple of the mesh frequency, or its 'frequency', \"25 Hz\""
-            )
+        if self.order is self.frequency is None:
+            wanted = "give its 'order', a multiple of the mesh frequency, or its 'frequency'"
+            raise ValueError(f'{wanted}, "25 Hz"')
         return self
 
     def order_at(self, period: float) -> float:
@@ -307,28 +306,26 @@ class Operation(options.Part):
     @model_validator(mode="after")
     def _one_alternative(self) -> "Operation":
         """Allow two of torque, speed and power."""
-        if None not in (self.torque, self.speed, self.power):
-            raise PydanticCustomError(
-                "alternatives",
-                "torque = {torque} N*m, speed = {speed} rpm and power = {power} W are one too many: leave "
-                'one out; drop = ["operation.speed"] drops one that is inherited',
-                {
-                    "torque": f"{self.torque:.6g}",
-                    "speed": f"{self.speed * 30.0 / math.pi:.6g}",
-                    "power": f"{self.power:.6g}",
-                },
-            )
-        return self
+        if None in (self.torque, self.speed, self.power):
+            return self
+        rpm = self.speed * 30.0 / math.pi
+        raise PydanticCustomError(
+            "alternatives",
+            "torque = {torque} N*m, speed = {speed} rpm and power = {power} W are one too many: leave "
+            'one out; drop = ["operation.speed"] drops one that is inherited',
+            {"torque": f"{self.torque:.6g}", "speed": f"{rpm:.6g}", "power": f"{self.power:.6g}"},
+        )
 
     @model_validator(mode="after")
     def _power(self) -> "Operation":
         """Resolve power, or the first of several conditions, into torque and speed."""
         if several := self.blocks or self.stages:
             self._of_first(several[0])
-        if self.power is not None and self.torque is None and self.speed is not None:
-            object.__setattr__(self, "torque", self.power / self.speed)
-        elif self.power is not None and self.speed is None and self.torque:
-            object.__setattr__(self, "speed", self.power / self.torque)
+        torque, speed, power = self.torque, self.speed, self.power
+        if power is not None and torque is None and speed is not None:
+            object.__setattr__(self, "torque", power / speed)
+        elif power is not None and speed is None and torque:
+            object.__setattr__(self, "speed", power / torque)
         missing = [key for key in ("torque", "speed") if getattr(self, key) is None]
         if missing:
             raise ValueError(

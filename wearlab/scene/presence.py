@@ -82,11 +82,8 @@ def _chosen(models: Iterable[str]) -> str:
 
 def parts_present(scene: Scene) -> list[str]:
     """Return the parts a scene has, each with what is chosen of it."""
-    return [
-        f"{word}: {chosen}" if chosen else word
-        for word, chosen in _parts(scene).items()
-        if chosen is not None
-    ]
+    present = {word: chosen for word, chosen in _parts(scene).items() if chosen is not None}
+    return [f"{word}: {chosen}" if chosen else word for word, chosen in present.items()]
 
 
 def parts_left_out(scene: Scene) -> list[str]:
@@ -120,12 +117,11 @@ def _deep_limit(scene: Scene) -> Iterator[str]:
 
 def _idle_oil(scene: Scene) -> Iterator[str]:
     """Yield that the oil does not change the life; nothing where it does, or where a plug-in may ask it."""
-    each, law = list(scene.coefficients.values()), scene.wear and scene.wear.law
-    asking: list[Any] = [*each, law]
-    known = all(variant.origin is None for variant in asking)
-    asked = any(OF_OIL.intersection(getattr(variant, "needs", ())) for variant in asking)
-    asked = asked or scene.mesh.damping_law.needs_oil or any(coefficient.film for coefficient in each)
-    if scene.lubricant is not None and known and not asked:
+    each = list(scene.coefficients.values())
+    asking: list[Any] = [*each, scene.wear and scene.wear.law]
+    asked = scene.mesh.damping_law.needs_oil or any(coefficient.film for coefficient in each)
+    asked = asked or any(own.origin or OF_OIL.intersection(getattr(own, "needs", ())) for own in asking)
+    if scene.lubricant is not None and not asked:
         rough = [name for name, gear in scene.gears.gears().items() if gear.roughness_ra is None]
         further = f" (and {', '.join(f'gears.{name}.roughness_ra' for name in rough)})" if rough else ""
         yield (
@@ -138,14 +134,13 @@ def _idle_oil(scene: Scene) -> Iterator[str]:
 def _shared_coefficient(scene: Scene) -> Iterator[str]:
     """Yield that gears of different materials have one coefficient."""
     each, gears = list(scene.coefficients.values()), scene.gears.gears()
-    of_each = all(isinstance(own, HardnessCoefficient) and own.hardness is None for own in each)
     shared = all(own is each[0] for own in each)
+    of_each = isinstance(each[0], HardnessCoefficient) and each[0].hardness is None
     material = {name: gear.material or scene.gears.material for name, gear in gears.items()}
     moduli = [own.youngs_modulus for own in material.values()]
     if shared and not of_each and max(moduli) > ALIKE * min(moduli):
-        made_of = ", ".join(
-            f"{name} {own.name or f'E = {own.youngs_modulus:.3g} Pa'}" for name, own in material.items()
-        )
+        known = {name: own.name or f"E = {own.youngs_modulus:.3g} Pa" for name, own in material.items()}
+        made_of = ", ".join(f"{name} {told}" for name, told in known.items())
         tables = ", ".join(f"{name} = {{…}}" for name in gears)
         yield (
             f"one wear coefficient for two materials ({made_of}): the harder flank wears as the softer one "

@@ -129,15 +129,11 @@ def _located(loc: tuple[str | int, ...], unknown: bool) -> tuple[Path, str, Part
             here = chosen
         elif any(word in part.model_fields for part in here) or (unknown and place == len(loc) - 1):
             path, written, owners = (*path, word), f"{written}.{word}" if written else word, here
-            here = tuple(inner for part in here for inner in _within(part, word))
+            fields = [part.model_fields[word] for part in here if word in part.model_fields]
+            here = tuple(inner for field in fields for inner in parts_in(field.annotation))
         elif word in MEMBERS and any(part.per_member for part in here):
             path, written, owners = (*path, word), f"{written}.{word}", here
     return path, written, owners
-
-
-def _within(part: type[options.Part], key: str) -> Parts:
-    field = part.model_fields.get(key)
-    return () if field is None else parts_in(field.annotation)
 
 
 def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
@@ -157,7 +153,9 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
             f"{str(came.get('sha256'))[:12]}…), which is not loaded here"
         )
     if kind in ("union_tag_invalid", "literal_error"):
-        return _choice(context, value, path, kind)
+        invalid = context.get("tag") if kind == "union_tag_invalid" else value
+        expected = context.get("expected_tags", context.get("expected", ""))
+        return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected))) + _as_a_value(invalid, path)
     if kind in LIMITS:
         key, words = LIMITS[kind]
         return f"{shown(value)} must be {words} {context[key]:g}"
@@ -165,12 +163,9 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
         return f"{shown(value)} is {not_of_kind([kind])}: {_wanted(path, parts)}{_table_with(kind, path)}"
     if kind in ("too_short", "too_long"):
         return f"{shown(value)} has {context['actual_length']} entries: {_wanted(path, parts)}"
-    return re.sub(r"^Value error, ", "", error["msg"]) if _speaks(kind) else f"{shown(value)}: {error['msg']}"
-
-
-def _speaks(kind: str) -> bool:
-    """Return whether the message already names the value."""
-    return kind == "value_error" or not kind.endswith(("_type", "_parsing"))
+    names_the_value = kind == "value_error" or not kind.endswith(("_type", "_parsing"))
+    said = re.sub(r"^Value error, ", "", error["msg"])
+    return said if names_the_value else f"{shown(value)}: {error['msg']}"
 
 
 def _unknown(path: Path, parts: Parts) -> str:
@@ -190,12 +185,6 @@ def _name(part: type[options.Part]) -> str | None:
 def _models(path: Path) -> list[str]:
     chooser = chooser_at(path)
     return [name for part in parts_at(path) if chooser in part.model_fields and (name := _name(part))]
-
-
-def _choice(context: dict[str, Any], value: object, path: Path, kind: str) -> str:
-    invalid = context.get("tag") if kind == "union_tag_invalid" else value
-    expected = context.get("expected_tags", context.get("expected", ""))
-    return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected))) + _as_a_value(invalid, path)
 
 
 def _as_a_value(given: object, path: Path) -> str:

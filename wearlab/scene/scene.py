@@ -33,10 +33,8 @@ def one_line(scene: sections.Sections, written: Mapping[str, Any]) -> str:
 
 def html(title: str, written: Mapping[str, Any]) -> str:
     """Return everything that a scene's file says, section by section, below the scene in one line."""
-    rows = "".join(
-        f"<tr><td>{escape(key)}</td><td>{escape(str(value))}</td></tr>"
-        for key, value in merge.leaves(written)
-    )
+    said = [(escape(key), escape(str(value))) for key, value in merge.leaves(written)]
+    rows = "".join(f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in said)
     return f"<p><b>{escape(title[1:-1])}</b></p><table>{rows}</table>"
 
 
@@ -149,12 +147,11 @@ class Scene(sections.Sections):
         """
         changed = self._mapping
         for name, new in (key if isinstance(key, Mapping) else {key: value}).items():
+            if new is not None:
+                changed = merge.merge(changed, merge.nested(name, new))
+                continue
             try:
-                changed = (
-                    merge.without(changed, name)
-                    if new is None
-                    else merge.merge(changed, merge.nested(name, new))
-                )
+                changed = merge.without(changed, name)
             except merge.DropError as error:
                 raise problems.SceneError(f"scene.{name}: {error}") from None
         same = {name for name in self._parts if changed.get(name) is self._mapping[name]}
@@ -272,9 +269,7 @@ def parts_within(value: Any) -> Iterator[slots.Variant]:
 
 def _renew() -> None:
     """Let the sections choose among the variants that are known now."""
-    parts: list[type[options.Part]] = [
-        part for slot in slots.Slot.all.values() for part in slot.variants.values()
-    ]
+    parts: list[Any] = [variant for slot in slots.Slot.all.values() for variant in slot.variants.values()]
     parts += [OneMesh, MeshSection, ErrorsSection, InitialWears, WearSection, sections.Sections, Scene]
     for part in parts:
         part.model_rebuild(force=True)
@@ -322,6 +317,4 @@ def calibrating(scene: Scene) -> Scene | None:
         "start": None,
         "store": sections.StoreSection(),
     }
-    return Scene.from_canonical(
-        identity.canonical(cast(Scene, scene.model_copy(update=changed)).model_dump())
-    )
+    return Scene.from_canonical(identity.canonical(scene.model_copy(update=changed).model_dump()))

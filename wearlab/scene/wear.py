@@ -25,14 +25,13 @@ OneCoefficient = Annotated[coefficients.CoefficientModel, *options.named()]
 
 def _per_member(value: Any, info: ValidationInfo) -> Any:
     """Read per-member tables as overrides of the general one."""
+    if not isinstance(value, dict):
+        return value
     members = gears.set_in(info.context).toothed
-    strangers = [name for name in NAMES if isinstance(value, dict) and name in value and name not in members]
-    if strangers:
-        raise ValueError(
-            f"{', '.join(map(repr, strangers))}: no member with teeth of this gear set; there are "
-            f"{', '.join(members)}"
-        )
-    if not isinstance(value, dict) or not any(member in value for member in members):
+    if strangers := [repr(name) for name in NAMES if name in value and name not in members]:
+        known = f"no member with teeth of this gear set; there are {', '.join(members)}"
+        raise ValueError(f"{', '.join(strangers)}: {known}")
+    if value.keys().isdisjoint(members):
         return value
     general = {key: own for key, own in value.items() if key not in members}
     return {member: _over(general, value.get(member, {})) for member in members}
@@ -55,9 +54,7 @@ def _one_if_equal(each: Any) -> Any:
 
 
 def _one_or_each(value: Any) -> str:
-    return (
-        "each" if isinstance(value, dict) and any(member in value for member in gears.ALL_TOOTHED) else "one"
-    )
+    return "each" if isinstance(value, dict) and not value.keys().isdisjoint(gears.ALL_TOOTHED) else "one"
 
 
 Coefficient = Annotated[
@@ -118,8 +115,7 @@ class Until(options.Part):
 
     @model_validator(mode="after")
     def _some_limit(self) -> "Until":
-        limits = (self.cycles, self.mesh_cycles, self.hours, self.depth)
-        if all(limit is None for limit in limits):
+        if self.cycles is self.mesh_cycles is self.hours is self.depth is None:
             raise ValueError("give at least one of 'cycles', 'mesh_cycles', 'hours', 'depth'")
         if self.flank is not None and self.depth is None:
             raise ValueError("'flank' belongs to a 'depth', and there is none")
@@ -144,7 +140,7 @@ class SnapshotOptions(options.Part):
 
     @model_validator(mode="after")
     def _something(self) -> "SnapshotOptions":
-        if all(asked is None for asked in (self.cycles, self.mesh_cycles, self.depth)):
+        if self.cycles is self.mesh_cycles is self.depth is None:
             raise ValueError("give one of 'cycles', 'mesh_cycles', 'depth'")
         return self
 

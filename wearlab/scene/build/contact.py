@@ -56,9 +56,11 @@ def reached_limits(
     deflection : (n_phase_nodes,) static deflection δ at the phase nodes [m]
     """
     if len(analysis.grid.contact_position) > len(analysis.grid.position):
-        if not _cut_off(analysis, gap, float(deflection.max())):
-            return ()
-        return (f"extended contact is cut off at a deflection of {1e6 * deflection.max():.3g} µm",)
+        on_flank, deepest = analysis.grid.on_flank, float(deflection.max())
+        outermost = [*gap[:1]] if on_flank.start > 0 else []
+        outermost += [*gap[-1:]] if on_flank.stop < len(gap) else []
+        told = f"extended contact is cut off at a deflection of {1e6 * deepest:.3g} µm"
+        return (told,) if any(deepest > corner for corner in outermost) else ()
     try:
         share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
     except corners.OverhangingFlank:
@@ -113,14 +115,6 @@ def extended_length(
     return corners.reach_beyond(pair, grid.position, depth, (float(deflection[-1]), float(deflection[after])))
 
 
-def _cut_off(analysis: contact.ContactAnalysis, gap: Array, deflection: float) -> bool:
-    """Whether pairs still touch where extended contact ends."""
-    inside = analysis.grid.on_flank
-    outermost = [gap[0]] if inside.start > 0 else []
-    outermost += [gap[-1]] if inside.stop < len(gap) else []
-    return any(deflection > corner for corner in outermost)
-
-
 def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
     """Return how thick the teeth of a gear are along the line of action, at path positions (n,) [m]."""
     return 2.0 * outline.contact_depth(pair.gears[number], pair.radius(number, position))
@@ -129,11 +123,8 @@ def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:
 def thickest(gears: gear_set.GearSet, where: str | None) -> float:
     """Return the largest thickness of the teeth where the flanks of a member, or all, touch [m]."""
     own = [name for name in gears.flanks if where in (name, name.split("-")[0])]
-    each = []
-    for kind, number in map(gears.flank, own or gears.flanks):
-        pair = gears.kinds[kind].pair
-        each.append(tooth_thickness(pair, number, _checked(pair)).max())
-    return float(max(each))
+    places = [(gears.kinds[kind].pair, number) for kind, number in map(gears.flank, own or gears.flanks)]
+    return float(max(tooth_thickness(pair, gear, _checked(pair)).max() for pair, gear in places))
 
 
 def _checked(pair: gear.GearPair) -> Array:

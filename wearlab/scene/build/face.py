@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.gear import GearPair
 from wearlab.gears.helix import SPUR, Helix, Lead, SlicedFlank, helix
 from wearlab.life.face import FaceKind
 from wearlab.mesh import gear_set
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact, section
-from wearlab.mesh.face.grid import FaceGrid, helical_face, spur_face
+from wearlab.mesh.face.grid import helical_face, spur_face
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import KindParts, build_law
 from wearlab.scene.face import face_coupling, face_keys, hands
@@ -84,33 +83,26 @@ def build_face_contact(
         grid = helical_face(analysis.grid, kind.pair, turned, slices)
     else:
         grid = spur_face(analysis.grid, kind.pair.face_width, slices)
-    given = mesh.misalignment
-    torque = scene.operation.torque
-    coupling = face_coupling(mesh)
-    over = 0.0 if given is None else given.over_face(kind.pair.working_pressure_angle, torque)
-    solid = coupling.lines(kind.pair, grid, turned)
+    given, coupling, pair = mesh.misalignment, face_coupling(mesh), kind.pair
+    over = 0.0 if given is None else given.over_face(pair.working_pressure_angle, scene.operation.torque)
+    solid = coupling.lines(pair, grid, turned)
+    removed = [
+        lead(getattr(scene.gears, gear.name)).removed(
+            grid.position, pair.from_root(number, grid.profile.position), grid.face_width
+        )
+        for number, gear in enumerate(pair.gears)
+    ]
     return FaceContact(
         grid=grid,
         analysis=analysis,
         section=section(analysis, grid.face_width, turned, solid=solid is not None),
-        lead=leads(scene, kind.pair, grid),
+        lead=np.stack(removed),
         opening=over * grid.position / grid.face_width,
         shear_length=coupling.shear_length(scene.gears.module),
         pitch=kind.pair.base_pitch,
         helix=turned,
         solid=solid,
     )
-
-
-def leads(scene: Scene, pair: GearPair, grid: FaceGrid) -> Array:
-    """Return what is removed on purpose and varies over the face, (2, n_face, n) (driving, driven) [m]."""
-    each = [
-        lead(getattr(scene.gears, gear.name)).removed(
-            grid.position, pair.from_root(number, grid.profile.position), grid.face_width
-        )
-        for number, gear in enumerate(pair.gears)
-    ]
-    return np.stack(each)
 
 
 def sliced_flank(

@@ -30,16 +30,11 @@ def build_pair(scene: Scene) -> GearPair:
 def transverse_section(gears: Any) -> tuple[list[GearSpec], Basics]:
     """Return what ``[gears]`` says of each gear and of all, of helical gears in their transverse section."""
     specs = [specification(name, member) for name, member in gears.gears().items()]
+    basics = Basics(gears.module, gears.pressure_angle, gears.face_width, material(gears.material))
     if not gears.helix_angle:
-        return specs, basics_of(gears)
+        return specs, basics
     turned = helix.helix(gears.helix_angle, gears.pressure_angle)
-    basics = helix.transverse_basics(basics_of(gears), gears.helix_angle)
-    return [helix.transverse(spec, turned) for spec in specs], basics
-
-
-def basics_of(gears: Any) -> Basics:
-    """Return what the gears of ``[gears]`` share."""
-    return Basics(gears.module, gears.pressure_angle, gears.face_width, material(gears.material))
+    return [helix.transverse(spec, turned) for spec in specs], helix.transverse_basics(basics, turned.angle)
 
 
 def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet:
@@ -104,13 +99,12 @@ def modifications(pair: GearPair, position: Array) -> Array:
 def kinks(pair: GearPair) -> tuple[float, ...]:
     """Return the path positions at which a relief begins or ends [m]."""
     places = []
-    for gear, tip_at_end in zip(pair.gears, (True, False), strict=True):
-        given = gear.modification
-        reliefs = () if given is None else ((given.tip_relief, True), (given.root_relief, False))
-        for item, at_tip in reliefs:
-            if item is not None:
-                from_end = at_tip == tip_at_end
-                places.append(pair.path.E - item.length if from_end else pair.path.A + item.length)
+    for gear in pair.gears:
+        for word in ("tip_relief", "root_relief"):
+            relief = getattr(gear.modification, word, None)
+            if relief is not None:
+                at_end = (word == "tip_relief") == (gear is pair.driving)
+                places.append(pair.path.E - relief.length if at_end else pair.path.A + relief.length)
     return tuple(places)
 
 
@@ -145,10 +139,9 @@ def _of_planetary(scene: Scene) -> GearSet:
         )
 
     bodies = {gear.name: _body(gear) for gear in (built.sun, built.planet, built.ring)}
-    mass, inertia = (
-        np.nan if value is None else value for value in (built.carrier.mass, built.carrier.inertia)
-    )
-    bodies["carrier"] = Body(mass, inertia, float(built.carrier.pin_circle_radius or 0.0))
+    held = built.carrier
+    mass, inertia = (np.nan if value is None else value for value in (held.mass, held.inertia))
+    bodies["carrier"] = Body(mass, inertia, float(held.pin_circle_radius or 0.0))
     mirrored = 1.0 if built.sun_drives else -1.0
     angles = mirrored * np.asarray(built.planet_angles)
     sense = mirrored * float(np.sign(speeds.sun_relative))
