@@ -1,5 +1,6 @@
 """Which states of a life are kept in full: those asked for, others as far as their work is paid for."""
 
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from wearlab.life.adaptive import Adaptive
 from wearlab.life.history import halving, history
+from wearlab.life.integrate import integrate
 from wearlab.life.limits import Limits, Snapshots
 
 
@@ -41,7 +43,8 @@ def lived(**asked: Any) -> Any:
     """Return a life of these nodes."""
     limits = Limits(cycles=5e6)
     wanted = {"snapshots": Snapshots(), **asked}
-    return history(Worn(), np.zeros(10), limits=limits, method=Adaptive(), tolerance=1e-5, **wanted)  # type: ignore[arg-type]
+    integration = partial(integrate, limits=limits, method=Adaptive(), tolerance=1e-5)
+    return history(Worn(), np.zeros(10), integration, **wanted)  # type: ignore[arg-type]
 
 
 def test_halving_goes_through_all_and_the_middle_first() -> None:

@@ -44,7 +44,7 @@ Report = Callable[[Reached, Callable[[], bytes]], None]
 """Called with every accepted state and what makes its checkpoint, which costs nothing until it is called."""
 
 
-class CheckpointError(ValueError):
+class CheckpointError(Exception):
     """No wearlab wrote this checkpoint."""
 
 
@@ -81,8 +81,6 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
         for stored in document["values"]:
             reader.known.append(reader.made(stored))
         return reader.value(document["root"])
-    except CheckpointError:
-        raise
     except (ValueError, TypeError, KeyError, IndexError, RecursionError, OverflowError) as error:
         raise CheckpointError(f"no checkpoint of wearlab ({error})") from error
 

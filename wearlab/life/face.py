@@ -56,11 +56,6 @@ class FaceKind:
     lags: dict[int, float]
 
     @property
-    def meshes(self) -> tuple[int, ...]:
-        """Which meshes of the set are of this kind."""
-        return tuple(self.lags)
-
-    @property
     def shape(self) -> tuple[int, ...]:
         """Slices, and nodes of each."""
         return self.contact.grid.shape

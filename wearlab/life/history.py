@@ -1,6 +1,6 @@
 """A life of a gear set: integrate the wear, then evaluate in full every state that is kept."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -8,13 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.life import coupled, integrate, record
+from wearlab.life import coupled, integrate, record, step
 from wearlab.life.limits import Limits, Rate, Snapshots, StopWear
 from wearlab.life.vibration import Responses
-
-MOST_EVALUATIONS = 5_000
-"""Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
-
 
 MOST_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
@@ -137,20 +133,12 @@ class SetRate:
         self.responses, self.noise = memory
 
 
-def most_evaluations(tolerance: float) -> int:
-    """Return the bound on the rates of one life at a tolerance."""
-    return int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5))
-
-
 def history(
     coupling: coupled.Coupled,
     wear: coupled.Wear,
+    integration: Callable[..., record.Life],
     *,
-    limits: Limits,
-    method: integrate.Method,
     snapshots: Snapshots,
-    tolerance: float,
-    most_work: float = np.inf,
     kept_work: float = np.inf,
     most_kept: int | None = None,
 ) -> History:
@@ -160,7 +148,8 @@ def history(
     ----------
     coupling : contact, dynamics and wear of the gear set
     wear : wear depth of every kind of mesh at cycle 0 [m]
-    limits, method, snapshots, tolerance, most_work : see :func:`wearlab.life.integrate.integrate`
+    integration : :func:`wearlab.life.integrate.integrate` of all but rate, wear, snapshots and progress
+    snapshots : states wanted on the way
     kept_work : work on states that nobody asked for, beyond which no more of them are kept
     most_kept : of these states, None: as many as there are
 
@@ -173,17 +162,11 @@ def history(
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
     anchors: list[tuple[float, Responses]] = [(-np.inf, rate.responses)]
-    life = integrate.integrate(
-        rate,
-        coupling.flat(wear),
-        limits=limits,
-        method=method,
-        snapshots=snapshots,
-        tolerance=tolerance,
-        progress=lambda node: anchors.append((node.cycle, rate.responses)),
-        most_evaluations=most_evaluations(tolerance),
-        most_work=most_work,
-    )
+
+    def accepted(node: step.Node) -> None:
+        anchors.append((node.cycle, rate.responses))
+
+    life = integration(rate, coupling.flat(wear), snapshots=snapshots, progress=accepted)
     wanted = list(zip(*life.updates(only_snapshots=snapshots.asked), strict=True))
     if most_kept is not None and not snapshots.asked:
         wanted = [wanted[k] for k in spread_over(len(wanted), most_kept)]

@@ -30,6 +30,9 @@ Stepper = adaptive.AdaptiveStepper | euler.EulerStepper
 """Steppers, or any of a plug-in that has ``advance`` and ``shorten`` as they have; and ``trying``, the cycles
 of the last try, ``rejected`` tries, and ``saw_tooth``, ``wave_growth`` and ``hurried`` for the `Life`."""
 
+Progress = Callable[[Node], None] | None
+"""Called with every accepted state."""
+
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
 LANDED = 1e-10
@@ -61,7 +64,7 @@ def integrate(
     scale: float = ELASTIC_SCALE,
     most_evaluations: int = 100_000,
     most_work: float = np.inf,
-    progress: Callable[[Node], None] | None = None,
+    progress: Progress = None,
 ) -> record.Life:
     """Return the wear over cycles from a first state to a limit.
 
@@ -117,9 +120,7 @@ class _Integration:
     def node(self) -> Node:
         return self.nodes[-1]
 
-    def run(
-        self, method: Method, progress: Callable[[Node], None] | None, keep: checkpoint.Checkpoint | None
-    ) -> None:
+    def run(self, method: Method, progress: Progress, keep: checkpoint.Checkpoint | None) -> None:
         """Go on until there is a reason to end, from where an earlier process put it down."""
         self.reason = WORN_OUT if self._reached(self.node) else ""
         followed: list[tuple[Node, Any]] = []
@@ -133,7 +134,11 @@ class _Integration:
             except euler.SawTooth:
                 self.reason = "saw-tooth"
             except OutOfEvaluations as out:
-                self.reason = "" if self._may_finish() else out.reason
+                if self.finishing or not self._reached(self.node, NEARLY):
+                    self.reason = out.reason
+                else:  # nearly at its limit: it gets some more work, once
+                    self.finishing = True
+                    self.rate.grant(LAST_WORK)
             if progress is not None:
                 progress(self.node)
             if keep is not None:
@@ -157,9 +162,7 @@ class _Integration:
         whole = isinstance(own, dict) and own.keys() == vars(self).keys() - set(GIVEN)
         return whole and (steps is None or isinstance(steps, dict))
 
-    def _taken_up(
-        self, kept: dict[str, Any], method: Method, progress: Callable[[Node], None] | None
-    ) -> list[tuple[Node, Any]]:
+    def _taken_up(self, kept: dict[str, Any], method: Method, progress: Progress) -> list[tuple[Node, Any]]:
         """Go on from what was put down; tell the states reached, with the memory that the rate had there."""
         if kept["stepper"] is not None:
             self.stepper = method.start(self.nodes[0], self.rate, self.tolerance, self.scale)
@@ -201,14 +204,6 @@ class _Integration:
             fastest = float(jump.before.max(initial=0.0))
             if fastest > 0.0:  # by as much as the depth may be off, the jump may be shifted
                 self.error.doubt(before / fastest * np.abs(jump.after - jump.before))
-
-    def _may_finish(self) -> bool:
-        """Whether a life that is out of work, but nearly at its limit, gets some more: once."""
-        if self.finishing or not self._reached(self.node, NEARLY):
-            return False
-        self.finishing = True
-        self.rate.grant(LAST_WORK)
-        return True
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""
@@ -253,7 +248,6 @@ class _Integration:
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),
             rate=np.stack([node.rate for node in self.nodes]),
-            error=np.array(self.error.local),
             accumulated_error=np.array(self.error.largest),
             depth_error=self.error.total,
             scatter=self.error.scatter,

@@ -18,9 +18,9 @@ class Life:
     ----------
     cycle : (m,) cycles of the accepted states, 0 first, the end last [1]
     depth, rate : (m, n) wear depth [m] and wear rate [m per cycle] there
-    error : (m,) estimated local error of the step that led there, largest over the nodes [m]
-    accumulated_error : (m,) largest over the nodes of their signed sum, amplified where wear accelerates, and
-        by as far as it may have shifted a jump; and the root of the squares of what scatters [m]
+    accumulated_error : (m,) largest over the nodes of the signed sum of the errors of all steps so far,
+        amplified where wear accelerates, and by as far as it may have shifted a jump; and the root of the
+        squares of what scatters [m]
     depth_error : (n,) estimated error of the last depth with its sign, less what scatters [m]
     scatter : what scatters of that error, at any node [m]
     snapshot_cycle : (k,) cycles of the snapshots reached, in order [1]
@@ -38,7 +38,6 @@ class Life:
     cycle: Array
     depth: Array
     rate: Array
-    error: Array
     accumulated_error: Array
     depth_error: Array
     scatter: float
@@ -119,8 +118,7 @@ class AccumulatedError:
     """The error of the depth, step after step.
 
     ``total``: (n,) what has a sign, added up and amplified [m]; ``scatter``: what has another sign in every
-    step, the root of its squares [m]; ``local``, ``largest``: of every state, the error of the step that led
-    there and the error so far [m].
+    step, the root of its squares [m]; ``largest``: of every state, the error so far [m].
 
     Parameters
     ----------
@@ -130,7 +128,7 @@ class AccumulatedError:
 
     def __init__(self, size: int, noise: float) -> None:
         self.total, self.scatter, self.noise = np.zeros(size), 0.0, noise
-        self.local, self.largest = [0.0], [0.0]
+        self.largest = [0.0]
 
     def heard(self, noise: float) -> float:
         """Return the noise of the rates of the steps just made, given that of the last one [m per cycle]."""
@@ -140,7 +138,6 @@ class AccumulatedError:
     def add(self, step: Step, noise: float) -> None:
         """Count a step, at rates of this standard error [m per cycle]."""
         self.total = self.total * step.growth + step.error
-        self.local.append(float(np.abs(step.error).max(initial=0.0)))
         self.scatter = float(np.hypot(self.scatter * step.growth, np.hypot(step.scatter, step.size * noise)))
         self.largest.append(self._now())
 

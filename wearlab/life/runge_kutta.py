@@ -112,7 +112,12 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
     ``b_j = T_j''(w0)/T_j'(w0)²``, ``w0 = 1 + ε/s²``, ``w1 = T_s'(w0)/T_s''(w0)``.
     """
     w0 = 1.0 + damping / stages**2
-    T, dT, ddT = _polynomials(stages, w0)
+    T, dT, ddT = np.zeros((3, stages + 1))  # Chebyshev polynomials at w0, their first and second derivatives
+    T[0], T[1], dT[1] = 1.0, w0, 1.0
+    for j in range(2, stages + 1):
+        T[j] = 2.0 * w0 * T[j - 1] - T[j - 2]
+        dT[j] = 2.0 * T[j - 1] + 2.0 * w0 * dT[j - 1] - dT[j - 2]
+        ddT[j] = 4.0 * dT[j - 1] + 2.0 * w0 * ddT[j - 1] - ddT[j - 2]
     w1 = dT[stages] / ddT[stages]
     b = np.empty(stages + 1)
     b[2:] = ddT[2:] / dT[2:] ** 2
@@ -168,14 +173,3 @@ def chebyshev_step(rate: Rate, h: Array, r: Array, size: float, coefficients: Sc
 def chebyshev_error(h0: Array, h1: Array, r0: Array, r1: Array, size: float) -> Array:
     """Return RKC2's estimate of its local error, ``0.8 (h0 − h1) + 0.4 ΔN (r0 + r1)``, (n,) [m]."""
     return np.asarray(0.8 * (h0 - h1) + 0.4 * size * (r0 + r1))
-
-
-def _polynomials(order: int, x: float) -> tuple[Array, Array, Array]:
-    """Chebyshev polynomials T_0…T_order at x with their first and second derivatives."""
-    T, dT, ddT = np.zeros((3, order + 1))
-    T[0], T[1], dT[1] = 1.0, x, 1.0
-    for j in range(2, order + 1):
-        T[j] = 2.0 * x * T[j - 1] - T[j - 2]
-        dT[j] = 2.0 * T[j - 1] + 2.0 * x * dT[j - 1] - dT[j - 2]
-        ddT[j] = 4.0 * dT[j - 1] + 2.0 * x * ddT[j - 1] - ddT[j - 2]
-    return T, dT, ddT

@@ -5,6 +5,7 @@ What a run may do is bounded by the cost of its right-hand sides, never by secon
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -92,6 +93,8 @@ def _set_apart(position: Array, span: float) -> Array:
 STATES_OF_A_FACE = 12
 """Wear states that are kept of a pair with a face where nobody asked, of a set with two kinds of mesh half as
 many: each takes half a megabyte a kind."""
+MOST_EVALUATIONS = 5_000
+"""Bound on the rates of one life at a tolerance of 1e-3; an ordinary life takes about a hundred."""
 MOST_WORK = 2e9
 """Bound on the work of an integration over cycles, units of about 15 ns. Kept states, estimates and the
 search for other attractors come on top."""
@@ -140,6 +143,20 @@ def units(system: System) -> float:
     return work if system.friction_constant is None else FRICTIONAL * work
 
 
+def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Callable[..., record.Life]:
+    """Return how the wear of a scene is integrated, up to its limits and its work."""
+    assert scene.wear is not None
+    tolerance = cycle_tolerance(scene)
+    return partial(
+        integrate.integrate,
+        limits=until,
+        method=scene.wear.step.build(),
+        tolerance=tolerance,
+        most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
+        most_work=most_work(scene, parts),
+    )
+
+
 def life_at_rate(
     scene: Scene, parts: build.Parts, rate: history.SetRate, wear: coupled.Wear
 ) -> record.Life | None:
@@ -153,16 +170,8 @@ def life_at_rate(
     """
     if scene.wear is None or scene.wear.until is None:
         return None
-    tolerance = cycle_tolerance(scene)
-    return integrate.integrate(
-        rate,
-        parts.coupling.flat(wear),
-        limits=build.wear.build_limits(scene, parts.gears, parts.coupling),
-        method=scene.wear.step.build(),
-        tolerance=tolerance,
-        most_evaluations=history.most_evaluations(tolerance),
-        most_work=most_work(scene, parts),
-    )
+    until = build.wear.build_limits(scene, parts.gears, parts.coupling)
+    return integration(scene, parts, until)(rate, parts.coupling.flat(wear))
 
 
 def cycle_tolerance(scene: Scene) -> float:
@@ -217,19 +226,15 @@ def _integrated(
     scene: Scene, stage: operating.Stage, wear: coupled.Wear, until: limits.Limits, before: float
 ) -> history.History:
     """Return the life of one stage; states that were passed in those before are no longer asked for."""
-    assert scene.wear is not None
-    parts, most = stage.first, most_work(scene, stage.first)
+    parts = stage.first
     asked = build.wear.build_snapshots(scene, parts.gears, stage.coupling)
     left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
     return history.history(
         stage.coupling,
         wear,
-        limits=until,
-        method=scene.wear.step.build(),
+        integration(scene, parts, until),
         snapshots=asked._replace(cycles=left, only=asked.asked),
-        tolerance=cycle_tolerance(scene),
-        most_work=most,
-        kept_work=KEPT_SHARE * most,
+        kept_work=KEPT_SHARE * most_work(scene, parts),
         most_kept=None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds),
     )
 
@@ -277,7 +282,7 @@ def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Li
 
 
 OF_LIVES: dict[tuple[str, ...], Callable[[list[Any]], Any]] = {
-    ("cycle", "depth", "rate", "error", "accumulated_error"): lambda each: np.concatenate(
+    ("cycle", "depth", "rate", "accumulated_error"): lambda each: np.concatenate(
         [each[0], *(rows[1:] for rows in each[1:])]  # which begin with the end of those before
     ),
     ("snapshot_cycle", "snapshot_depth"): np.concatenate,
