@@ -89,12 +89,8 @@ class PreparedLaw(NamedTuple):
     def linear(self) -> bool:
         """Whether the rate is proportional to the force."""
         plain = all(flank.film is None and flank.rate is None for flank in self.law.flanks)
-        return plain and self.powers and not self.exponent.any()
-
-    @property
-    def powers(self) -> bool:
-        """Whether the coefficients of both flanks are powers of the load."""
-        return all(isinstance(flank.coefficient, PowerOfLoad) for flank in self.law.flanks)
+        powers = all(isinstance(flank.coefficient, PowerOfLoad) for flank in self.law.flanks)
+        return plain and powers and not self.exponent.any()
 
 
 def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:

@@ -1,6 +1,6 @@
 """Flanks worn before the first cycle as measured: from points of a profile to depths at the nodes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -72,13 +72,13 @@ def measured(profile: MeasuredProfile, pair: GearPair, gear: int, position: Arra
         When the profile leaves the involute, does not cover the active flank, or stands above its zero.
     """
     s = np.asarray(position, float)
-    nodal = _nodal(profile, pair, gear, s)
-    nodal = nodal - _zero_line(profile.zero, gear, s, nodal)
+    depth = nodal(profile, pair, gear, s)
+    depth = depth - _zero_line(profile.zero, gear, s, depth)
     where = "profile at diameter {:.6g} mm", 2e3 * pair.radius(gear, s)
-    return _worn(nodal, pair.gears[gear].name, profile.zero, where, "'max' or 'line'")
+    return _worn(depth, pair.gears[gear].name, profile.zero, where, "'max' or 'line'")
 
 
-def _nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:
+def nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Array:
     """Return what was measured at the nodes, before its zero, (n,) [m].
 
     Without overshoot, keeping steps; or by local parabolas.
@@ -97,43 +97,17 @@ def _nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Arr
     return PiecewiseCurve(where, depth).value(s, own_side)
 
 
-def measured_topography(
-    place: Array, profiles: Sequence[MeasuredProfile], at: tuple[GearPair, int, Array], flank: SlicedFlank
-) -> Array:
-    """Return the wear depth of a flank that was measured profile after profile over its face.
-
-    Each profile at the nodes, then straight from one to the next across the face.
-
-    Parameters
-    ----------
-    place : (m,) of each profile from mid-face, ascending [m]
-    profiles : (m,) which have zero and continuation in common
-    at : the pair, 0 for its driving gear or 1, and (n,) path positions of the nodes [m]
-    flank : the slices
-
-    Returns
-    -------
-    (n_face, n) depth along the flank normal, ≥ 0 [m]
-
-    Raises
-    ------
-    GearError
-        As of `measured`, or where the profiles do not cover the face.
-    """
-    pair, gear, position = at
-    each = np.stack([_nodal(profile, pair, gear, position) for profile in profiles])
-    how = profiles[0].zero, profiles[0].continuation
-    return _over_face(place, each, pair.gears[gear].name, flank, how)
-
-
-def measured_lead(
+def over_face(
     place: Array, depth: Array, name: str, flank: SlicedFlank, how: tuple[Zero, Continuation]
 ) -> Array:
-    """Return the wear depth of a flank whose lead was measured, at its slices, (n_face,) [m].
+    """Return the wear depth of a flank that was measured over its face, at its slices, (n_face, n) [m].
+
+    Straight from one place to the next across the face.
 
     Parameters
     ----------
-    place, depth : (m,) from mid-face, rising or falling, and material gone there [m]
+    place : (m,) from mid-face, ascending [m]
+    depth : (m, n) material gone there, at each node of the profile or at one for all [m]
     name : of the gear
     flank : the slices
     how : zero, and continuation to the ends of the face
@@ -143,14 +117,6 @@ def measured_lead(
     GearError
         Where it does not cover the face, or stands above its zero.
     """
-    rising = np.argsort(place, kind="stable")
-    return _over_face(place[rising], depth[rising, None], name, flank, how)[:, 0]
-
-
-def _over_face(
-    place: Array, depth: Array, name: str, flank: SlicedFlank, how: tuple[Zero, Continuation]
-) -> Array:
-    """Return depths (m, n) at places on the face at the slices, from their zero, (n_face, n) [m]."""
     zero, continuation = how
     if zero not in ("as-measured", "max"):
         raise GearError(
@@ -166,12 +132,11 @@ def _over_face(
             "face_position, counted from mid-face, and its unit, or say how it goes on: continuation = "
             "'hold', 'slope' or 'zero'"
         )
-    nodal = np.empty((len(flank.position), depth.shape[1]))
-    for node, along in enumerate(depth.T):
-        nodal[:, node] = np.interp(flank.position, *continued(place, along, ends[0], ends[1], continuation))
-    nodal -= nodal.min() if zero == "max" else 0.0
-    where = "shape at face position {:.4g} mm", 1e3 * np.repeat(flank.position, nodal.shape[1])
-    return _worn(nodal, name, zero, where, "'max'")
+    curves = [continued(place, along, *ends, continuation) for along in depth.T]
+    worn = np.stack([np.interp(flank.position, *curve) for curve in curves], axis=1)
+    worn -= worn.min() if zero == "max" else 0.0
+    where = "shape at face position {:.4g} mm", 1e3 * np.repeat(flank.position, worn.shape[1])
+    return _worn(worn, name, zero, where, "'max'")
 
 
 def _worn(depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead: str) -> Array:

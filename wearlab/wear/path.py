@@ -187,12 +187,7 @@ def worn_area(depth: ArrayLike, path: WearPath) -> Array:
 
 
 def worn_mass(
-    depth: ArrayLike,
-    path: WearPath,
-    *,
-    density: ArrayLike,
-    teeth: ArrayLike,
-    face_width: ArrayLike | None = None,
+    depth: Array, path: WearPath, *, density: ArrayLike, teeth: ArrayLike, face_width: Array | None = None
 ) -> Array:
     """Return the mass worn off each gear, ``ρ B z ∫ h dL``, every tooth alike, (..., 2) [kg].
 

@@ -232,19 +232,21 @@ class MeasuredWear(InitialModel):
     def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
         """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
         from wearlab.table_options import traces
-        from wearlab.wear.measured_profile import measured_lead, measured_topography
+        from wearlab.wear.measured_profile import nodal, over_face
 
         if not self.over_the_face:
             return super().over_face(pair, gear, position, flank)
         if self.x == "face_position":
-            y, depth = np.asarray(self.abscissa, float), np.asarray(self.ordinate, float)
+            rising = np.argsort(self.abscissa, kind="stable")
+            y, depth = (np.asarray(column, float)[rising] for column in (self.abscissa, self.ordinate))
             if self.y == "deviation":
                 depth = -depth - flank.lead.removed(y, [0.5], flank.width)[:, 0]
-            lead = measured_lead(y, depth, pair.gears[gear].name, flank, (self.zero, self.continuation))
-            return np.repeat(lead[:, None], len(position), axis=1)
-        each = traces(self.across, len(self.abscissa))
-        profiles = [self._profile(pair, gear, rows, flank, place) for place, rows in each.items()]
-        return measured_topography(np.array(list(each)), profiles, (pair, gear, position), flank)
+            each = np.repeat(depth[:, None], len(position), axis=1)
+        else:
+            rows = traces(self.across, len(self.abscissa))
+            profiles = [self._profile(pair, gear, own, flank, place) for place, own in rows.items()]
+            y, each = np.array(list(rows)), np.stack([nodal(one, pair, gear, position) for one in profiles])
+        return over_face(y, each, pair.gears[gear].name, flank, (self.zero, self.continuation))
 
     def _profile(
         self, pair: "GearPair", gear: int, rows: Any, flank: "SlicedFlank | None" = None, place: float = 0.0
