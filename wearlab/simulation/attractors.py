@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from wearlab.dynamics.orbits.response import Response
 from wearlab.life import coupled
 from wearlab.scene import build
 from wearlab.simulation import label, living
-
-Values = dict[str, Any]
 
 ALIKE = 1e-3
 """Relative difference of least and largest forces below which two attractors of a period are one."""
@@ -122,7 +120,7 @@ def _alike(one: Response, other: Response) -> bool:
     return bool(np.abs(first - second).max() <= ALIKE * np.abs(first).max())
 
 
-def attractor_values(found: Sequence[Searched]) -> Values:
+def attractor_values(found: Sequence[Searched]) -> label.Values:
     """Return what was searched, and period, largest multiplier and range of force of the attractors found.
 
     Of the worst beside each state, and of all of them along ``rival``.
@@ -130,7 +128,7 @@ def attractor_values(found: Sequence[Searched]) -> Values:
     if not found:
         return {}
     searches = [one.search for one in found]
-    values: Values = {
+    values: label.Values = {
         "attractor_search": [searched(search) for search in searches],
         "count_attractor_starts": sum(search.starts for search in searches),
         "count_attractor_periods": sum(search.periods for search in searches),
@@ -149,11 +147,9 @@ def attractor_values(found: Sequence[Searched]) -> Values:
 
 def searched(search: coexisting.Search) -> str:
     """Return in words what a search came to."""
-    if search.rival is not None:
-        return "another found"
-    if search.cut_off:
-        return "cut off"
-    return "none found" if search.starts else "not looked for"
+    if search.rival is None and not search.cut_off:
+        return "none found" if search.starts else "not looked for"
+    return "cut off" if search.rival is None else "another found"
 
 
 def _described(other: Response) -> Array:

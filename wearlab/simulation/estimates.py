@@ -111,10 +111,7 @@ def estimated(stage: operating.Stage, lived: history.History, inherited: float =
 
 
 def _looked(
-    stage: operating.Stage,
-    lived: history.History,
-    of: Callable[..., list[twins.Rougher | None]],
-    inherited: float,
+    stage: operating.Stage, lived: history.History, of: Callable[..., twins.Twins], inherited: float
 ) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
     each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
@@ -244,20 +241,17 @@ def _life(looked: Looked) -> float | None:
     if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
     steps = float(np.abs(life.depth_error[end.nodes]).max()) + life.scatter
-    error = steps + end.between + _at_deepest(looked, end)
-    return min(error, float(life.rate.max(initial=0.0) * lived.cycle[-1])) / end.rate
-
-
-def _at_deepest(looked: Looked, end: wear_off.End) -> float:
-    """Return the weighed error of the wear where the flanks that end the life are worn most [m]."""
-    lived, known = looked.lived, looked.driven
-    if not known:
-        return np.nan if any(map(twins.is_periodic, lived.samples.state)) else 0.0
-    last, drive = known[-1]
-    error = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
-    there = np.isin(last.twin.flank, end.flanks)
-    deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
-    return LIFE_SHARE * float(error[deep].max()) + CHANCE * float(error[there].mean())
+    known, deepest = looked.driven, 0.0
+    if known:  # where the flanks that end the life are worn most
+        last, drive = known[-1]
+        off = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
+        there = np.isin(last.twin.flank, end.flanks)
+        deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
+        deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(off[there].mean())
+    elif any(map(twins.is_periodic, lived.samples.state)):
+        deepest = np.nan
+    most = float(life.rate.max(initial=0.0) * lived.cycle[-1])
+    return min(steps + end.between + deepest, most) / end.rate
 
 
 WEIGHT, OF_ENDS = 0.5, 1.5

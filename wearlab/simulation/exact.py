@@ -1,21 +1,19 @@
 """The exact mesh relationship of a run's states: where pairs touch, which are engaged, how gears lag."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from wearlab.arrays import Array
 from wearlab.life import coupled
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact import gaps, relation
 from wearlab.scene import build
 from wearlab.simulation import label
 
-Values = dict[str, Any]
 
-
-def exact_values(parts: build.Parts, states: Sequence[coupled.WearState], failures: list[str]) -> Values:
+def exact_values(
+    parts: build.Parts, states: Sequence[coupled.WearState], failures: list[str]
+) -> label.Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
     ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` and
@@ -38,7 +36,7 @@ def exact_values(parts: build.Parts, states: Sequence[coupled.WearState], failur
         **dict.fromkeys(("single_contact_share", "first_order_excess", "first_order_depth"), meshes),
         "unloaded_transmission_angle": (*meshes, len(parts.phase)),
     }
-    values: Values = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+    values: label.Values = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
     values |= {"engaged": np.zeros(shapes["engaged"], np.int8), "end": ["engages", "leaves"]}
     for index, mesh in enumerate(parts.meshes):
         if _meeting(parts.kinds[mesh.kind].analysis) is None:
@@ -55,7 +53,7 @@ def _meeting(analysis: ContactAnalysis) -> gaps.MeetingGaps | None:
     return None if analysis.gaps is None else analysis.gaps.meeting
 
 
-def _fill(parts: build.Parts, values: Values, place: tuple[int, int], state: coupled.KindState) -> None:
+def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], state: coupled.KindState) -> None:
     """Fill in what one mesh does in one state: ``place`` is (update, mesh)."""
     update, mesh = place
     kind = parts.meshes[mesh].kind
@@ -71,18 +69,22 @@ def _fill(parts: build.Parts, values: Values, place: tuple[int, int], state: cou
         engaged = np.asarray(analysis.quasistatic(state.flanks.nodes, where).force.T > 0.0)
         single = float(np.mean(engaged.sum(axis=0) == 1))
     lag = (found.gap - found.unloaded_error) / pair.driven.base_radius
-    of_mesh: Values = {
+    of_mesh: label.Values = {
         "engaged": grid.into_slots(engaged.astype(float), 0.0),
         "single_contact_share": single,
         "rotation_lag": grid.into_slots(np.where(np.isfinite(lag), lag, np.nan), np.nan),
         "unloaded_transmission_angle": found.unloaded_error / pair.driven.base_radius,
-        **_first_order(meeting.flanks, state.wear),
     }
+    deepest = float(state.wear.max())
+    if deepest > 0.0:  # how far the first-order form is off, and the depth beyond which it is by 5 %
+        depth = relation.depth_of_disagreement(meeting.flanks, state.wear / deepest)
+        of_mesh["first_order_excess"] = relation.errors_in_both_forms(meeting.flanks, state.wear).excess
+        of_mesh["first_order_depth"] = depth if np.isfinite(depth) else np.nan
     for name, value in of_mesh.items():
         values[name][(update, mesh, *map(slice, np.shape(value)))] = value
     touched_alone, turned_alone = relation.lone_ranges(meeting.flanks, state.wear)
     turned = np.where(np.isnan(found.contact_angle), np.nan, found.rotation_angle)
-    of_gears: Values = {
+    of_gears: label.Values = {
         "contact_angle": [grid.into_slots(angles, np.nan) for angles in found.contact_angle],
         "rotation_angle": [grid.into_slots(angles, np.nan) for angles in turned],
         "meshing_range": relation.meshing_range(found.rotation_angle, engaged),
@@ -95,15 +97,3 @@ def _fill(parts: build.Parts, values: Values, place: tuple[int, int], state: cou
         member = parts.gears.members.index(body.name)
         for name, each in of_gears.items():
             values[name][(update, member, mesh, *map(slice, np.shape(each[gear])))] = each[gear]
-
-
-def _first_order(flanks: gaps.WornFlanks, wear: Array) -> dict[str, float]:
-    """Return how far the first-order form is off, and the depth beyond which it is by 5 %; NaN unworn."""
-    deepest = float(wear.max())
-    if deepest == 0.0:
-        return {}
-    depth = relation.depth_of_disagreement(flanks, wear / deepest)
-    return {
-        "first_order_excess": relation.errors_in_both_forms(flanks, wear).excess,
-        "first_order_depth": depth if np.isfinite(depth) else np.nan,
-    }

@@ -27,6 +27,8 @@ class Refused(ValueError):
 
 
 Found = TypeVar("Found")
+Values = dict[str, Any]
+"""Variable → its values, in the order of dimensions of the table of variables."""
 
 
 def diagnosed(
@@ -62,11 +64,6 @@ class Labelled(NamedTuple):
 
     variables: Mapping[str, xr.Variable]
     coordinates: frozenset[str]
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Length of each dimension."""
-        return {str(dim): n for variable in self.variables.values() for dim, n in variable.sizes.items()}
 
 
 def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Labelled:
@@ -171,7 +168,6 @@ def _variable(result: Result, run: xr.Dataset) -> xr.Variable:
     return xr.Variable(order, np.asarray(values.transpose(*order).values), schema.attributes(result.name))
 
 
-UNKNOWN = {"commit": "unknown", "dirty": "unknown"}
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
 
@@ -192,7 +188,6 @@ def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None =
         "source": f"wearlab {__version__}",
         "wearlab_version": __version__,
         "source_hash": sources.used_hash(scene.dynamics is not None),
-        **_commit(),
         **_circumstances(),
         "date_created": datetime.fromtimestamp(begun, UTC).isoformat(timespec="seconds"),
     }
@@ -200,8 +195,16 @@ def provenance(scene: Scene, begun: float, calibration: CalibrationLife | None =
 
 @cache
 def _circumstances() -> dict[str, str]:
-    """Return packages and machine; looking the versions up takes milliseconds."""
+    """Return commit of the checkout this code runs from, whether it was changed since, packages and machine.
+
+    An installed copy has no commit: there the hash of its sources tells the code. It takes milliseconds.
+    """
+    top = Path(__file__).resolve().parents[2]
+    commit = _git(top, "rev-parse", "HEAD") if (top / ".git").exists() else ""
+    changed = commit and _git(top, "status", "--porcelain", "--", "wearlab", "pyproject.toml")
     return {
+        "commit": commit or "unknown",
+        "dirty": ("true" if changed else "false") if commit else "unknown",
         "packages": ", ".join(f"{name} {version(name)}" for name in PACKAGES),
         "machine": f"{platform.machine()} {platform.system()} Python {platform.python_version()}",
     }
@@ -219,20 +222,6 @@ def _lineage(scene: Scene, calibration: CalibrationLife | None) -> dict[str, str
         told["parent_interpolation_error"] = f"{scene.start_wear.error:.3g} m"
         told["parent_error"] = f"{scene.start_wear.estimate:.3g} m"
     return {key: text for key, text in told.items() if text or key == "parents"}
-
-
-@cache
-def _commit() -> dict[str, str]:
-    """Return the commit of the checkout this code runs from, and whether it was changed since.
-
-    An installed copy has none: there the hash of its sources tells the code.
-    """
-    top = Path(__file__).resolve().parents[2]
-    commit = _git(top, "rev-parse", "HEAD") if (top / ".git").exists() else ""
-    if not commit:
-        return UNKNOWN
-    dirty = _git(top, "status", "--porcelain", "--", "wearlab", "pyproject.toml")
-    return {"commit": commit, "dirty": "true" if dirty else "false"}
 
 
 def _git(top: Path, *words: str) -> str:

@@ -23,8 +23,6 @@ from wearlab.mesh import clock, stages
 from wearlab.scene import build
 from wearlab.simulation import label
 
-Values = dict[str, Array]
-
 HARMONICS, LINES = 40, 200
 """Mesh orders that a spectrum covers at least, and lines that it has at least."""
 ACCELERATION, DEFLECTION = "mesh_acceleration", "mesh_deflection"
@@ -45,7 +43,7 @@ STATISTICS = {
 """Of a signal (n_periods, n_mesh, n_nodes) and the weights of its nodes, (n_mesh,) each."""
 
 
-def monitoring_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
+def monitoring_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> label.Values:
     """Return what was asked for by name, along the wear states and, where there are any, the error angles."""
     names, vibration = parts.scene.store.requested, parts.vibration
     if not names or vibration is None:
@@ -69,9 +67,9 @@ def _lines(vibration: Vibration, states: Sequence[coupled.WearState]) -> Array:
 
 def _of_response(
     parts: build.Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
-) -> Values:
+) -> label.Values:
     when, weight = _nodes(vibration, lines)
-    values: Values = {}
+    values: label.Values = {}
     acceleration = vibration.read(mesh_acceleration_at, response, when)
     spectra = [name for name in names if name.endswith("_orders")]
     beyond = lines >= carried_order(vibration, response, lines) if spectra else np.zeros(len(lines), bool)

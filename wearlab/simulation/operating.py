@@ -81,8 +81,6 @@ def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled
     return coupling.DutyCoupling(first.kinds, (first, *others), weight) if others else first
 
 
-Values = dict[str, Any]
-
 OF_THE_FLANKS = (
     "contact_ratio",
     "mesh_phase_offset",
@@ -134,7 +132,7 @@ def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
     return xr.Dataset(restored)
 
 
-def condition_coordinates(scene: Scene, lived: history.History) -> Values:
+def condition_coordinates(scene: Scene, lived: history.History) -> dict[str, Any]:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
     operation = scene.operation
     if operation.blocks:

@@ -1,6 +1,5 @@
 """The response over speed, named as the dataset names it."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,6 @@ from wearlab.scene import build
 from wearlab.simulation import label
 from wearlab.simulation.vibration import transmission_error
 
-Values = dict[str, Any]
-
 SAMPLES = 64
 """Samples of a mesh period."""
 LINES = 24
@@ -24,61 +21,50 @@ LINES = 24
 ORDERS = 5
 
 
-@dataclass(frozen=True)
-class OverSpeed:
-    """What the continuation that ``dynamics.response`` asks for needs of one wear state.
-
-    Parameters
-    ----------
-    parts, state : the physics of the scene, and the wear state
-    """
-
-    parts: build.Parts
-    state: coupled.WearState
-
-    def vibration(self, speed: float) -> Vibration:
-        """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
-        scene, parts = self.parts.scene, self.parts
-        assert parts.vibration is not None and scene.operation.speed is not None
-        period = parts.gears.period * scene.operation.speed / speed
-        stiffest = np.array([self.state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
-        grid = build.vibration.steps_grid(scene, parts.on_clock, parts.vibration.system, stiffest, period)
-        return parts.with_steps(grid, 1, period)
-
-    def mesh_at(self, speed: float) -> tuple[Any, stages.StageTables, float]:
-        """Return system, tables and duration of a mesh period at a speed [rad/s]."""
-        moving = self.vibration(speed)
-        tables = tabulation.stage_tables(self.state.flanks, moving.sampling, moving.fluctuation)
-        return moving.system, tables, moving.period
+def at_speed(parts: build.Parts, state: coupled.WearState, speed: float) -> Vibration:
+    """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
+    scene = parts.scene
+    assert parts.vibration is not None and scene.operation.speed is not None
+    period = parts.gears.period * scene.operation.speed / speed
+    stiffest = np.array([state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
+    grid = build.vibration.steps_grid(scene, parts.on_clock, parts.vibration.system, stiffest, period)
+    return parts.with_steps(grid, 1, period)
 
 
 ORDER = {"up": slice(None), "down": slice(None, None, -1)}
 
 
-def over_speed_values(parts: build.Parts, state: coupled.WearState) -> Values:
+def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Values:
     """Follow the response of one wear state over speed and return what is read off it.
 
     The first speed starts from the steady response there, each further direction where the last has ended.
     """
-    account, wanted = parts.coupling.account, OverSpeed(parts, state)
+    account = parts.coupling.account
+
+    def mesh_at(speed: float) -> tuple[Any, stages.StageTables, float]:
+        """Return system, tables and duration of a mesh period at a speed [rad/s]."""
+        moving = at_speed(parts, state, speed)
+        tables = tabulation.stage_tables(state.flanks, moving.sampling, moving.fluctuation)
+        return moving.system, tables, moving.period
+
     assert parts.vibration is not None and isinstance(parts.vibration.method, periodic.Periodic)
     given: Any = parts.scene.dynamics and parts.scene.dynamics.response
     speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
     way = continuation.Continuation(given.transient, given.strobe, parts.vibration.method)
     begin = float(speeds[ORDER[given.directions[0]]][0])
-    values: Values = {
+    values: label.Values = {
         "response_speed": speeds,
         "direction": list(given.directions),
         "order": np.arange(1, ORDERS * LINES + 1) / LINES,
     }
     with account.timed("dynamics"):
-        start, branches = way.method.solve(*wanted.mesh_at(begin)).end, list[list[continuation.Point]]()
+        start, branches = way.method.solve(*mesh_at(begin)).end, list[list[continuation.Point]]()
         for direction in given.directions:
-            branches.append(way.follow(wanted.mesh_at, list(speeds[ORDER[direction]]), start))
+            branches.append(way.follow(mesh_at, list(speeds[ORDER[direction]]), start))
             start = branches[-1][-1].response.end
-        jumps = [way.jumps(wanted.mesh_at, points) for points in branches]
+        jumps = [way.jumps(mesh_at, points) for points in branches]
         ordered = [sorted(points, key=lambda point: point.speed) for points in branches]
-        rows = [[_described(wanted, point) for point in points] for points in ordered]
+        rows = [[_described(parts, state, point) for point in points] for points in ordered]
     account.add(point.response for points in branches for point in points)
     for name in rows[0][0]:  # (direction, speed, …), of the mesh but for two
         each = np.array([[row[name] for row in line] for line in rows], float)
@@ -90,15 +76,14 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> Values:
     return values
 
 
-def _described(wanted: OverSpeed, point: continuation.Point) -> Values:
-    parts, response = wanted.parts, point.response
-    vibration = wanted.vibration(point.speed)
+def _described(parts: build.Parts, state: coupled.WearState, point: continuation.Point) -> label.Values:
+    vibration, response = at_speed(parts, state, point.speed), point.response
     phases = np.arange(SAMPLES) / SAMPLES
     where, when = parts.look(0, phases), vibration.look(phases)
     motion = force.Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
-    kinds = wanted.state.flanks
-    elastic = mesh_forces.mesh_forces(vibration.system, 0, kinds[0], where, motion, vibration.period).elastic
+    forces = mesh_forces.mesh_forces(vibration.system, 0, state.flanks[0], where, motion, vibration.period)
+    elastic = forces.elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
     poincare = _strobed(vibration, point)

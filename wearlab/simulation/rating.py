@@ -5,20 +5,18 @@ from typing import Any
 
 from wearlab.gears import iso_6336_1 as iso
 from wearlab.gears import iso_6336_2 as pitting
-from wearlab.gears.gear import Gear
 from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.face import helix_of
 
-Values = dict[str, Any]
 ROUGHEST_OVER_MEAN = 6.0
 """R_z over R_a, as ISO 6336-2 converts them."""
 MOST_CONTACT_RATIO = 2.0
 """ε_α from which there is no point of single contact."""
 
 
-def rated(scene: Scene, parts: Parts) -> Values:
+def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
     """Return stiffnesses, face load factors where a misalignment is known, and the safety against pitting.
 
     (n_mesh,) each, of flanks (n_flank,).
@@ -28,7 +26,9 @@ def rated(scene: Scene, parts: Parts) -> Values:
     asked, pair, turned = scene.rating, parts.kinds[0].pair, helix_of(scene, parts.gears)
     module, cosine = scene.gears.module, math.cos(turned.angle)
     gears = sorted(pair.gears, key=lambda gear: gear.teeth)
-    first, second = (tooth(gear, cosine) for gear in gears)
+    first, second = (  # a ring has endless teeth there
+        iso.Tooth(math.inf if gear.internal else gear.teeth, gear.profile_shift / cosine) for gear in gears
+    )
     dedendum = sum(gear.dedendum for gear in gears) / (2.0 * module)
     rack = iso.Rack(scene.gears.pressure_angle, dedendum, turned.angle)
     E1, E2 = (gear.material.youngs_modulus for gear in gears)
@@ -36,7 +36,7 @@ def rated(scene: Scene, parts: Parts) -> Values:
         first, second, rack, body_factor=asked.body_factor, modulus=2.0 * E1 * E2 / (E1 + E2)
     )
     mesh = iso.mesh_stiffness(single, pair.contact_ratio)
-    values: Values = {
+    values: dict[str, Any] = {
         "iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)],
         "iso_single_stiffness": [single],
         "iso_mesh_stiffness_alpha": [mesh.alpha],
@@ -53,7 +53,7 @@ def rated(scene: Scene, parts: Parts) -> Values:
     return {**values, **_pitting(scene, parts, flank)}
 
 
-def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> Values:
+def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
     asked, kind, turned = scene.rating, parts.gears.kinds[0], helix_of(scene, parts.gears)
     assert asked is not None
@@ -66,7 +66,7 @@ def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> Values:
     load = asked.application_factor * face_load_factor * asked.transverse_load_factor
     stress = [factor * nominal * math.sqrt(load) for factor in pitting.single_contact_factors(pair, overlap)]
     order = [gear for _, gear in parts.gears.flank_places]
-    values: Values = {
+    values: dict[str, Any] = {
         "iso_nominal_contact_stress": [nominal],
         "iso_contact_stress": [stress[gear] for gear in order],
     }
@@ -85,11 +85,6 @@ def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> Values:
     lives = [pitting.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
     held = [limit * life * math.prod(film) for life in lives]
     return {**values, "iso_pitting_safety": [held[gear] / stress[gear] for gear in order]}
-
-
-def tooth(gear: Gear, cosine: float) -> iso.Tooth:
-    """Return a gear as the single stiffness knows it; a ring has endless teeth there."""
-    return iso.Tooth(math.inf if gear.internal else gear.teeth, gear.profile_shift / cosine)
 
 
 def misalignment(scene: Scene, parts: Parts) -> float | None:

@@ -28,8 +28,6 @@ from wearlab.simulation import (
 )
 from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
 
-Values = dict[str, Any]
-
 LABELS: dict[str, Any] = {"axis": ["x", "y", "z"], "part": ["real", "imaginary"]}
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
 ALONG_SPEED = ("response_speed", "direction", "order", "edge", "end")
@@ -189,11 +187,11 @@ def _dataset(
     if calibration is not None:
         values["calibrated_wear_coefficient"] = calibration.value
         values["error_estimate_wear_coefficient"] = calibration.error
-    values |= label.diagnosed("rating", failures, Values(), rating.rated, scene, first)
+    values |= label.diagnosed("rating", failures, {}, rating.rated, scene, first)
     coordinates = {"cycle": lived.cycle, **static.coordinates(first)}
     coordinates |= operating.condition_coordinates(scene, lived)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
-    sizes = conditions.sizes
+    sizes = {dim: n for variable in conditions.variables.values() for dim, n in variable.sizes.items()}
     coordinates |= {name: labels[: sizes[name]] for name, labels in LABELS.items() if name in sizes}
     if "mode" in sizes:
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
@@ -212,14 +210,14 @@ def _dataset(
 
 def _of_condition(
     parts: build.Parts, states: static.States, life: Any, more: list[attractors.Searched], failures: list[str]
-) -> Values:
+) -> label.Values:
     """Return the contact and the dynamics of the kept states in one condition.
 
     Of a life that has ended, a part that fails is missing; ``failures`` gets a line for it, ``more`` what the
     searches for other attractors came to.
     """
 
-    def found(name: str, find: Callable[..., Values], *given: Any) -> Values:
+    def found(name: str, find: Callable[..., label.Values], *given: Any) -> label.Values:
         return find(*given) if life is None else label.diagnosed(name, failures, {}, find, *given)
 
     values = found("quasi-static contact", static.mesh_values, parts, states)
@@ -241,7 +239,7 @@ def _of_condition(
 
 
 def _with_errors(
-    values: Values, errors: estimates.Estimates, block: int, kept: history.History
+    values: label.Values, errors: estimates.Estimates, block: int, kept: history.History
 ) -> label.Labelled:
     """Return the values of the kept states in one condition with the errors of their forces."""
     if errors.force is not None:

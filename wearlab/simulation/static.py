@@ -22,11 +22,10 @@ from wearlab.wear import films, law, path
 States = tuple[coupled.WearState, ...]
 LANDED = 1e-6
 """How near, relatively, a state is to the depth at which it was asked for."""
-Values = dict[str, Any]
 POINT_TOLERANCE = 1e-12
 
 
-def coordinates(parts: build.Parts) -> Values:
+def coordinates(parts: build.Parts) -> label.Values:
     """Return the labels of the dimensions, and where nodes and slices lie; slices are those of every mesh."""
     slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
     position, radius, roll, beyond = [], [], [], []
@@ -37,7 +36,7 @@ def coordinates(parts: build.Parts) -> Values:
         radius.append(mesh_kind.pair.radius(gear, s))
         roll.append(mesh_kind.pair.roll_angle(gear, s))
         beyond.append(radius[-1] - own.base_radius / np.cos(mesh_kind.pair.working_pressure_angle))
-    slices: Values = (
+    slices: label.Values = (
         {} if parts.face is None else {"face_position": parts.face.kinds[0].contact.grid.position}
     )
     return slices | {
@@ -81,11 +80,11 @@ def characteristic_points(parts: build.Parts) -> list[Any]:
     return points[0] if len(points) == 1 else [points[kind] for kind, _ in parts.gears.flank_places]
 
 
-def mesh_values(parts: build.Parts, states: States) -> Values:
+def mesh_values(parts: build.Parts, states: States) -> label.Values:
     """Return what the quasi-static contact says at the stored phases, over the face where flanks have one."""
     of_mesh, fill = (_of_pairs, 0.0) if parts.face is None else (_of_lines, np.nan)
     each = [of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
-    values: Values = {name: label.padded([own[name] for own in each], 1, fill) for name in each[0]}
+    values: label.Values = {name: label.padded([own[name] for own in each], 1, fill) for name in each[0]}
     kinds = [parts.gears.kinds[mesh.kind] for mesh in parts.meshes]
     values |= {
         "mesh_frequency": [parts.gears.mesh_frequency] * len(kinds),
@@ -96,7 +95,7 @@ def mesh_values(parts: build.Parts, states: States) -> Values:
     return values | (_of_shares(parts, states) if parts.face is None else _of_face(parts, parts.face, states))
 
 
-def _of_shares(parts: build.Parts, states: States) -> Values:
+def _of_shares(parts: build.Parts, states: States) -> label.Values:
     """Return how well shares add up, and once-per-revolution errors over equally weighted member angles."""
     loaded, rows = [kind.load > 0.0 for kind in parts.gears.kinds], parts.gears.slow_errors(parts.meshes)
 
@@ -105,7 +104,7 @@ def _of_shares(parts: build.Parts, states: States) -> Values:
         shares = [force.load_share(kind.static).sum(axis=1) for kind in compress(state.kind, loaded)]
         return max((float(np.max(np.abs(share - 1.0))) for share in shares), default=0.0)
 
-    values: Values = {"residual_load_share": list(map(residual, states))}
+    values: label.Values = {"residual_load_share": list(map(residual, states))}
     if rows is not None:
         values |= {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
     return values
@@ -160,10 +159,10 @@ def states_of(states: Sequence[coupled.WearState], kind: int) -> list[face.FaceS
     return [cast("face.FaceState", state.kind[kind]) for state in states]
 
 
-def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) -> Values:
+def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
     kinds = [coupling.kinds[mesh.kind] for mesh in parts.meshes]
-    values: Values = {
+    values: label.Values = {
         "base_helix_angle": [kind.contact.helix.sense * kind.contact.helix.base_angle for kind in kinds],
         "overlap_ratio": [
             overlap_ratio(kind.contact.grid.face_width, kind.contact.helix.angle, normal_module(parts, kind))
@@ -248,7 +247,7 @@ def face_load_factor(width: Array, mean: Array, window: float) -> float:
     return float(within.max() / window / (carried[-1] / total))
 
 
-def path_values(parts: build.Parts, states: States) -> Values:
+def path_values(parts: build.Parts, states: States) -> label.Values:
     """Return forces, pressures, sliding and film where the flanks touch."""
     kinds, along = parts.kinds, 1 if parts.face is None else 2
     forces = [
@@ -264,7 +263,7 @@ def path_values(parts: build.Parts, states: States) -> Values:
         return by_flank(parts, [np.stack([own, own], axis=1) for own in each], along)
 
     steady = np.ones((len(states), 1, 1))
-    values: Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
+    values: label.Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
     values |= {
         "contact_pressure": on_both(
             lambda kind, load: parts.pressure_factor * path.mean_pressure(load, kind.path)
@@ -300,12 +299,12 @@ def _depths(kind: int, states: States) -> Array:
     return np.stack([state.kind[kind].wear for state in states])
 
 
-def wear_values(parts: build.Parts, lived: history.History) -> Values:
+def wear_values(parts: build.Parts, lived: history.History) -> label.Values:
     """Return depths, rates, worn mass and the counts of cycles and operating time (n_updates,) [s]."""
     states, kinds, along = lived.state, range(len(parts.kinds)), 1 if parts.face is None else 2
     gears = parts.gears
     depths = [_depths(kind, states) for kind in kinds]
-    values: Values = {
+    values: label.Values = {
         "wear_depth": by_flank(parts, depths, along),
         "flank_deviation": by_flank(
             parts, [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds], along
@@ -356,7 +355,7 @@ def worn_mass(parts: build.Parts, kind: int, depth: Array) -> Array:
     return path.worn_mass(slices, own.path, density=density, teeth=teeth, face_width=width).sum(axis=1)
 
 
-def preset_depth(scene: Scene, parts: build.Parts, states: States) -> Values:
+def preset_depth(scene: Scene, parts: build.Parts, states: States) -> label.Values:
     """Return the depths by which states were asked for, on their flank, (n_updates, n_flank) [m].
 
     NaN where none was; nothing where nobody asked by depth.
@@ -385,16 +384,15 @@ def by_member(parts: build.Parts, of_kinds: Sequence[Array]) -> Array:
     total = np.zeros((len(of_kinds[0]), len(parts.gears.members)))
     for own, mass in zip(parts.kinds, of_kinds, strict=True):
         for number, gear in enumerate(own.pair.gears):
-            for column in parts.gears.columns_of(gear.name):
-                total[:, column] += mass[:, number]
+            total[:, parts.gears.columns_of(gear.name)] += mass[:, [number]]
     return total
 
 
-def life_values(scene: Scene, lived: history.History) -> Values:
+def life_values(scene: Scene, lived: history.History) -> label.Values:
     """Return the life to a depth limit and what is left of it at every kept state."""
     if lived.life is None or scene.wear is None:
         return {}
-    values: Values = {"end_reason": lived.life.end_reason}
+    values: label.Values = {"end_reason": lived.life.end_reason}
     if scene.wear.until is None or scene.wear.until.depth is None:
         return values
     reached = lived.life.worn_out

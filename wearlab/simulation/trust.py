@@ -16,8 +16,6 @@ from wearlab.scene import Scene, build, face
 from wearlab.simulation import estimates, monitoring, operating
 from wearlab.wear.coefficients import CoefficientModel
 
-Values = dict[str, Any]
-
 ENDS_AS_ASKED = ("cycles", "depth")
 TRUSTED = "as usual"
 BARELY = "not attracting within the margin"
@@ -41,7 +39,7 @@ def trust_values(
     searches: Sequence[Search] = (),
     told: Sequence[str] = (),
     inherited: float = 0.0,
-) -> Values:
+) -> dict[str, Any]:
     """Return verdict, validity, error estimates, run times and counts.
 
     Parameters
@@ -67,7 +65,10 @@ def trust_values(
             "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
         )
     flags += told
-    values: Values = {"verdict": verdict(lived, searches), "validity": "\n".join(dict.fromkeys(flags))}
+    values: dict[str, Any] = {
+        "verdict": verdict(lived, searches),
+        "validity": "\n".join(dict.fromkeys(flags)),
+    }
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
     life = lived.life

@@ -18,9 +18,11 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.gears.specification import GearError
-from wearlab.life import coupled, history, limits, vibration
+from wearlab.life import history, limits, vibration
+from wearlab.life.coupled import Wear, WearState
 from wearlab.mesh import clock, profile
 from wearlab.scene import build
+from wearlab.scene.build import Parts
 from wearlab.simulation import vibration as vibrating
 
 COARSENED = 0.5
@@ -53,15 +55,19 @@ class Rougher(NamedTuple):
     wear: Array
     rate: Array | None
     flank: Index
-    parts: build.Parts
-    state: coupled.WearState
+    parts: Parts
+    state: WearState
     weight: float = 1.0
     between: float = 0.0
     shares: Array = np.ones(1)
     conditions: "tuple[Rougher, ...]" = ()
 
 
-def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | None:
+Twins = list[Rougher | None]
+"""Those of several states, None where one responds otherwise or not at all."""
+
+
+def rough_parts(parts: Parts, share: float = COARSENED) -> Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
     changed: dict[str, int] = {"profile_points": max(9, int(share * build.mesh.profile_points(parts.scene)))}
     if parts.vibration is not None:
@@ -86,12 +92,7 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
 
 
 def rougher(
-    parts: build.Parts,
-    rough: build.Parts,
-    cycle: float,
-    state: coupled.WearState,
-    weight: float = 1.0,
-    before: Rougher | None = None,
+    parts: Parts, rough: Parts, cycle: float, state: WearState, weight: float, before: Rougher | None
 ) -> Rougher | None:
     """Evaluate one state once more, None when the response is another one or none.
 
@@ -116,8 +117,8 @@ def rougher(
 
 
 def alike(
-    parts: build.Parts, wear: coupled.Wear, start: vibration.Responses, wanted: vibration.Responses
-) -> coupled.WearState | None:
+    parts: Parts, wear: Wear, start: vibration.Responses, wanted: vibration.Responses
+) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods that are wanted."""
     try:
         found = parts.coupling.evaluate(wear, start)
@@ -132,26 +133,26 @@ def _permanent_contact(responses: vibration.Responses) -> bool:
     return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 
 
-def _carried(parts: build.Parts, values: coupled.Wear, rough: build.Parts) -> coupled.Wear:
+def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
     return tuple(
         carried(fine.analysis.grid, value, other.analysis.grid)
         for fine, value, other in zip(parts.kinds, values, rough.kinds, strict=True)
     )
 
 
-def between_nodes(parts: build.Parts, wear: coupled.Wear, rough: build.Parts) -> float:
+def between_nodes(parts: Parts, wear: Wear, rough: Parts) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(float(np.abs(carried - own).max()) for carried, own in zip(back, wear, strict=True))
 
 
-def flank_of_nodes(parts: build.Parts) -> Index:
+def flank_of_nodes(parts: Parts) -> Index:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(parts: build.Parts, lived: history.History) -> list[Rougher | None]:
+def twins_of(parts: Parts, lived: history.History) -> Twins:
     """Return the rougher twins of the sampled states in one condition."""
     twins = _of_share(parts, lived.samples, COARSENED)
     if any(twins) or not any(map(is_periodic, lived.samples.state)):
@@ -159,25 +160,23 @@ def twins_of(parts: build.Parts, lived: history.History) -> list[Rougher | None]
     return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(parts: build.Parts, lived: history.History) -> list[Rougher | None]:
+def finer_twins_of(parts: Parts, lived: history.History) -> Twins:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
     return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
-def _of_share(
-    parts: build.Parts, own: history.History, share: float, weight: float = 1.0
-) -> list[Rougher | None]:
+def _of_share(parts: Parts, own: history.History, share: float, weight: float = 1.0) -> Twins:
     rough, before = rough_parts(parts, share), None
     if rough is None:
         return [None] * len(own.state)
-    twins = list[Rougher | None]()
+    twins: Twins = []
     for cycle, state in zip(own.cycle, own.state, strict=True):
         twins.append(rougher(parts, rough, float(cycle), state, weight, before))
         before = twins[-1] or before
     return twins
 
 
-def is_periodic(state: coupled.WearState) -> bool:
+def is_periodic(state: WearState) -> bool:
     """Return whether a state responds periodically in every condition; without dynamics it does."""
     return all(response.period > 0 for response in state.responses) and all(map(is_periodic, state.block))
 
@@ -219,9 +218,7 @@ class ForceErrors(NamedTuple):
     bearing: Any
 
 
-def force_errors(
-    parts: build.Parts, state: coupled.WearState, twin: Rougher, worse: coupled.WearState
-) -> ForceErrors:
+def force_errors(parts: Parts, state: WearState, twin: Rougher, worse: WearState) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
     Parameters
@@ -265,7 +262,7 @@ def error_of_largest(values: Array, error: Array) -> float:
         there, largest = narrower, float(error[narrower].max())
 
 
-def forces_of(parts: build.Parts, state: coupled.WearState, at: int, when: clock.Instants) -> Array:
+def forces_of(parts: Parts, state: WearState, at: int, when: clock.Instants) -> Array:
     """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
 
     Of its response at an error angle, at the same instants of every mesh period, which lie in steps of equal

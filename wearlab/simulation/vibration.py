@@ -17,10 +17,8 @@ from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
 from wearlab.scene import Scene, build
 from wearlab.simulation import label, monitoring
 
-Values = dict[str, Any]
 
-
-def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
+def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> label.Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
@@ -30,7 +28,7 @@ def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) ->
     return values | monitoring.monitoring_values(parts, states)
 
 
-def _response_values(parts: build.Parts, state: coupled.WearState, response: Response) -> Values:
+def _response_values(parts: build.Parts, state: coupled.WearState, response: Response) -> label.Values:
     vibration = parts.vibration
     assert vibration is not None
     when = vibration.look(parts.phase)
@@ -38,10 +36,14 @@ def _response_values(parts: build.Parts, state: coupled.WearState, response: Res
     position, velocity = vibration.coordinates(response, when)
     kinds = state.flanks
     meshes = [_mesh_response(parts, kinds, mesh, motions) for mesh in range(len(parts.meshes))]
-    values: Values = {name: label.padded([mesh[name] for mesh in meshes], fill=0.0) for name in meshes[0]}
+    values: label.Values = {
+        name: label.padded([mesh[name] for mesh in meshes], fill=0.0) for name in meshes[0]
+    }
     transmission = transmission_error(vibration, position) + parts.constant_error[:, None]
-    series = [_over_periods(own, parts.phase, parts.harmonics) for own in np.moveaxis(transmission, 1, 0)]
-    values["dynamic_transmission_error"] = np.moveaxis(transmission, 1, 0)
+    each = values["dynamic_transmission_error"] = np.moveaxis(transmission, 1, 0)
+    phase = (np.arange(len(position))[:, None] + parts.phase).ravel()
+    equal = np.full(len(phase), 1.0 / len(phase))
+    series = [harmonics.harmonics(phase, equal, own.ravel(), parts.harmonics) for own in each]
     values["dte_harmonics"] = np.stack([own.amplitude for own in series])
     values["dte_rms"] = [own.rms for own in series]
     means = [mean_moments(parts, kinds, kind, response) for kind in range(len(kinds))]
@@ -202,7 +204,7 @@ def mean_moments(
     return np.array(
         [
             mesh_forces.mean_over_period(vibration.sampling.grid, partial(moments, int(mesh))).mean(axis=1)
-            for mesh in parts.coupling.kinds[kind].meshes
+            for mesh in clock.of_kind(parts.meshes, kind)
         ]
     )
 
@@ -222,18 +224,12 @@ def transmission_error(vibration: Vibration, position: Array) -> Array:
     return np.asarray(np.einsum("pi...,mi->pm...", position, np.where(turns, system.direction, 0.0)))
 
 
-def _over_periods(values: Array, phase: Array, count: int) -> harmonics.Harmonics:
-    periods = len(values)
-    turned = (np.arange(periods)[:, None] + phase).ravel()
-    return harmonics.harmonics(turned, np.full(values.size, 1.0 / values.size), values.ravel(), count)
-
-
 def has_bearings(parts: build.Parts) -> bool:
     """Whether a member moves on its support."""
     return parts.vibration is not None and parts.vibration.system.on_bearings
 
 
-def mode_values(parts: build.Parts) -> Values:
+def mode_values(parts: build.Parts) -> label.Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     modes = build.build_modes(parts)
     values = {
