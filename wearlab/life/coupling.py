@@ -62,7 +62,10 @@ class Coupling(OneCondition):
                 tooth_force = self.load.at_nodes(flanks, state, force)
                 own = KindState(depth, flanks, state, force.weight, force.drive, tooth_force, None)
                 if kind.law is not None:
-                    own = own._replace(rate=_rate(kind, kind.law, own))
+                    rate = averaged_rate(kind.law, own.weight, tooth_force, depth)
+                    if kind.patch is not None:
+                        rate = kind.patch.rate(rate, depth, own.mean_tooth_force)
+                    own = own._replace(rate=rate)
                     if any(response.period == 0 for response in responses):
                         rate_of = partial(self._rate_of, kind.law, own, force)
                         noises.append(scatter(rate_of, len(kind.meshes), force.periods))
@@ -118,14 +121,6 @@ class Coupling(OneCondition):
         acting = flank_forces(flanks, clock.repeated(where, len(weight)), motion, dashpot, vibration.period)
         pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
         return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))
-
-
-def _rate(kind: MeshKind, law: PreparedLaw, state: KindState) -> Array:
-    """Return the wear rate of the flanks of a kind of mesh, (2, n) [m per cycle]."""
-    pointwise = averaged_rate(law, state.weight, state.tooth_force, state.wear)
-    if kind.patch is None:
-        return pointwise
-    return kind.patch.rate(pointwise, state.wear, state.mean_tooth_force)
 
 
 def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Array) -> Array:

@@ -111,14 +111,10 @@ def windows(half_width: Array, arc: Array) -> Windows:
 
 def most_orders(half_width: Array, path: WearPath) -> int:
     """Return the highest order that nodes resolve across the widest patch."""
-    finest = max(float((half_width / nearest(ascending(arc))).max()) for arc in path.arc)
+    step = np.abs(np.diff(path.arc, axis=1))
+    longer = np.maximum(np.pad(step, ((0, 0), (0, 1)), "edge"), np.pad(step, ((0, 0), (1, 0)), "edge"))
+    finest = (half_width / longer[:, None]).max()  # by the longer interval beside each node
     return int(np.clip(np.ceil(np.pi * finest), LEAST_ORDERS, MOST_ORDERS))
-
-
-def nearest(arc: Array) -> Array:
-    """Return the length of the longer interval beside each node, (n,) [m]."""
-    step = np.diff(arc)
-    return np.maximum(np.append(step, step[-1]), np.insert(step, 0, step[0]))
 
 
 @jit
