@@ -10,7 +10,7 @@ the path are one as far as the steps carry them, and lines from which on they di
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -43,31 +43,17 @@ STATISTICS = {
 """Of a signal (n_periods, n_mesh, n_nodes) and the weights of its nodes, (n_mesh,) each."""
 
 
-def monitoring_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> label.Values:
-    """Return what was asked for by name, along the wear states and, where there are any, the error angles."""
-    names, vibration = parts.scene.store.requested, parts.vibration
-    if not names or vibration is None:
-        return {}
-    lines = _lines(vibration, states)
-    per_state = [
-        [_of_response(parts, vibration, response, names, lines) for response in state.responses]
-        for state in states
-    ]
-    values = {
-        name: label.of_states([[signal[name] for signal in row] for row in per_state]) for name in names
-    }
-    return values | ({"order": lines} if any(name.endswith("_orders") for name in names) else {})
-
-
-def _lines(vibration: Vibration, states: Sequence[coupled.WearState]) -> Array:
+def lines_of(vibration: Vibration, states: Sequence[coupled.WearState]) -> Array:
     """Return the orders of all lines of the spectra, those of the states' longest common period."""
     kept = math.lcm(*(len(one.state) * vibration.hunting for state in states for one in state.responses))
     return np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
 
 
-def _of_response(
-    parts: build.Parts, vibration: Vibration, response: Response, names: Iterable[str], lines: Array
-) -> label.Values:
+def of_response(parts: build.Parts, response: Response, lines: Array) -> label.Values:
+    """Return what was asked for by name of one response, spectra on lines (n_lines,) of the mesh order."""
+    names, vibration = parts.scene.store.requested, parts.vibration
+    if not names or vibration is None:
+        return {}
     when, weight = _nodes(vibration, lines)
     values: label.Values = {}
     acceleration = vibration.read(mesh_acceleration_at, response, when)
@@ -130,7 +116,7 @@ def uncarried(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[s
     vibration = parts.vibration
     if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.scene.store.requested):
         return []
-    lines = _lines(vibration, states)
+    lines = lines_of(vibration, states)
     lowest = min(
         carried_order(vibration, response, lines) for state in states for response in state.responses
     )

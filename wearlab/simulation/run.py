@@ -187,7 +187,7 @@ def _dataset(
     if calibration is not None:
         values["calibrated_wear_coefficient"] = calibration.value
         values["error_estimate_wear_coefficient"] = calibration.error
-    values |= label.diagnosed("rating", failures, {}, rating.rated, scene, first)
+    values |= label.diagnosed("rating", failures, label.Values(), rating.rated, scene, first)
     coordinates = {"cycle": lived.cycle, **static.coordinates(first)}
     coordinates |= operating.condition_coordinates(scene, lived)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}

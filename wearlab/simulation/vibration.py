@@ -23,12 +23,16 @@ def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) ->
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
     """
-    each = [[_response_values(parts, state, response) for response in state.responses] for state in states]
+    assert parts.vibration is not None
+    lines, asked = monitoring.lines_of(parts.vibration, states), parts.scene.store.requested
+    each = [[_response_values(parts, state, one, lines) for one in state.responses] for state in states]
     values = {name: label.of_states([[own[name] for own in row] for row in each]) for name in each[0][0]}
-    return values | monitoring.monitoring_values(parts, states)
+    return values | ({"order": lines} if any(name.endswith("_orders") for name in asked) else {})
 
 
-def _response_values(parts: build.Parts, state: coupled.WearState, response: Response) -> label.Values:
+def _response_values(
+    parts: build.Parts, state: coupled.WearState, response: Response, lines: Array
+) -> label.Values:
     vibration = parts.vibration
     assert vibration is not None
     when = vibration.look(parts.phase)
@@ -83,7 +87,7 @@ def _response_values(parts: build.Parts, state: coupled.WearState, response: Res
         values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
     if has_bearings(parts):
         values["bearing_force"] = bearing_values(parts, position, velocity, values["normal_mesh_force"])
-    return values
+    return values | monitoring.of_response(parts, response, lines)
 
 
 def bearing_values(parts: build.Parts, position: Array, velocity: Array, normal: Array) -> Array:
