@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from wearlab.nearest import nearest
+from wearlab.nearest import meant
 from wearlab.options import Part, unit_within
 from wearlab.units import UnitError, quantity
 
@@ -107,10 +107,6 @@ class Slot:
                 "give yours another name"
             )
         self.known[name] = variant
-
-    def nearest(self, name: str) -> str | None:
-        """Return the name of the variant spelled most like another name."""
-        return nearest(name, self.variants)
 
 
 class Variant(Part):
@@ -201,10 +197,9 @@ class Variant(Part):
             return
         for name in needs:
             if name not in cls.may_need:
-                close = nearest(name, cls.may_need)
-                meant = f", did you mean {close!r}?" if close else ";"
+                near = meant(name, cls.may_need, ";")
                 known = ", ".join(map(repr, cls.may_need))
-                raise SlotError(f"{cls.__name__}.needs: {name!r} is unknown{meant} there are {known}")
+                raise SlotError(f"{cls.__name__}.needs: {name!r} is unknown{near} there are {known}")
         if isinstance(cls.__dict__.get("needs"), str):
             raise SlotError(f"{cls.__name__}.needs: {cls.__dict__['needs']!r} is no tuple: write {needs!r}")
 

@@ -70,9 +70,8 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
             block, f"sweep[{number}]", {a.name for a in axes} | {c for a in axes for c in a.coordinates}
         )
         for key in axis.written:
-            for other in swept:
-                if overlap(key, other):
-                    raise CampaignError(f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already")
+            if other := next((other for other in swept if overlap(key, other)), None):
+                raise CampaignError(f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already")
             swept[key] = f"sweep[{number}]"
         axes.append(axis)
     count = math.prod(len(axis.values) for axis in axes)
@@ -147,15 +146,11 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[A
         first, value = next(iter(keys.items()))
         known = ", ".join(distributions.DISTRIBUTIONS)
         raise CampaignError(f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from")
-    values = distributions.draw(_bounded(sample, len(drawn), where), drawn, where)
+    asked = distributions.read_sample(sample, where, MOST_CASES)
+    if asked.method == distributions.INDICES and (count := asked.n * (len(drawn) + 2)) > MOST_CASES:
+        raise CampaignError(f"{where}.sample.n: {asked.n} pairs of points are {too_many(count)}")
+    values = distributions.draw(asked, drawn, where)
     return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
-
-
-def _bounded(given: Any, width: int, where: str) -> distributions.Sample:
-    sample = distributions.read_sample(given, where, MOST_CASES)
-    if sample.method == distributions.INDICES and (count := sample.n * (width + 2)) > MOST_CASES:
-        raise CampaignError(f"{where}.sample.n: {sample.n} pairs of points are {too_many(count)}")
-    return sample
 
 
 def _values(value: Any, where: str) -> tuple[Any, ...]:
@@ -238,9 +233,8 @@ def _name(given: Any, key: str, where: str, taken: set[str]) -> str:
         raise CampaignError(f"{where}.name: {shown(name)} is no name: letters, digits and _ only")
     if name in taken or name in RESERVED:
         owner = "another axis" if name in taken else "a dimension or variable of the dataset"
-        raise CampaignError(
-            f"{where}: the name {name!r} of the axis is that of {owner}: give the block another name"
-        )
+        said = f"the name {name!r} of the axis is that of {owner}: give the block another name"
+        raise CampaignError(f"{where}: {said}")
     return name
 
 

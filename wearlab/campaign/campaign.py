@@ -185,7 +185,10 @@ def to_record(campaign: Campaign) -> dict[str, Any]:
         "format": FORMAT,
         "title": campaign.title,
         "reference": campaign.reference,
-        "axes": [_axis(axis) for axis in campaign.axes],
+        "axes": [
+            {**{n: getattr(axis, n) for n in ("name", "values", "units", "key")}, "beside": axis.coordinates}
+            for axis in campaign.axes
+        ],
         "cases": [[case.id, case.label, [case.position.get(n) for n in names]] for case in campaign.cases],
     }
 
@@ -209,20 +212,6 @@ def with_figures(campaign: Campaign) -> dict[str, Any] | None:
         figures.append({key: value for key, value in given.items() if value not in (None, {}, (), "")})
     written = {key: list(texts) for key, texts in getattr(campaign, "written", {}).items()}
     return {**to_record(campaign), "figures": figures, "written": written}
-
-
-def _axis(axis: Axis) -> dict[str, Any]:
-    beside = {
-        n: [list(coordinate.values), coordinate.units, coordinate.key]
-        for n, coordinate in axis.coordinates.items()
-    }
-    return {
-        "name": axis.name,
-        "values": list(axis.values),
-        "units": axis.units,
-        "key": axis.key,
-        "beside": beside,
-    }
 
 
 def from_record(record: Mapping[str, Any]) -> RecordedCampaign:

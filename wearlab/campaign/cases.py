@@ -57,11 +57,9 @@ def _selected(campaign: campaign.Campaign, select: Any) -> case.Case:
         raise CampaignError(f"start.select: {shown(select)} is no table of axis = value")
     axes = {axis.name: axis for axis in campaign.axes}
     valid = [*axes, "case"]
-    for key in select:
-        if key not in valid:
-            raise CampaignError(
-                f"start.select.{key}: no axis of {campaign.title!r}; there are {', '.join(valid)}"
-            )
+    if strange := [key for key in select if key not in valid]:
+        there = ", ".join(valid)
+        raise CampaignError(f"start.select.{strange[0]}: no axis of {campaign.title!r}; there are {there}")
     wanted = {key: _index(axes[key], value) for key, value in select.items() if key != "case"}
     label = select.get("case", campaign.cases[0].label)
     selected = {
@@ -82,12 +80,9 @@ def _index(axis: Axis, wanted: Any) -> int:
     index = index_of_quantity(wanted, axis.values, axis.units, axis.key)
     if index is None:
         units = f" {axis.units}" if axis.units else ""
-        listed = ", ".join(
-            f"{value:.12g}" if isinstance(value, float) else str(value) for value in axis.values
-        )
-        raise CampaignError(
-            f"start.select.{axis.name}: {shown(wanted)} is not on the axis; there are {listed}{units}"
-        )
+        values = (f"{value:.12g}" if isinstance(value, float) else str(value) for value in axis.values)
+        said = f"{shown(wanted)} is not on the axis; there are {', '.join(values)}{units}"
+        raise CampaignError(f"start.select.{axis.name}: {said}")
     return index
 
 
@@ -138,18 +133,13 @@ def _difference(block: dict[str, Any], where: str) -> Difference:
     if not isinstance(sweep, bool):
         raise CampaignError(f"{where}.sweep: {shown(sweep)} is neither true nor false")
     own: merge.Table = {}
+    sections = (*Scene.model_fields, EXPECT)
     for key, value in block.items():
-        if key not in OWN_WORDS:
-            own = merge.merge(own, _section(key, value, where))
+        section = key.partition(".")[0]
+        if key not in OWN_WORDS and section not in sections:
+            raise CampaignError(f"{where}.{key}: {unknown_key(section, (*sections, *OWN_WORDS))}")
+        own = own if key in OWN_WORDS else merge.merge(own, merge.nested(key, value))
     return Difference(label, tuple(drop), own, sweep)
-
-
-def _section(key: str, value: Any, where: str) -> merge.Table:
-    section = key.partition(".")[0]
-    valid = [*Scene.model_fields, EXPECT, *OWN_WORDS]
-    if section not in (*Scene.model_fields, EXPECT):
-        raise CampaignError(f"{where}.{key}: {unknown_key(section, valid)}")
-    return merge.nested(key, value)
 
 
 def _sets(own: Any, key: str) -> bool:

@@ -126,7 +126,7 @@ def note_problems(notes: Sequence[str | None], claims: Sequence[ClaimSpec]) -> l
     for number, note in enumerate(notes):
         try:
             spelled_note(note or "", claims)
-        except (QueryError, ValueError) as error:
+        except ValueError as error:
             problems.append(f"figure[{number}].note: {error}")
     return problems
 

@@ -247,9 +247,8 @@ def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
         fits = isinstance(block, list) and len(block) == 3 and all(isinstance(key, str) for key in block[:2])
         rank = block[2] if fits else None
         if isinstance(rank, bool) or not isinstance(rank, int | float) or not -1.0 < rank < 1.0:
-            raise CampaignError(
-                f"{where}[{number}]: {shown(block)} is not [key, key, ρ] with ρ within −1 and 1"
-            )
+            wanted = "[key, key, ρ] with ρ within −1 and 1"
+            raise CampaignError(f"{where}[{number}]: {shown(block)} is not {wanted}")
         correlations.append((*block[:2], float(rank)))
     return tuple(correlations)
 
@@ -275,11 +274,9 @@ def coupled(points: Array, correlations: tuple[Correlation, ...], keys: list[str
 
     matrix = np.eye(len(keys))
     for number, (first, second, rank) in enumerate(correlations):
-        for key in (first, second):
-            if key not in keys:
-                raise CampaignError(
-                    f"{where}[{number}]: {key!r} is not drawn here; there are {', '.join(keys)}"
-                )
+        if lost := [key for key in (first, second) if key not in keys]:
+            there = ", ".join(keys)
+            raise CampaignError(f"{where}[{number}]: {lost[0]!r} is not drawn here; there are {there}")
         i, j = keys.index(first), keys.index(second)
         if i == j:
             raise CampaignError(f"{where}[{number}]: {first!r} stands beside itself")
@@ -287,9 +284,8 @@ def coupled(points: Array, correlations: tuple[Correlation, ...], keys: list[str
     try:
         lower = np.linalg.cholesky(matrix)
     except np.linalg.LinAlgError:
-        raise CampaignError(
-            f"{where}: no inputs can be correlated like this: the ρ contradict each other"
-        ) from None
+        said = "no inputs can be correlated like this: the ρ contradict each other"
+        raise CampaignError(f"{where}: {said}") from None
     return np.asarray(ndtr(ndtri(np.clip(points, SMALLEST, 1.0 - SMALLEST)) @ lower.T))
 
 

@@ -72,15 +72,6 @@ DECIMAL_COMMA = re.compile(r"=\s*(-?\d+),(\d+)\s*(?:$|#|\})")
 BARE_QUANTITY = re.compile(r"=\s*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)\s*([A-Za-zµ°][A-Za-z0-9µ°*/^]{0,20})")
 
 
-def too_deep(text: str) -> str | None:
-    """Return why a text is not given to the TOML reader, which takes long over long dotted keys."""
-    chain = CHAIN.search(text)
-    if chain is None:
-        return None
-    line = text.count("\n", 0, chain.start()) + 1
-    return f"line {line}: a key of more than {DEEPEST} parts"
-
-
 def faults(table: dict[str, Any]) -> Iterator[str]:
     """Yield what is wrong with keys and whole numbers, each with its path."""
     waiting: list[tuple[str, Any, int]] = [("", table, 0)]
@@ -171,7 +162,9 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
     if error["type"] == "value_error":  # says itself what is wrong
         return f"{where}.{key}".rstrip(".") + f": {error['msg'].removeprefix('Value error, ')}"
     if not key:
-        return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {_header(where)}"
+        name, several, _ = where.partition("[")
+        header = f"[[{name}]]" if several else f"[{name}]"
+        return f"{where}: {shown(given)} is {not_of_kind([error['type']])}: write {header}"
     if error["type"] == "extra_forbidden":
         remedy = nearest.meant(key, model.model_fields, f"; there are {', '.join(model.model_fields)}")
         return f"{where}.{key}: unknown key{remedy}"
@@ -190,12 +183,6 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[BaseMo
     if _table_of(model, key)[1]:
         return f"{where}.{key}: {shown(given[key])} is {wrong} of tables: write [[{where}.{key}]]"
     return f"{where}.{key}: {shown(given[key])} is {wrong}: {meaning}"
-
-
-def _header(where: str) -> str:
-    """Return how the table is begun in a file: ``[[figure]]`` for one of several."""
-    name, several, _ = where.partition("[")
-    return f"[[{name}]]" if several else f"[{name}]"
 
 
 LARGEST = 10_000_000  # bytes of a campaign file
@@ -231,11 +218,14 @@ class Inherited(NamedTuple):
         """
         words, found, longest = key.split("."), self.layers[-1].file, 0
         for layer in reversed(self.layers):
-            count, whole = _reached(layer.table, words)
+            table: Any = layer.table
+            count = 0
+            while count < len(words) and isinstance(table, dict) and words[count] in table:
+                table, count = table[words[count]], count + 1
             if count > longest:
                 found, longest = layer.file, count
-            if whole:
-                break
+            if count == len(words) or (count > 0 and not isinstance(table, dict)):
+                break  # nothing below can have more of it
         return found
 
 
@@ -255,26 +245,22 @@ def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:
     if file in children:
         circle = " → ".join(name.name for name in (*children[children.index(file) :], file))
         raise CampaignError(f"{file}: extends: files extend each other in a circle: {circle}")
-    return _over_parents(_read(file), file, file.parent, (*children, file))
+    return over_parents(_read(file), file, file.parent, (*children, file))
 
 
-def inherit_table(table: Mapping[str, Any], name: Path, folder: Path) -> Inherited:
-    """Return a table, as a campaign file would hold it, merged over the files it extends.
+def over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ...] = ()) -> Inherited:
+    """Return a table, as a campaign file holds it, merged over the files it extends.
 
     Parameters
     ----------
-    table : of a campaign
-    name : what errors call it
+    own : the table
+    file : what errors call it
     folder : what its paths start from
+    children : as of `inherit`
     """
-    return _over_parents(dict(table), name, folder, ())
-
-
-def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ...]) -> Inherited:
     if wrong := list(islice(faults(own), MOST_FAULTS)):
         raise CampaignError(f"{file}: {fault}" for fault in wrong)
-    parents = _names(own.pop("extends", []), "extends", file)
-    drops = _names(own.pop("drop", []), "drop", file)
+    parents, drops = (_names(own.pop(key, []), key, file) for key in ("extends", "drop"))
     table: Table = {}
     layers: tuple[Layer, ...] = ()
     for parent in parents:
@@ -297,8 +283,9 @@ def _over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ..
 def _read(file: Path) -> Table:
     try:
         text = files.read_regular(file, LARGEST).decode("utf-8-sig")
-        if deep := too_deep(text):
-            raise CampaignError(f"{file}: {deep}")
+        if chain := CHAIN.search(text):  # the TOML reader takes long over long dotted keys
+            line = text.count("\n", 0, chain.start()) + 1
+            raise CampaignError(f"{file}: line {line}: a key of more than {DEEPEST} parts")
         return tomllib.loads(text)
     except RecursionError:
         raise CampaignError(f"{file}: brackets or keys nested too deeply") from None
@@ -347,15 +334,6 @@ def _anchored(value: Any, folder: Path, key: str = "") -> Any:
         return value
     of_file = key.rpartition(".")[2] in PATH_KEYS or (key == PLUGINS and value.endswith(".py"))
     return str(folder / value) if of_file else value
-
-
-def _reached(table: Any, words: list[str]) -> tuple[int, bool]:
-    """Return how many words of a key a table has, and whether nothing below it can have more."""
-    for count, word in enumerate(words):
-        if not isinstance(table, dict) or word not in table:
-            return count, count > 0 and not isinstance(table, dict)
-        table = table[word]
-    return len(words), True
 
 
 def source_text(path: Path | None) -> str:
