@@ -42,6 +42,6 @@ def choices(value: object, valid: Iterable[object]) -> str:
     known = [str(choice) for choice in valid]
     near = alike(str(value), known)
     meant = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
-    return (
-        meant.rstrip() if near and len(known) > MOST_LISTED else f"{meant}valid: {', '.join(known) or 'none'}"
-    )
+    if near and len(known) > MOST_LISTED:
+        return meant.rstrip()
+    return f"{meant}valid: {', '.join(known) or 'none'}"

@@ -6,6 +6,7 @@ no unit, since it was read once.
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, get_args
 
 from annotated_types import Ge, Gt
@@ -19,7 +20,6 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
-from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from wearlab.units import HOUR, KINDS, quantity
@@ -97,15 +97,13 @@ def option(
     return Field(default, description=meaning, json_schema_extra=given, exclude=None if identity else True)
 
 
+@dataclass(frozen=True)
 class Unit:
     """Marks a value that is written with a unit; tells the JSON Schema which."""
 
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
+    kind: str
 
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Describe the value as users write it: a text with a unit."""
         kind = KINDS[self.kind]
         signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -187,15 +185,13 @@ KinematicViscosity = measured("kinematic viscosity")
 Temperature = measured("temperature")
 
 
+@dataclass(frozen=True)
 class Choice:
     """Tells the JSON Schema that a choice may be written as its model's name alone."""
 
-    def __init__(self, chooser: str) -> None:
-        self.chooser = chooser
+    chooser: str
 
-    def __get_pydantic_json_schema__(
-        self, core: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Offer the names of models that require nothing else."""
         table = handler(core)
         parts = [handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])]

@@ -221,9 +221,8 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
             continue
         record = None if trust.declared is None else trust.declared / f"{plugin.sha256}.json"
         if record is None or not record.is_file():
-            raise PluginError(
-                f"{plugin.name} is Python code that would be run: look at it, then add {CONSENT}"
-            )
+            said = f"Python code that would be run: look at it, then add {CONSENT}"
+            raise PluginError(f"{plugin.name} is {said}")
         stand_in(record.read_text())
     return plugins
 
@@ -238,14 +237,7 @@ def bring(plugin: Plugin) -> None:
     """
     if plugin.sha256 not in LOADED:
         before = brought()
-        try:
-            _run(plugin)
-        except PluginError:
-            for sort in Sort.all.values():
-                sort.forget(plugin.sha256)
-                for sha256 in LOADED:
-                    sort.again(sha256)
-            raise
+        _run(plugin)
         _BROUGHT[plugin.sha256] = [variant for variant in brought() if variant not in before]
         LOADED[plugin.sha256] = plugin
     for name, part in _BROUGHT[plugin.sha256]:
@@ -285,10 +277,15 @@ def _run(plugin: Plugin) -> None:
             sort.take(module, plugin)
         own = any(part.origin == origin for _, part in brought())
         if not own and not any(sort.held.get(plugin.sha256) for sort in Sort.all.values()):
+            bases = ", ".join(slot.base.__name__ for slot in Slot.all.values() if slot.base is not None)
             kinds = " or ".join(sort.kind.__name__ for sort in Sort.all.values())
-            raise SlotError(f"defines no variant, a class of {', '.join(_bases())}, and no {kinds}")
+            raise SlotError(f"defines no variant, a class of {bases}, and no {kinds}")
     except Exception as error:
         del sys.modules[module.__name__]
+        for sort in Sort.all.values():
+            sort.forget(plugin.sha256)
+            for sha256 in LOADED:
+                sort.again(sha256)
         reason = str(error) if isinstance(error, SlotError) else f"{type(error).__name__}: {error}"
         raise PluginError(f"{plugin.name}: {reason}") from error
 
@@ -297,10 +294,6 @@ def brought() -> list[tuple[str, type[Variant]]]:
     """Return the variants of plug-ins that are known now, each with its name."""
     every = [variant for slot in Slot.all.values() for variant in slot.known.items()]
     return [(name, part) for name, part in every if part.origin is not None]
-
-
-def _bases() -> list[str]:
-    return [slot.base.__name__ for slot in Slot.all.values() if slot.base is not None]
 
 
 def declaration(plugin: Plugin) -> dict[str, Any]:

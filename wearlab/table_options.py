@@ -73,7 +73,7 @@ def profile_table(
     TableError
         When the file cannot be read, lacks a column or a unit, or is not in order.
     """
-    return profile_of(read_table(_path(named_file(given), base)), given)
+    return profile_of(read_table((base or Path()) / named_file(given)), given)
 
 
 def profile_of(
@@ -94,7 +94,8 @@ def profile_of(
     ordinate = _of_table(table, mapped, units, y, "m")
     across = _of_table(table, mapped, units, FACE, "m") if faced and not alone else None
     for place, rows in traces(across, len(abscissa)).items():
-        _check_order([abscissa[row] for row in rows], x, _whose(table, across, place, rows))
+        lines = f": lines {table.lines[rows[0]]} to {table.lines[rows[-1]]}, {FACE} {1e3 * place:g} mm"
+        _check_order([abscissa[row] for row in rows], x, table.file + ("" if across is None else lines))
     if across is not None and len(set(across)) == 1:
         raise TableError(
             f"{table.file}: {FACE} is {1e3 * across[0]:g} mm in every row: give several traces over the "
@@ -113,13 +114,6 @@ def traces(across: Sequence[float] | None, count: int) -> dict[float, list[int]]
     for row in range(count):
         found.setdefault(0.0 if across is None else across[row], []).append(row)
     return dict(sorted(found.items()))
-
-
-def _whose(table: ReadTable, across: Sequence[float] | None, place: float, rows: Sequence[int]) -> str:
-    """Return the file, and of a topography the trace, as messages name it."""
-    if across is None:
-        return table.file
-    return f"{table.file}: lines {table.lines[rows[0]]} to {table.lines[rows[-1]]}, {FACE} {1e3 * place:g} mm"
 
 
 def _check_order(abscissa: Sequence[float], x: str, whose: str) -> None:
@@ -147,10 +141,6 @@ def _lacking(table: ReadTable, expected: str, key: str, name: str) -> TableError
         f"{table.file}: columns are {', '.join(table.names)}; expected {expected} for {key}, "
         f'or name it: columns = {{ {name} = "…" }} ({table.understood})'
     )
-
-
-def _path(file: str, base: Path | None) -> Path:
-    return Path(file) if base is None else base / file
 
 
 def _column(asked: Any, table: ReadTable, mapped: Mapping[str, str], known: tuple[str, ...], key: str) -> str:
@@ -192,7 +182,7 @@ def duty_table(
     """
     if unknown := {*columns, *units} - {*DUTY, "share"}:
         raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
-    table = read_table(_path(file, base))
+    table = read_table((base or Path()) / file)
     columns = columns | _by_unit(table, columns)
     known = {name: table.meant(name, columns) for name in (*DUTY, "share")}
     lacking = {name: "…" for name, header in known.items() if header is None and name not in columns}
@@ -201,15 +191,11 @@ def duty_table(
             f"{table.file}: columns are {', '.join(table.names)}; none is called {', '.join(lacking)}: "
             f"columns = {_written(lacking)} ({table.understood})"
         )
-    bare = {
-        name: unit
-        for name, unit in USUAL.items()
-        if not (units.get(name) or table.units.get(known[name] or ""))
-    }
+    told = {name for name, header in known.items() if units.get(name) or table.units.get(header or "")}
+    bare = {name: unit for name, unit in USUAL.items() if name not in told}
     if bare and all(known.values()):
-        raise TableError(
-            f"{' and '.join(f'units.{name}' for name in bare)} required: units = {_written(bare)}"
-        )
+        lacking_units = " and ".join(f"units.{name}" for name in bare)
+        raise TableError(f"{lacking_units} required: units = {_written(bare)}")
     torque, speed = (_of_table(table, columns, units, name, wanted) for name, wanted in DUTY.items())
     share = _times(table, columns, units)
     if min(torque) < 0.0 or min(speed) <= 0.0 or min(share) < 0.0 or sum(share) <= 0.0:
@@ -297,12 +283,11 @@ def stiffness_table(
     TableError
         When the file cannot be read, lacks a column or a unit, or descends.
     """
-    table = read_table(_path(file, base))
+    table = read_table((base or Path()) / file)
     along = next((name for name in ABSCISSAE if table.find(name)), None)
     if along is None or table.find("stiffness") is None:
-        raise TableError(
-            f"{file}: columns are {', '.join(table.names)}; expected phase or path_position, and stiffness"
-        )
+        wanted = "phase or path_position, and stiffness"
+        raise TableError(f"{file}: columns are {', '.join(table.names)}; expected {wanted}")
     x = _of_table(table, {}, units, along, ABSCISSAE[along])
     k = _of_table(table, {}, units, "stiffness", "N/m")
     if any(b < a for a, b in pairwise(x)):

@@ -251,7 +251,8 @@ def table_of(name: str, raw: bytes) -> ReadTable:
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         raise TableError(f"{name}: line {line}: holds a NUL byte: no table of texts; write it as CSV again")
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if _is_told(line)]
+    told = ((n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip())
+    lines = [(n, line) for n, line in told if not line.lstrip().startswith("#")]
     if long := next((n for n, line in lines if len(line) > LONGEST_LINE), None):
         raise TableError(f"{name}: line {long}: more than {LONGEST_LINE:,} characters are no row of a table")
     if len(lines) < 2:
@@ -292,7 +293,10 @@ def _readings(lines: Sequence[tuple[int, str]], separator: str, decimal: str) ->
     """Yield the ways to read lines with a separator and a decimal sign, one for each line of headers."""
     rows = [_cells(line, separator) for _, line in lines]
     for header in range(len(rows) - 1):
-        headers = _without_end(rows[header])
+        row = rows[header]
+        headers = row[
+            : max((k for k, cell in enumerate(row, 1) if cell), default=0)
+        ]  # those at its end are empty
         width, first = len(headers), header + 1
         if width < 2 or any(_kind(cell, decimal) != "text" for cell in headers):
             continue
@@ -321,9 +325,8 @@ def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading:
     parts = [_name_and_unit(cell) for cell in reading.headers]
     names, width, header_line = tuple(name for name, _ in parts), len(parts), lines[reading.header][0]
     if doubled := next((name for name in names if names.count(name) > 1), None):
-        raise TableError(
-            f"{file}: line {header_line}: two columns are called {doubled!r}; rename one of them"
-        )
+        said = f"two columns are called {doubled!r}; rename one of them"
+        raise TableError(f"{file}: line {header_line}: {said}")
     body = lines[reading.first :]
     rows = [_cells(line, reading.separator) for _, line in body]
     fitted = [_fitted(row, width) for row in rows]
@@ -335,9 +338,8 @@ def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading:
                 f"every row must hold {width} cells under {', '.join(names)}: mend or delete it"
             )
         if tuple(row) == reading.headers:
-            raise TableError(
-                f"{file}: line {number}: the headers of line {header_line} again; delete the line"
-            )
+            said = f"the headers of line {header_line} again; delete the line"
+            raise TableError(f"{file}: line {number}: {said}")
     kept = [row for row in fitted[: last + 1] if row]
     units = [given or _bare(below) for (_, given), below in zip(parts, reading.units, strict=True)]
     return ReadTable(
@@ -362,19 +364,10 @@ def _is_row(row: Sequence[str], width: int, decimal: str) -> bool:
     return bool(kinds & set(TYPED)) and ("text" not in kinds or _fitted(row, width) is not None)
 
 
-def _is_told(line: str) -> bool:
-    return bool(line.strip()) and not line.lstrip().startswith("#")
-
-
 def _cells(line: str, separator: str) -> list[str]:
     if not separator:
         return line.split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-
-
-def _without_end(row: Sequence[str]) -> list[str]:
-    """Return a row without the empty cells behind its last one, which separators at its end make."""
-    return list(row[: max((k for k, cell in enumerate(row, 1) if cell), default=0)])
 
 
 def _fitted(row: Sequence[str], width: int) -> list[str] | None:
@@ -406,12 +399,8 @@ def _no_number(text: str, decimal: str) -> str:
     if not text:
         return "is empty"
     if number is None:
-        if "," in text or "." in text:
-            return (
-                f"{text!r} is no number (decimal {DECIMALS[decimal]}): file mixes ',' and '.': remove the "
-                "thousands separators"
-            )
-        return f"{text!r} is no number (decimal {DECIMALS[decimal]})"
+        mixed = ": file mixes ',' and '.': remove the thousands separators" if {",", "."} & {*text} else ""
+        return f"{text!r} is no number (decimal {DECIMALS[decimal]}){mixed}"
     if not abs(number) <= sys.float_info.max:
         return f"{text!r} is not finite"
     return f"{text!r} is beyond anything that is measured; the largest is {LARGEST_NUMBER:g}"

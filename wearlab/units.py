@@ -170,17 +170,15 @@ def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
     UnitError
         When ``text`` is no string of a finite number and a unit.
     """
-    example = (
-        f"{wanted.article} with its unit, such as {wanted.example!r}" if wanted else "a number with its unit"
-    )
+    named = f"{wanted.article} with its unit, such as {wanted.example!r}" if wanted else ""
+    example = named or "a number with its unit"
     if not isinstance(text, str):
         bare = isinstance(text, int | float) and not isinstance(text, bool)
         raise UnitError(f"{text!r} {'has no unit' if bare else 'is no quantity'}: write {example}")
     if comma := COMMA.match(text):
         thousands = f", or {text.replace(',', '')!r} for thousands" if len(comma[1]) == THOUSANDS else ""
-        raise UnitError(
-            f"{text!r} has a comma: the decimal sign is a point, write {text.replace(',', '.')!r}{thousands}"
-        )
+        point = f"the decimal sign is a point, write {text.replace(',', '.')!r}"
+        raise UnitError(f"{text!r} has a comma: {point}{thousands}")
     match = NUMBER.fullmatch(text)
     if match is None:
         raise UnitError(f"{text!r}: write {example}")
@@ -278,13 +276,11 @@ def _between_temperatures(source: Any, target: Any, from_unit: str, to_unit: str
 
 
 def _hint(base: Any, other: Any) -> str:
-    turns = _registry().Unit("radian")
-    if base in (other / turns, other * turns):
-        frequency = base * _registry().Unit("second") == _registry().Unit("dimensionless")
-        return (
-            ": it says neither radians nor revolutions" if frequency else ": one counts angle, the other not"
-        )
-    return ""
+    unit = _registry().Unit
+    if base not in (other / unit("radian"), other * unit("radian")):
+        return ""
+    frequency = base * unit("second") == unit("dimensionless")
+    return ": it says neither radians nor revolutions" if frequency else ": one counts angle, the other not"
 
 
 def _decimal(scale: float) -> float:

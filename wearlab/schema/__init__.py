@@ -101,9 +101,8 @@ class _Results(Sort):
         for said, known in ((variable.dims, dims), (value.needs, list(VARIABLES))):
             for name in said:
                 if name not in known:
-                    return (
-                        f"{name!r} is no {'dimension' if known is dims else 'variable'}{meant(name, known)}"
-                    )
+                    what = "dimension" if known is dims else "variable"
+                    return f"{name!r} is no {what}{meant(name, known)}"
         try:
             convert(1.0, variable.units, variable.display_units)
         except UnitError as error:
