@@ -11,6 +11,9 @@ import numpy as np
 from wearlab.options import Stored
 from wearlab.tables import ReadTable, TableError, in_unit, read_table
 
+Words = Mapping[str, str]
+Numbers = tuple[float, ...]
+Profile = tuple[str, str, Numbers, Numbers, Numbers | None]
 ABSCISSAE = {"phase": "1", "path_position": "m"}
 
 
@@ -60,9 +63,7 @@ def read_profile(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
     return given | dict(zip(keys, profile_table(given, base), strict=True))
 
 
-def profile_table(
-    given: dict[str, Any], base: Path | None
-) -> tuple[str, str, tuple[float, ...], tuple[float, ...], tuple[float, ...] | None]:
+def profile_table(given: dict[str, Any], base: Path | None) -> Profile:
     """Return what abscissa and ordinate of a measured flank are, and their values [m] or [rad].
 
     Last where each point lies on the face [m]; None of a profile, which was measured at one place alone, and
@@ -76,9 +77,7 @@ def profile_table(
     return profile_of(read_table((base or Path()) / named_file(given)), given)
 
 
-def profile_of(
-    table: ReadTable, given: dict[str, Any]
-) -> tuple[str, str, tuple[float, ...], tuple[float, ...], tuple[float, ...] | None]:
+def profile_of(table: ReadTable, given: dict[str, Any]) -> Profile:
     """Return what `profile_table` does, of a table that was read."""
     units = named_texts(given, "units", '{ diameter = "mm", depth = "um" }') if "units" in given else {}
     mapped = named_texts(given, "columns", '{ deviation = "Abweichung" }') if "columns" in given else {}
@@ -124,9 +123,7 @@ def _check_order(abscissa: Sequence[float], x: str, whose: str) -> None:
         raise TableError(f"{whose}: {x} has the same value three times; twice marks a step")
 
 
-def _of_table(
-    table: ReadTable, mapped: Mapping[str, str], units: Mapping[str, str], name: str, wanted: str
-) -> tuple[float, ...]:
+def _of_table(table: ReadTable, mapped: Words, units: Words, name: str, wanted: str) -> Numbers:
     """Return a column in SI, by the unit that the campaign file gives, else by the one in the header."""
     header = table.meant(name, mapped)
     if header is None:
@@ -165,8 +162,8 @@ TIMES = ("s", "1")
 
 
 def duty_table(
-    file: str, columns: dict[str, str], units: dict[str, str], base: Path | None
-) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    file: str, columns: Words, units: Words, base: Path | None
+) -> tuple[Numbers, Numbers, Numbers]:
     """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
 
     Parameters
@@ -183,7 +180,7 @@ def duty_table(
     if unknown := {*columns, *units} - {*DUTY, "share"}:
         raise TableError(f"{', '.join(sorted(unknown))}: expected torque, speed and share")
     table = read_table((base or Path()) / file)
-    columns = columns | _by_unit(table, columns)
+    columns = {**columns, **_by_unit(table, columns)}
     known = {name: table.meant(name, columns) for name in (*DUTY, "share")}
     lacking = {name: "…" for name, header in known.items() if header is None and name not in columns}
     if lacking:
@@ -230,7 +227,7 @@ def _written(options: Mapping[str, str]) -> str:
     return f"{{ {', '.join(each)} }}"
 
 
-def _times(table: ReadTable, columns: Mapping[str, str], units: Mapping[str, str]) -> tuple[float, ...]:
+def _times(table: ReadTable, columns: Words, units: Words) -> Numbers:
     header = table.meant("share", columns)
     unit = units.get("share") or (table.units[header] if header else "") or "1"
     wanted = next((time for time in TIMES if _is_of(unit, time)), TIMES[-1])
@@ -273,9 +270,7 @@ def _stored(*columns: Any) -> bool:
     )
 
 
-def stiffness_table(
-    file: str, units: dict[str, str], base: Path | None
-) -> tuple[str, tuple[float, ...], tuple[float, ...]]:
+def stiffness_table(file: str, units: Words, base: Path | None) -> tuple[str, Numbers, Numbers]:
     """Return what the abscissa is, the abscissa [1] or [m], and the stiffness [N/m].
 
     Raises

@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from wearlab.campaign.campaign import PARTS, read_report
-from wearlab.campaign.inheritance import CampaignError
+from wearlab.campaign.campaign import PARTS, ReportSpec
+from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.gears.drawing import drawing, half_tooth
 from wearlab.gears.external import external_pair
 from wearlab.gears.specification import Basics, GearSpec
@@ -88,9 +88,10 @@ def test_what_is_drawn_inline_needs_no_style_sheet():
 
 
 def test_report_chooses():
-    assert read_report({}).sections == PARTS
-    assert read_report({"sections": ["answer", "figures"], "lead": "x"}).sections == ("answer", "figures")
+    assert modelled(ReportSpec, {}, "report").sections == PARTS
+    chosen = {"sections": ["answer", "figures"], "lead": "x"}
+    assert modelled(ReportSpec, chosen, "report").sections == ("answer", "figures")
     with pytest.raises(CampaignError, match="report"):
-        read_report({"sections": ["anser"]})
+        modelled(ReportSpec, {"sections": ["anser"]}, "report")
     with pytest.raises(CampaignError, match="report"):
-        read_report({"wear_coefficient_factor": 0.5})
+        modelled(ReportSpec, {"wear_coefficient_factor": 0.5}, "report")

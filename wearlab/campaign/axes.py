@@ -18,6 +18,10 @@ DIGITS = 12
 MOST_CASES = 100_000
 
 
+Written = dict[str, tuple[Any, ...]]
+"""For every key what each scene gets, as the file wrote it."""
+
+
 class Coordinate(NamedTuple):
     """Values along an axis.
 
@@ -52,7 +56,7 @@ class Axis:
     units: str | None = None
     key: str = ""
     coordinates: dict[str, Coordinate] = field(default_factory=dict)
-    written: dict[str, tuple[Any, ...]] = field(default_factory=dict, repr=False)
+    written: Written = field(default_factory=dict, repr=False)
 
 
 def read_axes(blocks: Any) -> tuple[Axis, ...]:
@@ -135,7 +139,7 @@ def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
     return flattened
 
 
-def _sampled(sample: Any, keys: dict[str, Any], where: str) -> dict[str, tuple[Any, ...]]:
+def _sampled(sample: Any, keys: dict[str, Any], where: str) -> Written:
     """Return the values of a block with keys that are drawn; lists and generators advance beside them."""
     drawn = {
         key: distributions.read_distribution(value, f"{where}.{key}")
@@ -246,9 +250,7 @@ def _labels(given: Any, count: int, where: str) -> tuple[str, ...] | None:
     return tuple(given)
 
 
-def _others(
-    written: dict[str, tuple[Any, ...]], name: str, taken: set[str], where: str
-) -> dict[str, Coordinate]:
+def _others(written: Written, name: str, taken: set[str], where: str) -> dict[str, Coordinate]:
     """Return the further keys of a block, each by as few of its last words as make a free name."""
     named: dict[str, Coordinate] = {}
     for key in written:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import Ge
 
-from wearlab.campaign import inheritance, update_options
+from wearlab.campaign import update_options
 from wearlab.campaign.axes import Axis, Coordinate
 from wearlab.campaign.case import Case, Excluded
 from wearlab.campaign.claims import ClaimSpec, spelled_note
@@ -64,7 +64,6 @@ class FigureSpec(ClosedTable):
     )
 
 
-SECTION = "report"
 DECADE = 10.0**0.5
 Part = Literal[
     "answer", "gears", "figures", "asked", "results", "expected", "failures", "assumptions", "provenance"
@@ -86,16 +85,6 @@ class ReportSpec(ClosedTable):
         "the wear coefficient may be so many times as large or as small: the range of the answer",
         derived="a decade in all, √10 either way",
     )
-
-
-def read_report(table: Any) -> ReportSpec:
-    """Return what ``[report]`` asks for.
-
-    Raises
-    ------
-    CampaignError : anything in it is wrong
-    """
-    return inheritance.modelled(ReportSpec, table, SECTION)
 
 
 class Metadata(ClosedTable):

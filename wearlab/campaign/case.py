@@ -82,7 +82,7 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
         if name in ("verdict", "end_reason"):
             continue
         try:
-            values[name] = _period(value) if name == "response_period" else _wanted(name, value)
+            values[name] = _wanted(name, value)
         except ValueError as error:
             faults.append(f"{where}.{name}: {error}")
     if verdict in WITHOUT_DATA and (values or reason):
@@ -92,14 +92,12 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
     return Expectation(verdict, reason, values)
 
 
-def _period(value: Any) -> Wanted:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise ValueError(f"{problems.shown(value)} is no count of mesh periods; 0 is aperiodic")
-    return Wanted(float(value), 0.0, str(value))
-
-
 def _wanted(name: str, given: Any) -> Wanted:
-    """Return value and tolerance of a variable in its stored unit."""
+    """Return value and tolerance of a variable in its stored unit; a count of mesh periods is exact."""
+    if name == "response_period":
+        if isinstance(given, bool) or not isinstance(given, int) or given < 0:
+            raise ValueError(f"{problems.shown(given)} is no count of mesh periods; 0 is aperiodic")
+        return Wanted(float(given), 0.0, str(given))
     if name not in schema.VARIABLES:
         raise ValueError(f"no variable of a dataset{nearest.meant(name, [*WORDS, *schema.VARIABLES])}")
     if not isinstance(given, dict) or set(given) != {"value", "tolerance"}:

@@ -101,7 +101,12 @@ class Difference(NamedTuple):
     sweep: bool
 
 
-def read_differences(blocks: Any, axes: tuple[Axis, ...]) -> tuple[Difference, ...]:
+Axes = tuple[Axis, ...]
+Differences = tuple[Difference, ...]
+Place = dict[str, int]
+
+
+def read_differences(blocks: Any, axes: Axes) -> Differences:
     """Return all ``[[case]]`` blocks.
 
     Raises
@@ -150,9 +155,7 @@ def _sets(own: Any, key: str) -> bool:
     return word in own and (not rest or _sets(own[word], rest))
 
 
-def expand(
-    table: merge.Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...], read: Reader
-) -> tuple[case.Case, ...]:
+def expand(table: merge.Table, axes: Axes, differences: Differences, read: Reader) -> tuple[case.Case, ...]:
     """Return every run: the product of the sweeps as "base", then each case, swept where it asks to be.
 
     ``read`` reads the campaigns whose runs these go on from.
@@ -183,7 +186,7 @@ def expand(
     return tuple(cases)
 
 
-def _look_at_the_far_end(table: merge.Table, axes: tuple[Axis, ...]) -> None:
+def _look_at_the_far_end(table: merge.Table, axes: Axes) -> None:
     """Refuse the last values of axes before a large grid is spread out: ranges are often wrong there."""
     scene = {key: value for key, value in table.items() if key != EXPECT}
     for axis in axes:
@@ -196,8 +199,8 @@ def _look_at_the_far_end(table: merge.Table, axes: tuple[Axis, ...]) -> None:
 
 
 def _scenes(
-    table: merge.Table, axes: tuple[Axis, ...], differences: tuple[Difference, ...]
-) -> Iterator[tuple[str, dict[str, int], merge.Table]]:
+    table: merge.Table, axes: Axes, differences: Differences
+) -> Iterator[tuple[str, Place, merge.Table]]:
     if axes or not differences:
         yield from ((case.BASE, position, scene) for position, scene in _swept(table, axes))
     for number, difference in enumerate(differences):
@@ -214,7 +217,7 @@ def _scenes(
             yield difference.label, position, scene
 
 
-def _swept(table: merge.Table, axes: tuple[Axis, ...]) -> Iterator[tuple[dict[str, int], merge.Table]]:
+def _swept(table: merge.Table, axes: Axes) -> Iterator[tuple[Place, merge.Table]]:
     """Yield the product of the axes, the last one fastest."""
     for place in product(*(range(len(axis.values)) for axis in axes)):
         scene = dict(table)

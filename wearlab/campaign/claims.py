@@ -120,17 +120,6 @@ def _wrong(number: int, claim: ClaimSpec, claims: Sequence[ClaimSpec]) -> Iterat
             yield f"{where}.{key}: {given!r} is no width"
 
 
-def note_problems(notes: Sequence[str | None], claims: Sequence[ClaimSpec]) -> list[str]:
-    """Return what is wrong with the placeholders of the notes of figures."""
-    problems = []
-    for number, note in enumerate(notes):
-        try:
-            spelled_note(note or "", claims)
-        except ValueError as error:
-            problems.append(f"figure[{number}].note: {error}")
-    return problems
-
-
 def spelled_note(note: str, claims: Sequence[ClaimSpec]) -> str:
     """Return a note whose placeholders name variables alone, no claims, and each has its format.
 

@@ -127,8 +127,11 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     differences = None if swept is None else tried(cases.read_differences, table.get("case", []), swept)
     told: dict[str, Any] = {"figures": tried(_figures, table.get("figure", []))}
     told["claims"] = tried(claims.read_claims, table.get("claim", []))
-    if told["figures"] and told["claims"] is not None:
-        faults += claims.note_problems([figure.note for figure in told["figures"]], told["claims"])
+    for number, figure in enumerate(told["figures"] or () if told["claims"] is not None else ()):
+        try:
+            claims.spelled_note(figure.note or "", told["claims"])
+        except ValueError as error:
+            faults.append(f"figure[{number}].note: {error}")
     told["metadata"] = tried(_metadata, table.get("metadata", {}))
     title, reference = (tried(_text, table, key) for key in ("title", "reference"))
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, cases.EXPECT)}
@@ -139,7 +142,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     every = tried(cases.expand, sections, swept or (), differences or (), load)
     section = update_options.SECTION
     told["update"] = tried(update.read_update, table[section]) if section in table else None
-    told["report"] = tried(campaign.read_report, table.get(campaign.SECTION, {}))
+    told["report"] = tried(inheritance.modelled, campaign.ReportSpec, table.get("report", {}), "report")
     if told["update"] is not None and every:
         tried(update.refuse_unknown_keys, told["update"], every)
     if faults:
@@ -233,16 +236,12 @@ def campaign_of(given: Given) -> campaign.Campaign:
             scenes = [block for block in given if isinstance(block, Scene)]
             if not scenes or len(scenes) < len(given):
                 raise TypeError("a list of runs holds scenes only, and at least one")
-            return _of_scenes(scenes)
+            numbered = tuple(case.Case(case.BASE, scene, {ALONG: n}) for n, scene in enumerate(scenes))
+            axis = axes.Axis(ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes))
+            return campaign.Campaign(f"{len(scenes)} scenes", None, {}, numbered, (axis,))
         case _ if hasattr(given, "cases"):  # also a record of one
             return given
     raise TypeError(f"{type(given).__name__} is no campaign: give one, its file, a mapping, or scenes")
-
-
-def _of_scenes(scenes: Sequence[Scene]) -> campaign.Campaign:
-    numbered = tuple(case.Case(case.BASE, scene, {ALONG: number}) for number, scene in enumerate(scenes))
-    axis = axes.Axis(ALONG, tuple(range(len(scenes))), coordinates=_differences(scenes))
-    return campaign.Campaign(f"{len(scenes)} scenes", None, {}, numbered, (axis,))
 
 
 def _differences(scenes: Sequence[Scene]) -> dict[str, axes.Coordinate]:

@@ -33,7 +33,12 @@ def accuracy(
     with output.refusing(OSError):
         out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
-    studies = _studies(campaign, silent=json)
+    total = sum(study.expected_reports(case.scene) for case in campaign.cases)
+    with output.bar(total, json) as tell:
+        studies = [
+            study.study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
+            for name, case in zip(_labels(campaign), campaign.cases, strict=True)
+        ]
     made = study.dataset(campaign.title, studies, begun)
     with output.refusing(OSError):
         files = _write(made, out)
@@ -46,18 +51,6 @@ def accuracy(
         _tell(studies, error)
         output.say("\n".join(["", *map(str, files)]))
     return output.Status.WELL if any(one.curves for one in studies) else output.Status.TROUBLE
-
-
-def _studies(campaign: "Campaign", *, silent: bool) -> "list[study.Study]":
-    from wearlab.accuracy import study
-
-    total = sum(study.expected_reports(case.scene) for case in campaign.cases)
-    names = _labels(campaign)
-    with output.bar(total, silent) as tell:
-        return [
-            study.study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
-            for name, case in zip(names, campaign.cases, strict=True)
-        ]
 
 
 def _labels(campaign: "Campaign") -> list[str]:

@@ -79,6 +79,8 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
 
 
 def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
+    import numpy as np
+
     from wearlab.comparison import runs
 
     campaigns = "pair" in comparison.dims
@@ -102,19 +104,14 @@ def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
     else:
         rows = runs.quantity_rows(comparison)
         show_table(runs.QUANTITY_HEADS, rows, title=title)
-        _tell_first(comparison, rows)
+        first = comparison["first_difference"].values
+        if np.isfinite(first).any():
+            row = rows[int(np.nanargmin(first))]
+            say(f"\nThey first differ by more than the tolerance at {row[-1]}: {row[0]}.")
+        else:
+            say("\nNowhere do they differ by more than the tolerance.")
     for path in written:
         say(path)
-
-
-def _tell_first(comparison: "xr.Dataset", rows: list[tuple[str, ...]]) -> None:
-    import numpy as np
-
-    first = comparison["first_difference"].values
-    if not np.isfinite(first).any():
-        return say("\nNowhere do they differ by more than the tolerance.")
-    row = rows[int(np.nanargmin(first))]
-    say(f"\nThey first differ by more than the tolerance at {row[-1]}: {row[0]}.")
 
 
 def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:

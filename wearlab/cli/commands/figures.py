@@ -30,21 +30,17 @@ def figures(
     format : FORMAT: png, svg or pdf.
     from_ : FIGURE: Draw this figure again, by what its file says.
     """
+    from wearlab.figures import drawing
+
     if (file is None) == (not from_):
         raise output.Stop("figures: give a campaign FILE, or --from FIGURE")
     with output.refusing(OSError):
         if file is None:
             return _draw_again(from_ or [], Store(folder), out, json)
-        return _draw(file, Store(folder), out, format, json)
-
-
-def _draw(file: str, store: Store, out: Path, ending: str, as_json: bool) -> output.Status:
-    from wearlab.figures import drawing
-
-    drawing.check_format(ending)
-    drawn, status = output.drawn(output.sound_campaign(file), store, out, ending)
+        drawing.check_format(format)
+        drawn, status = output.drawn(output.sound_campaign(file), Store(folder), out, format)
     paths = [str(path) for path in drawn]
-    output.tell(paths, as_json, *paths)
+    output.tell(paths, json, *paths)
     return status
 
 
@@ -62,9 +58,8 @@ def _draw_again(figures: Sequence[Path], store: Store, out: Path, as_json: bool)
 
 
 def _tell(drawn: "drawing.Redrawn") -> None:
-    output.say(
-        f"{drawn.path}: {'the same bytes' if drawn.same else 'differs from the figure it was drawn from'}"
-    )
+    said = "the same bytes" if drawn.same else "differs from the figure it was drawn from"
+    output.say(f"{drawn.path}: {said}")
     for words, runs in (
         ("missing", drawn.missing),
         ("stale, made by other code", drawn.stale),

@@ -13,6 +13,7 @@ from wearlab.store import Store, outcome
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue
+    from wearlab.store.table import Table
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
@@ -51,7 +52,10 @@ def ls(
         return list_updates(store, json or format is output.Format.JSON)
     format = output.Format.JSON if json else format
     if columns is not None or format is output.Format.CSV:
-        return _show_columns(store, output.split_columns(columns), where, sort, limit, state, format)
+        asked = output.split_columns(columns)
+        if asked is None:
+            asked = tuple(name for name in USUAL if name in store.names())
+        return _show_columns(store, store.query(where, columns=asked, sort=sort, limit=limit), state, format)
     ids = None
     if where.strip() or sort or limit is not None:
         ids = store.query(where, columns=(), sort=sort, limit=None if state else limit)["id"]
@@ -65,21 +69,9 @@ def ls(
         _show_rows(HEADS, [_cells(row) for row in rows])
 
 
-def _show_columns(
-    store: Store,
-    columns: tuple[str, ...] | None,
-    where: str,
-    sort: str | None,
-    limit: int | None,
-    state: str | None,
-    form: output.Format,
-) -> None:
+def _show_columns(store: Store, answer: "Table", state: str | None, form: output.Format) -> None:
     from wearlab.schema import VARIABLES, origin_of
 
-    if columns is None:
-        known = store.names()
-        columns = tuple(name for name in USUAL if name in known)
-    answer = store.query(where, columns=columns, sort=sort, limit=limit)
     for at, column in enumerate(answer.columns):
         if column.name in VARIABLES and answer.records and all(row[at] is None for row in answer.records):
             output.complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")

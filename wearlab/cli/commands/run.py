@@ -103,21 +103,16 @@ def list_updates(store: Store, as_json: bool) -> None:
     if as_json:
         output.show_json([one._asdict() for one in kept])
     elif kept:
-        rows = [
-            (one.id[:10], one.title, case, *_told(summary), str(len(one.runs)), one.recorded[:19])
-            for one in kept
-            for case, summary in one.summary.items()
-        ]
+        rows = []
+        for one in kept:
+            for case, summary in one.summary.items():
+                now, low, middle, high = (f"{summary[key]:.4g}" for key in ("now", *REMAINING))
+                cycles = (now, middle, f"{low} to {high}")
+                rows.append((one.id[:10], one.title, case, *cycles, str(len(one.runs)), one.recorded[:19]))
         heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
         output.show_table(heads, rows)
     else:
         output.complain("no updates: wearlab update FILE makes one")
-
-
-def _told(summary: dict[str, float]) -> tuple[str, str, str]:
-    """Return the last inspection, the remaining life and its interval, in cycles."""
-    now, low, middle, high = (summary[key] for key in ("now", *REMAINING))
-    return f"{now:.4g}", f"{middle:.4g}", f"{low:.4g} to {high:.4g}"
 
 
 def show_update(store: Store, update: "updates.KeptUpdate", as_json: bool) -> output.Status | None:
