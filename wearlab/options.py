@@ -22,7 +22,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from wearlab.units import HOUR, KINDS, quantity
+from wearlab.units import HOUR, KINDS, is_number, quantity
 
 Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
 
@@ -124,7 +124,7 @@ def _reader(kind: str) -> Callable[[object], float]:
 
 
 def _number(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise ValueError(f"{value!r} is not a plain number: write it without quotes or unit")
     if not math.isfinite(value):
         raise ValueError(f"{value!r} is not a finite number")

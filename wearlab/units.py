@@ -12,8 +12,9 @@ import tomllib
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
+from numbers import Real
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 from wearlab.shop.materials import SCALES, HardnessError, pressure_of
 
@@ -102,15 +103,8 @@ TOKEN = re.compile(
 )
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 ALIASES = {
-    "Nm": "(N*m)",
-    "kNm": "(kN*m)",
-    "MNm": "(MN*m)",
-    "Nmm": "(N*mm)",
-    "rev": "turn",
-    "r": "turn",
-    "°": "degree",
-    "°C": "degC",
-    "%": "percent",
+    **{"Nm": "(N*m)", "kNm": "(kN*m)", "MNm": "(MN*m)", "Nmm": "(N*mm)"},
+    **{"rev": "turn", "r": "turn", "°": "degree", "°C": "degC", "%": "percent"},
 }
 DIGITS = 12
 """In which numbers are told apart: a scene keeps no more of them, and a condition asks for no more."""
@@ -173,8 +167,8 @@ def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
     named = f"{wanted.article} with its unit, such as {wanted.example!r}" if wanted else ""
     example = named or "a number with its unit"
     if not isinstance(text, str):
-        bare = isinstance(text, int | float) and not isinstance(text, bool)
-        raise UnitError(f"{text!r} {'has no unit' if bare else 'is no quantity'}: write {example}")
+        said = "has no unit" if is_number(text) else "is no quantity"
+        raise UnitError(f"{text!r} {said}: write {example}")
     if comma := COMMA.match(text):
         thousands = f", or {text.replace(',', '')!r} for thousands" if len(comma[1]) == THOUSANDS else ""
         point = f"the decimal sign is a point, write {text.replace(',', '.')!r}"
@@ -192,6 +186,11 @@ def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
 def rounded(value: float) -> float:
     """Return a number to the digits in which numbers are told apart."""
     return float(f"{value:.{DIGITS}g}")
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a number; true and false are none."""
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def is_quantity(value: object) -> bool:

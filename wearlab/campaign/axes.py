@@ -9,7 +9,7 @@ from wearlab.campaign import distributions
 from wearlab.campaign.inheritance import CampaignError, is_list_of, listed
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
-from wearlab.units import UnitError, convert, is_quantity, split
+from wearlab.units import UnitError, convert, is_number, is_quantity, split
 
 RESERVED = {dimension.name for dimension in DIMENSIONS} | set(VARIABLES) | {"case"}
 GENERATORS = ("linspace", "logspace", "integers")
@@ -184,9 +184,7 @@ def _generated(value: dict[str, Any], where: str) -> tuple[Any, ...]:
 def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
     """Return the numbers of a generator; both its ends belong to them."""
     count = 2 if generator == "integers" else 3
-    plain = isinstance(given, list) and all(
-        isinstance(x, int | float) and not isinstance(x, bool) for x in given
-    )
+    plain = isinstance(given, list) and all(map(is_number, given))
     if not plain or len(given) != count or not all(math.isfinite(x) for x in given):
         shape = "[first, last]" if count == 2 else "[first, last, how many]"
         raise CampaignError(f"{where}.{generator}: {shown(given)} is not {shape}")
@@ -219,9 +217,7 @@ def _coordinate(written: tuple[Any, ...], key: str, where: str) -> Coordinate:
         except UnitError as error:
             raise CampaignError(f"{where}.{key}: values of one axis need one unit: {error}") from None
         return Coordinate(values, unit, key)
-    kinds = {
-        bool if isinstance(v, bool) else float if isinstance(v, int | float) else type(v) for v in written
-    }
+    kinds = {float if is_number(value) else type(value) for value in written}
     if kinds - {str, bool, float}:
         raise CampaignError(f"{where}.{key}: values that are tables or lists need names: labels = [...]")
     if len(kinds) > 1:

@@ -115,7 +115,7 @@ def _wanted(name: str, given: Any) -> Wanted:
 
 def _number(given: Any, key: str, stored: str) -> float:
     """Return a number in the stored unit: a quantity with its unit, or a plain number where there is none."""
-    if isinstance(given, bool) or not isinstance(given, int | float | str):
+    if not (units.is_number(given) or isinstance(given, str)):
         raise ValueError(f"{key} {problems.shown(given)} is neither a number nor a quantity")
     if isinstance(given, int | float):
         if key == "value" and stored not in PLAIN and given != 0:

@@ -12,7 +12,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.scene.problems import not_a_choice, shown
-from wearlab.units import UnitError, convert, is_quantity, split
+from wearlab.units import UnitError, convert, is_number, is_quantity, split
 
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
 LEAST_KEPT = 1e-9  # probability that a truncation must leave
@@ -193,7 +193,7 @@ def number_of(value: Any, where: str) -> tuple[float, str | None]:
     if is_quantity(value):
         number, unit = split(value)
         return float(number), unit
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_number(value) or not math.isfinite(value):
         raise CampaignError(f"{where}: {shown(value)} is neither a number nor a quantity with its unit")
     return float(value), None
 
@@ -246,7 +246,7 @@ def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
     for number, block in enumerate(given):
         fits = isinstance(block, list) and len(block) == 3 and all(isinstance(key, str) for key in block[:2])
         rank = block[2] if fits else None
-        if isinstance(rank, bool) or not isinstance(rank, int | float) or not -1.0 < rank < 1.0:
+        if not is_number(rank) or not -1.0 < rank < 1.0:
             wanted = "[key, key, ρ] with ρ within −1 and 1"
             raise CampaignError(f"{where}[{number}]: {shown(block)} is not {wanted}")
         correlations.append((*block[:2], float(rank)))

@@ -11,11 +11,10 @@ from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from numbers import Real
 from typing import Any, NamedTuple
 
 from wearlab.query.keys import Key, quantity_at
-from wearlab.units import DIGITS, KINDS, UnitError, convert, quantity, rounded, split
+from wearlab.units import DIGITS, KINDS, UnitError, convert, is_number, quantity, rounded, split
 
 ROUND_OFF = 4.0 * 2.0**-52  # relative, of a number that was converted from one unit to another
 HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit is 1: there a digit is widest
@@ -23,12 +22,8 @@ WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drop
 
 
 COMPARED: dict[str, Callable[[Any, Any], bool]] = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "=": operator.eq,
-    "!=": operator.ne,
+    **{"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge},
+    **{"=": operator.eq, "!=": operator.ne},
     "contains": lambda text, piece: str(piece).lower() in str(text).lower(),
 }
 
@@ -80,9 +75,9 @@ def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key:
     for index, value in enumerate(values):
         if value == wanted and isinstance(value, bool) == isinstance(wanted, bool):
             return index
-    if not _is_number(wanted):
+    if not is_number(wanted):
         return None
-    gaps = [abs(value - wanted) if _is_number(value) else math.inf for value in values]
+    gaps = [abs(value - wanted) if is_number(value) else math.inf for value in values]
     nearest = min(range(len(gaps)), key=gaps.__getitem__, default=None)
     if nearest is None or not gaps[nearest] <= 2.0 * HALF_A_DIGIT * abs(wanted):
         return None  # both the axis and what is asked may have been rounded
@@ -193,7 +188,7 @@ def meets(sign: str, left: Any, right: Any, values: Mapping[str, Any]) -> bool |
 
 def compared(sign: str, value: Any, other: Any) -> bool:
     """Return ``one sign other``; numbers to the digits in which scenes are told apart."""
-    if sign != "contains" and _is_number(value) and _is_number(other):
+    if sign != "contains" and is_number(value) and is_number(other):
         return met(sign, value, other)
     return isinstance(value, str) == isinstance(other, str) and COMPARED[sign](value, other)
 
@@ -234,7 +229,3 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
             share = min(max((limit - below) / (value - below), 0.0), 1.0)
             return at[i - 1] + share * (at[i] - at[i - 1])
     return None
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)

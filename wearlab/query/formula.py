@@ -80,9 +80,8 @@ def parse_formula(text: str) -> Formula:
         tree = ast.parse(source.lstrip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         at = lead + (getattr(error, "offset", None) or 1) - 1
-        raise QueryError(
-            f"no formula: {getattr(error, 'msg', 'too deep')}", text, min(at, len(text))
-        ) from None
+        reason = f"no formula: {getattr(error, 'msg', 'too deep')}"
+        raise QueryError(reason, text, min(at, len(text))) from None
     reader = _FormulaReader(text, lead)
     worked_out = reader.read(tree, 0)
     return Formula(tuple(reader.names), worked_out)
@@ -118,12 +117,12 @@ class _FormulaReader:
         """Return what a formula has for a node."""
         return self.text[self.lead + node.col_offset : self.lead + (node.end_col_offset or 0)]
 
-    def fail(self, wanted: str, node: ast.expr) -> QueryError:
-        return QueryError(f"expected {wanted}", self.text, self.lead + node.col_offset)
+    def fail(self, reason: str, node: ast.expr) -> QueryError:
+        return QueryError(reason, self.text, self.lead + node.col_offset)
 
     def read(self, node: ast.expr, depth: int) -> WorkedOut:
         if depth > DEEPEST:
-            raise QueryError(f"nested deeper than {DEEPEST}", self.text, self.lead + node.col_offset)
+            raise self.fail(f"nested deeper than {DEEPEST}", node)
         match node:
             case ast.Constant() if NUMBER.fullmatch(self.part(node)):
                 return partial(_number, float(self.part(node)))
@@ -141,21 +140,17 @@ class _FormulaReader:
                 return partial(_placed, self.read(inner, depth + 1), dict(map(self.place, listed)))
             case ast.Call(ast.Name(name), [inner, *along], []):
                 return self.applied(name, self.read(inner, depth + 1), along, node)
-        raise self.fail("a number, a name or '('", node)
+        raise self.fail("expected a number, a name or '('", node)
 
     def applied(self, name: str, inner: WorkedOut, along: list[ast.expr], node: ast.expr) -> WorkedOut:
         if name not in FUNCTIONS:
-            raise QueryError(
-                f"no function {name!r}; there are {', '.join(FUNCTIONS)}",
-                self.text,
-                self.lead + node.col_offset,
-            )
+            raise self.fail(f"no function {name!r}; there are {', '.join(FUNCTIONS)}", node)
         match along:
             case [ast.Name() as dim]:
                 return partial(_applied, name, inner, self.part(dim))
             case [] if not name.endswith("_at"):
                 return partial(_applied, name, inner, None)
-        raise self.fail(f"{name}(formula, dimension)", node)
+        raise self.fail(f"expected {name}(formula, dimension)", node)
 
     def place(self, node: ast.expr) -> tuple[str, float | str]:
         match node:
@@ -165,7 +160,7 @@ class _FormulaReader:
                     return self.part(dim), float(given.replace(" ", ""))
                 if WORD.fullmatch(given) or TEXT.fullmatch(given):
                     return self.part(dim), given if WORD.fullmatch(given) else given[1:-1]
-        raise self.fail("dimension = a number, a word, or a text in quotes", node)
+        raise self.fail("expected dimension = a number, a word, or a text in quotes", node)
 
 
 BASE = "base"

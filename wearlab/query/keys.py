@@ -271,6 +271,6 @@ def _difference(key: str, a: Any, b: Any) -> SceneDifference:
 
 def _in_usual_unit(value: Any, stored: str, usual: str) -> Any:
     """Return a stored number in the usual unit, to the digits that a scene keeps."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not units.is_number(value):
         return value
     return float(f"{units.convert(float(value), stored, usual):.9g}")

@@ -72,15 +72,8 @@ def origin_of(name: str) -> tuple[str, str]:
 
 def attributes(name: str) -> dict[str, str]:
     """Return the CF attributes of a variable: units, display_units, long_name, and comment if any."""
-    variable = VARIABLES[name]
-    named = {
-        "units": variable.units,
-        "display_units": variable.display_units,
-        "long_name": variable.long_name,
-        "comment": variable.comment,
-        "coverage_content_type": _content(name),
-    }
-    return {key: value for key, value in named.items() if value}
+    named = VARIABLES[name]._asdict() | {"coverage_content_type": _content(name)}
+    return {key: value for key, value in named.items() if value and key != "dims"}
 
 
 def _content(name: str) -> str:

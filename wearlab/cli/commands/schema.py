@@ -45,15 +45,7 @@ def variables(like: str = "", json: app.Json = False) -> None:
 
     word = like.lower()
     rows: list[dict[str, Any]] = [
-        {
-            "name": name,
-            "dims": list(variable.dims),
-            "units": variable.units,
-            "display_units": variable.display_units,
-            "long_name": variable.long_name,
-            "comment": variable.comment,
-            **dict(zip(("group", "made_by"), origin_of(name), strict=True)),
-        }
+        {"name": name} | variable._asdict() | dict(zip(("group", "made_by"), origin_of(name), strict=True))
         for name, variable in VARIABLES.items()
         if word in f"{name} {variable.long_name} {variable.comment}".lower()
     ]
