@@ -219,6 +219,9 @@ class Excluded:
     condition: str
 
 
+Cases = tuple[Case, ...]
+
+
 class _Values:
     """The values of one case, each found when it is asked for."""
 
@@ -240,9 +243,7 @@ def read_conditions(given: Any) -> tuple[str, ...]:
     return tuple(texts)
 
 
-def without_excluded(
-    cases: Sequence[Case], conditions: Sequence[str]
-) -> tuple[tuple[Case, ...], tuple[Excluded, ...]]:
+def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tuple[Excluded, ...]]:
     """Return the cases that no condition excludes, and the others.
 
     Raises
@@ -251,7 +252,7 @@ def without_excluded(
         When a condition cannot be read, or none of the cases is left.
     """
     if not conditions:
-        return tuple(cases), ()
+        return cases, ()
     values = [dict(keys.flat(json.loads(case.scene.canonical()))) for case in cases]
     bound = _bound(conditions, values)
     derivation = Derivation()

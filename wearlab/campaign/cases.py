@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from wearlab.campaign import campaign, case
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
-from wearlab.campaign.inheritance import CampaignError, is_list_of, listed
+from wearlab.campaign.inheritance import CampaignError, dropped, is_list_of, listed
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene import Scene, SceneError, merge
 from wearlab.scene.problems import shown, unknown_key
@@ -204,12 +204,7 @@ def _scenes(
     if axes or not differences:
         yield from ((case.BASE, position, scene) for position, scene in _swept(table, axes))
     for number, difference in enumerate(differences):
-        reduced = table
-        for key in difference.drop:
-            try:
-                reduced = merge.without(reduced, key)
-            except merge.DropError as error:
-                raise CampaignError(f"case[{number}].drop: {error}") from None
+        reduced = dropped(table, difference.drop, f"case[{number}].drop")
         changed = merge.merge(reduced, difference.own)
         if (expected := case.merged(reduced.get(EXPECT), difference.own.get(EXPECT))) is not None:
             changed[EXPECT] = expected

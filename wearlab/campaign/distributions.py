@@ -28,23 +28,17 @@ class Word(NamedTuple):
     law : law of its numbers, given `scipy.stats`, which takes longer to import than most files to read
     names : of its numbers
     listed : whether they may stand in a list
-    plain : the one of them that has no unit, None: all share one
-    about : what that one is
     """
 
     law: Callable[..., Any]
     names: tuple[str, ...]
     listed: bool = False
-    plain: str | None = None
-    about: str = ""
 
 
 WORDS = {
     "lognormal": Word(
         lambda stats, median, cov: stats.lognorm(math.sqrt(math.log1p(cov**2)), scale=median),
         ("median", "cov"),
-        plain="cov",
-        about="the standard deviation over the mean",
     ),
     "normal": Word(lambda stats, mean, sd: stats.norm(mean, sd), ("mean", "sd")),
     "uniform": Word(lambda stats, low, high: stats.uniform(low, high - low), ("low", "high"), listed=True),
@@ -54,13 +48,10 @@ WORDS = {
         ("low", "mode", "high"),
         listed=True,
     ),
-    "weibull": Word(
-        lambda stats, scale, shape: stats.weibull_min(shape, scale=scale),
-        ("scale", "shape"),
-        plain="shape",
-        about="the exponent",
-    ),
+    "weibull": Word(lambda stats, scale, shape: stats.weibull_min(shape, scale=scale), ("scale", "shape")),
 }
+PLAIN = {"cov": "the standard deviation over the mean", "shape": "the exponent"}
+"""Numbers that have no unit; the others of a word share one."""
 DISTRIBUTIONS = tuple(WORDS)
 
 
@@ -180,10 +171,10 @@ def _numbers(word: Word, given: Any, where: str) -> tuple[list[float], str | Non
     numbers = [first]
     for name in word.names[1:]:
         value, own = number_of(given[name], f"{where}.{name}")
-        if name != word.plain:
+        if name not in PLAIN:
             value = in_unit(value, own, unit, where)
         elif own is not None:
-            raise CampaignError(f"{where}.{name}: a plain number, {word.about}")
+            raise CampaignError(f"{where}.{name}: a plain number, {PLAIN[name]}")
         numbers.append(value)
     return numbers, unit
 

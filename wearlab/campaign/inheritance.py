@@ -4,7 +4,8 @@ import hashlib
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import reduce
 from itertools import islice
 from os import PathLike, fspath
 from pathlib import Path
@@ -271,13 +272,21 @@ def over_parents(own: Table, file: Path, folder: Path, children: tuple[Path, ...
                 f"{file}: extends: more than {MOST_FILES} files, each counted as often as it is reached: "
                 "name each once, in the file that needs it"
             )
-    for key in drops:
-        try:
-            table = without(table, key)
-        except DropError as error:
-            raise CampaignError(f"{file}: drop: {error}") from None
     own = _anchored(own, folder)
-    return Inherited(merge(table, own), (*layers, Layer(file, own)))
+    return Inherited(merge(dropped(table, drops, f"{file}: drop"), own), (*layers, Layer(file, own)))
+
+
+def dropped(table: Table, keys: Iterable[str], where: str) -> Table:
+    """Return a table without sections or dotted keys.
+
+    Raises
+    ------
+    CampaignError : one is not there
+    """
+    try:
+        return reduce(without, keys, table)
+    except DropError as error:
+        raise CampaignError(f"{where}: {error}") from None
 
 
 def _read(file: Path) -> Table:

@@ -9,6 +9,7 @@ import math
 import operator
 from array import array
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -88,17 +89,14 @@ def _in_units(label: Any, units: str, key: str) -> Any:
     """Return a quantity as a number in the units of an axis; anything else as it is."""
     if not isinstance(label, str):
         return label
-    try:
+    with suppress(UnitError):
         number, unit = split(label)
-        try:
+        with suppress(UnitError):
             return float(convert(float(number), unit, units))
-        except UnitError:
-            if not key or (kind := quantity_at(key)) is None:
-                return label
+        if key and (kind := quantity_at(key)) is not None:
             unit_size = quantity(f"1 {units}", kind) if KINDS[kind].unit != units else 1.0
             return quantity(label, kind) / unit_size
-    except UnitError:
-        return label
+    return label
 
 
 Holds = Callable[[Mapping[str, Any]], bool | None]

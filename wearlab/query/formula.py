@@ -42,7 +42,8 @@ class Measured(NamedTuple):
     units: str
 
 
-WorkedOut = Callable[[Any, Mapping[str, Any]], Measured]
+Places = Mapping[str, Any]
+WorkedOut = Callable[[Any, Places], Measured]
 """What part of a formula comes to on a campaign's dataset, at places of its dimensions."""
 
 
@@ -206,18 +207,18 @@ def _converted(value: Any, given: str, wanted: str, text: str) -> Any:
         raise AmountError(f"{text}: {error}") from None
 
 
-def _number(value: float, grid: Any, places: Mapping[str, Any]) -> Measured:
+def _number(value: float, grid: Any, places: Places) -> Measured:
     import xarray as xr
 
     return Measured(xr.DataArray(value), "1")
 
 
-def _placed(inner: WorkedOut, own: Mapping[str, Any], grid: Any, places: Mapping[str, Any]) -> Measured:
+def _placed(inner: WorkedOut, own: Places, grid: Any, places: Places) -> Measured:
     """Return a formula at places: of every variable in it, the part along these dimensions."""
     return inner(grid, {**own, **places})
 
 
-def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Mapping[str, Any]) -> Measured:
+def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Places) -> Measured:
     """Return a sum in the unit of its left side, a product of which one side is plain, or a ratio."""
     left, right = one(grid, places), other(grid, places)
     a, b = left.values, right.values
@@ -235,9 +236,7 @@ def _joined(sign: str, one: WorkedOut, other: WorkedOut, grid: Any, places: Mapp
     raise AmountError(f"a product of {left.units} and {right.units}: one side has to be a plain number")
 
 
-def _applied(
-    function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Mapping[str, Any]
-) -> Measured:
+def _applied(function: str, inner: WorkedOut, dim: str | None, grid: Any, places: Places) -> Measured:
     """Return a function of a formula, along one dimension or along all."""
     found = inner(grid, places)
     values = found.values
@@ -260,7 +259,7 @@ def _applied(
     return Measured(along.isel({dim: at}).drop_vars(dim), str(along.attrs.get("units", "1")))
 
 
-def _variable(name: str, grid: Any, places: Mapping[str, Any]) -> Measured:
+def _variable(name: str, grid: Any, places: Places) -> Measured:
     if name not in grid.variables:
         raise AmountError(f"{name}: {_not_there(name, grid.variables)}")
     if grid[name].dtype.kind not in "fiub":

@@ -13,6 +13,7 @@
 import math
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -306,10 +307,9 @@ class _Grammar:
 def _same(name: str, other: str) -> bool:
     if name == other or {name, other} <= set(PLAIN):
         return True
-    try:
+    with suppress(units.UnitError):
         return math.isclose(float(units.convert(1.0, name, other)), 1.0)
-    except units.UnitError:
-        return False
+    return False
 
 
 def _example(key: Key) -> str:
