@@ -6,10 +6,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from wearlab.options import Stored
 from wearlab.tables import ReadTable, TableError, in_unit, read_table
+from wearlab.units import comparable
 
 Words = Mapping[str, str]
 Numbers = tuple[float, ...]
@@ -208,18 +207,10 @@ def _by_unit(table: ReadTable, columns: Mapping[str, str]) -> dict[str, str]:
             continue
         taken = {*columns.values(), *found.values()}
         free = [one for one in table.names if one not in taken and table.units[one]]
-        alone = [one for one in free if _is_of(table.units[one], wanted)]
+        alone = [one for one in free if comparable(table.units[one], wanted)]
         if len(alone) == 1:
             found[name] = alone[0]
     return found
-
-
-def _is_of(unit: str, wanted: str) -> bool:
-    try:
-        in_unit(np.ones(1), unit, wanted, "")
-    except TableError:
-        return False
-    return True
 
 
 def _written(options: Mapping[str, str]) -> str:
@@ -230,7 +221,7 @@ def _written(options: Mapping[str, str]) -> str:
 def _times(table: ReadTable, columns: Words, units: Words) -> Numbers:
     header = table.meant("share", columns)
     unit = units.get("share") or (table.units[header] if header else "") or "1"
-    wanted = next((time for time in TIMES if _is_of(unit, time)), TIMES[-1])
+    wanted = next((time for time in TIMES if comparable(unit, time)), TIMES[-1])
     return _of_table(table, columns, {"share": unit}, "share", wanted)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.files import read_regular
-from wearlab.units import KINDS, UnitError, convert, of_speed
+from wearlab.units import KINDS, UnitError, comparable, convert, of_speed
 
 SEPARATORS = {";": "semicolon", "\t": "tab", ",": "comma", "|": "bar", "": "blanks"}
 DECIMALS = {".": "point", ",": "comma"}
@@ -478,12 +478,5 @@ def _is_bare_unit(text: str) -> bool:
 def _is_unit(text: str) -> bool:
     """Say whether a text is a unit that something in a scene has."""
     plain = _bare(text)
-    if of_speed(plain) == "rpm":
-        return True
-    for unit in ("1", *(kind.unit for kind in KINDS.values())) if plain else ():
-        try:
-            convert(1.0, plain, unit)
-            return True
-        except UnitError:
-            continue
-    return False
+    known = ("1", *(kind.unit for kind in KINDS.values()))
+    return of_speed(plain) == "rpm" or (bool(plain) and any(comparable(plain, unit) for unit in known))

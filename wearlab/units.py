@@ -9,6 +9,7 @@ pint is imported when the first unit is read.
 import math
 import re
 import tomllib
+from contextlib import suppress
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
@@ -218,6 +219,14 @@ def convert(value: Value, from_unit: str, to_unit: str) -> Value:
     return changed + offset if offset else changed
 
 
+def comparable(unit: str, other: str) -> bool:
+    """Return whether values in one unit can be told in another; per minute means revolutions of a speed."""
+    with suppress(UnitError):
+        convert(1.0, of_speed(unit) if other == "rad/s" else unit, other)
+        return True
+    return False
+
+
 def of_speed(unit: str) -> str:
     """Return a unit where a speed is meant: per minute means revolutions.
 
@@ -256,7 +265,11 @@ def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
     registry = _registry()
     source, target = _unit(from_unit), _unit(to_unit)
     if "degree_C" in f"{source}{target}" or "degree_F" in f"{source}{target}":
-        return _between_temperatures(source, target, from_unit, to_unit)
+        try:
+            at_zero, at_one = (float(registry.Quantity(x, source).to(target).magnitude) for x in (0.0, 1.0))
+        except Exception as error:
+            raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}") from error
+        return _decimal(at_one - at_zero), at_zero
     try:
         (up, base), (down, other) = registry.get_root_units(source), registry.get_root_units(target)
     except ArithmeticError as error:
@@ -264,14 +277,6 @@ def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
     if base != other:
         raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}{_hint(base, other)}")
     return _decimal(float(up) / float(down)), 0.0
-
-
-def _between_temperatures(source: Any, target: Any, from_unit: str, to_unit: str) -> tuple[float, float]:
-    try:
-        at_zero, at_one = (float(_registry().Quantity(x, source).to(target).magnitude) for x in (0.0, 1.0))
-    except Exception as error:
-        raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}") from error
-    return _decimal(at_one - at_zero), at_zero
 
 
 def _hint(base: Any, other: Any) -> str:

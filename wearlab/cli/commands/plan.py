@@ -272,9 +272,8 @@ def _tell(planned: "Plan") -> None:
     from wearlab.runner.plan import WORDS
 
     output.say(planned.title)
-    output.say(
-        f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
-    )
+    runs = f"{len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
+    output.say(f"  {planned.cases} cases, {runs}")
     for state, words in WORDS.items():
         if count := planned.count(state):
             output.say(f"  {count:>7} {words}")

@@ -1,15 +1,9 @@
 """Stores that are handed on, trusted and tidied."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from wearlab.cli import app, output
 from wearlab.store import Store
-
-if TYPE_CHECKING:
-    from wearlab.campaign import Campaign
-
 
 MEGABYTE = 1e6
 EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
@@ -25,20 +19,23 @@ def export(
     ----------
     out : OUT: out.nc, out.zarr (folder), out.xlsx, out.zip (crate).
     """
+    from tempfile import TemporaryDirectory
+
     from wearlab.report import workbook
     from wearlab.store import export as exports
     from wearlab.store import files
 
     if out.suffix.lower() not in EXPORTS:
-        raise output.Stop(
-            f"{out}: an export is written as {', '.join(EXPORTS)}, not as {out.suffix or 'nothing'}"
-        )
+        other = out.suffix or "nothing"
+        raise output.Stop(f"{out}: an export is written as {', '.join(EXPORTS)}, not as {other}")
     store, campaign = Store(folder), output.read_campaign(file)
     with output.refusing(OSError):
         total = len({case.id for case in campaign.cases})
         with output.bar(total, json, "runs") as tell:
             if out.suffix.lower() == ".zip":
-                _export_crate(campaign, store, out, tell)
+                with TemporaryDirectory(prefix="wearlab-") as figures:
+                    drawn, _ = output.drawn(campaign, store, Path(figures))
+                    exports.export_crate(campaign, store, out, drawn, tell)
             elif out.suffix.lower() == ".xlsx":
                 image = workbook.workbook(store.open(campaign), exports.export_attributes(campaign, store))
                 files.write_whole(out, image)
@@ -50,17 +47,6 @@ def export(
     if done < total and not json:
         output.complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
     return output.Status.WELL if done == total else output.Status.TROUBLE
-
-
-def _export_crate(campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None]) -> None:
-    """Write a crate with every figure that can be drawn."""
-    from tempfile import TemporaryDirectory
-
-    from wearlab.store import export
-
-    with TemporaryDirectory(prefix="wearlab-") as folder:
-        drawn, _ = output.drawn(campaign, store, Path(folder))
-        export.export_crate(campaign, store, out, drawn, tell)
 
 
 @app.command()
