@@ -73,17 +73,15 @@ class Distribution(NamedTuple):
 
     def at(self, probability: Any) -> Any:
         """Return the value that a draw stays below with this probability; of an array, an array."""
-        p = np.clip(probability, SMALLEST, 1.0 - SMALLEST)
-        below, above = _ends(self)
-        value = _law(self.word, self.numbers).ppf(
-            np.clip(below + (above - below) * p, SMALLEST, 1.0 - SMALLEST)
-        )
-        return _alike(np.clip(value, self.low, self.high), probability)
+        law, below, above = _law(self)
+        p = below + (above - below) * np.clip(probability, SMALLEST, 1.0 - SMALLEST)
+        value = np.clip(law.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST)), self.low, self.high)
+        return _alike(value, probability)
 
     def below(self, value: Any) -> Any:
         """Return the probability of a draw below this value; of an array, an array."""
-        below, above = _ends(self)
-        inside = _law(self.word, self.numbers).cdf(np.clip(value, self.low, self.high))
+        law, below, above = _law(self)
+        inside = law.cdf(np.clip(value, self.low, self.high))
         return _alike(np.clip((inside - below) / (above - below), 0.0, 1.0), value)
 
     def density(self, value: Any) -> Any:
@@ -93,28 +91,19 @@ class Distribution(NamedTuple):
 
     def log_density(self, value: Any) -> Any:
         """Return the log of `density`, −∞ beyond the ends; right to rounding however far out."""
-        below, above = _ends(self)
+        law, below, above = _law(self)
         x, ends = np.asarray(value, float), 1e-12 * np.abs(value)
-        logs = _law(self.word, self.numbers).logpdf(x) - math.log(above - below)
+        logs = law.logpdf(x) - math.log(above - below)
         return _alike(np.where((x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf), value)
 
 
 @cache
-def _law(word: str, numbers: tuple[float, ...]) -> Any:
-    """Return the frozen law of `scipy.stats`."""
+def _law(distribution: Distribution) -> tuple[Any, float, float]:
+    """Return the frozen law of `scipy.stats`, and the probabilities below the ends that truncate it."""
     from scipy import stats
 
-    return WORDS[word].law(stats, *numbers)
-
-
-@cache
-def _ends(distribution: Distribution) -> tuple[float, float]:
-    """Return the probabilities below the ends of a distribution, before it was truncated."""
-    low, high = distribution.low, distribution.high
-    if math.isinf(low) and math.isinf(high):
-        return 0.0, 1.0
-    law = _law(distribution.word, distribution.numbers)
-    return float(law.cdf(low)), float(law.cdf(high))
+    law = WORDS[distribution.word].law(stats, *distribution.numbers)
+    return law, float(law.cdf(distribution.low)), float(law.cdf(distribution.high))
 
 
 def _alike(found: Any, asked: Any) -> Any:
