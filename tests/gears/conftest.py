@@ -3,7 +3,7 @@
 import pytest
 from shaped import shaped
 
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import GearSpec
 
 
@@ -14,6 +14,6 @@ def pair_of():
     def build(pinion=None, gear=None, **keywords):
         first = GearSpec(**{"name": "pinion", "teeth": 50, **(pinion or {})})
         second = GearSpec(**{"name": "gear", "teeth": 50, **(gear or {})})
-        return shaped(external_pair, first, second, **{"module": 0.003, "face_width": 0.02, **keywords})
+        return shaped(gear_pair, first, second, **{"module": 0.003, "face_width": 0.02, **keywords})
 
     return build

@@ -5,8 +5,7 @@ import re
 
 import pytest
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.shifts import involute
 from wearlab.gears.specification import Basics, GearError, GearSpec
 
@@ -20,12 +19,12 @@ def spec(name, teeth, shift, **more):
 
 def external(centre_distance, **more):
     pair = spec("pinion", 20, 0.3, **more), spec("gear", 40, 0.1)
-    return external_pair(*pair, BASICS, centre_distance=centre_distance)
+    return gear_pair(*pair, BASICS, centre_distance=centre_distance)
 
 
 def internal(centre_distance, **more):
     pair = spec("pinion", 25, 0.2), spec("ring", 70, 0.2, rim_diameter=0.17, **more)
-    return internal_pair(*pair, BASICS, centre_distance=centre_distance)
+    return gear_pair(*pair, BASICS, centre_distance=centre_distance, internal=True)
 
 
 def closed_form(pair):

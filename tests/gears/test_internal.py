@@ -9,8 +9,6 @@ from scipy.optimize import brentq, minimize_scalar
 from shaped import shaped
 from tip_contact import tip_separation
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair, tip_clearance
 from wearlab.gears.outline import (
     contact_depth,
     involute_point,
@@ -19,6 +17,7 @@ from wearlab.gears.outline import (
     root_curve,
     root_half_angle,
 )
+from wearlab.gears.pairs import gear_pair, tip_clearance
 from wearlab.gears.specification import Basics, GearError, GearSpec, Relief
 
 
@@ -27,7 +26,9 @@ def make(pinion=None, ring=None, **keywords):
     first = GearSpec(**{"name": "pinion", "teeth": 40, "fillet_radius_coefficient": 0.35, **(pinion or {})})
     second = {"name": "ring", "teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": 0.7}
     second = GearSpec(**{**second, **(ring or {})})
-    return shaped(internal_pair, first, second, **{"module": 0.006, "face_width": 0.05, **keywords})
+    return shaped(
+        gear_pair, first, second, **{"internal": True, "module": 0.006, "face_width": 0.05, **keywords}
+    )
 
 
 PAIR = make()
@@ -186,11 +187,11 @@ def test_tip_interference_against_outlines(teeth, clear):
     """Roll the driving corner of the pinion tip past the ring's tip by hand."""
     pinion_spec = GearSpec(name="pinion", teeth=40, addendum_coefficient=0.8)
     ring_spec = GearSpec(name="ring", teeth=100, addendum_coefficient=0.8, rim_diameter=0.7)
-    wide = internal_pair(pinion_spec, ring_spec, Basics(0.006, face_width=0.05))
+    wide = gear_pair(pinion_spec, ring_spec, Basics(0.006, face_width=0.05), internal=True)
     pinion = wide.driving
     ring_spec = GearSpec(name="ring", teeth=teeth, addendum_coefficient=0.6, rim_diameter=0.4)
     small = GearSpec(name="small", teeth=20, profile_shift_coefficient=0.3, addendum_coefficient=0.8)
-    alone = internal_pair(small, ring_spec, Basics(0.006, face_width=0.05)).driven
+    alone = gear_pair(small, ring_spec, Basics(0.006, face_width=0.05), internal=True).driven
     a = 0.003 * (teeth - 40)
     clearance = tip_clearance(pinion, alone, a)
     assert (clearance > 0.0) is clear
@@ -248,7 +249,7 @@ def test_ring_and_wheel_of_infinite_size_are_one_rack():
     ring = make(
         {}, {"teeth": 40_000, "rim_diameter": 250.0, "tip_alteration": None, "addendum_coefficient": 0.9}
     )
-    wheel = external_pair(
+    wheel = gear_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.35),
         GearSpec(name="wheel", teeth=40000, addendum_coefficient=0.9),
         Basics(0.006, face_width=0.05),

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from reference_pairs import ISO, both, pair_of
 
-from wearlab.gears.external import external_pair
 from wearlab.gears.helix import SPUR, overlap_ratio
 from wearlab.gears.iso_6336_2 import (
     contact_ratio_factor,
@@ -17,6 +16,7 @@ from wearlab.gears.iso_6336_2 import (
     single_contact_factors,
     zone_factor,
 )
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 
 
@@ -56,7 +56,7 @@ def test_every_printed_digit_of_the_limit():
 def test_the_inner_point_of_single_contact_by_the_printed_formula():
     """``M1 = tan α_w/√[(√(r_a1²/r_b1² − 1) − 2π/z1)(√(r_a2²/r_b2² − 1) − (ε_α − 1) 2π/z2)]``, M2 likewise."""
     gears = [GearSpec(name="pinion", teeth=19), GearSpec(name="gear", teeth=61)]
-    pair = external_pair(*gears, Basics(3e-3, face_width=0.03))
+    pair = gear_pair(*gears, Basics(3e-3, face_width=0.03))
     over = [math.sqrt((g.tip_radius / g.base_radius) ** 2 - 1.0) for g in pair.gears]
     turn = [2.0 * math.pi / g.teeth for g in pair.gears]
     rest = pair.contact_ratio - 1.0
@@ -70,7 +70,7 @@ def test_the_inner_point_of_single_contact_by_the_printed_formula():
 
 def test_the_stress_of_a_spur_pair_is_that_of_hertz_at_the_pitch_point_shared_by_overlap():
     gears = [GearSpec(name="pinion", teeth=19), GearSpec(name="gear", teeth=61)]
-    pair = external_pair(*gears, Basics(3e-3, face_width=0.03))
+    pair = gear_pair(*gears, Basics(3e-3, face_width=0.03))
     force = 5e3
     normal = force / math.cos(pair.driving.pressure_angle)
     modulus = pair.driving.material.youngs_modulus / (2.0 * (1.0 - 0.3**2))

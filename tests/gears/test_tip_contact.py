@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import minimize_scalar
 from tip_contact import tip_separation
 
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 
-PAIR = external_pair(
+PAIR = gear_pair(
     GearSpec(name="pinion", teeth=23),
     GearSpec(name="gear", teeth=41),
     Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from wearlab.gears.external import external_pair
 from wearlab.gears.outline import load_angle, root_half_angle
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.body import (
     arc_tractions,
@@ -21,7 +21,7 @@ INNER, OUTER = 0.020, 0.070
 
 def pair_of(teeth=50, bore=0.5):
     body = {"bore_diameter": bore * 0.003 * (teeth - 2.5)}
-    return external_pair(
+    return gear_pair(
         GearSpec(name="pinion", teeth=teeth, **body),
         GearSpec(name="gear", teeth=teeth, **body),
         Basics(0.003, face_width=0.02),
@@ -127,7 +127,7 @@ def test_betti_and_positive_energy():
 @pytest.mark.parametrize("bore", [0.3, 0.5])
 def test_own_compliance_is_near_sainsot(teeth, bore):
     shift = 0.35 if teeth == 20 else 0.0
-    pair = external_pair(
+    pair = gear_pair(
         GearSpec(
             name="a",
             teeth=teeth,

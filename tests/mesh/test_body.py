@@ -4,16 +4,15 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import foundation_compliance, foundation_validity, sainsot_coefficients
 
 
 def gear_of(**changes):
     first = GearSpec(name="pinion", **{"teeth": 50, **changes})
-    return external_pair(first, GearSpec(name="gear", teeth=50), Basics(0.003, face_width=0.02)).driving
+    return gear_pair(first, GearSpec(name="gear", teeth=50), Basics(0.003, face_width=0.02)).driving
 
 
 def test_polynomials_of_sainsot():
@@ -57,10 +56,11 @@ def test_range_of_validity():
 
 def test_the_height_keeps_its_sign_where_the_line_of_action_crosses_within_the_ring_s_body():
     """Near E of a 40/100 ring u is negative: the cross term M u/S is too, and the curve has no kink."""
-    pair = internal_pair(
+    pair = gear_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
         GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
         Basics(0.006, face_width=0.05),
+        internal=True,
     )
     ring = pair.driven
     radius = pair.radius(1, np.linspace(pair.path.A, pair.path.E, 201))

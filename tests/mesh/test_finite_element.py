@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import load_angle
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import arc_tractions, arc_work
 from wearlab.mesh.finite_element import compliance as remembered
@@ -25,15 +24,16 @@ HEIGHTS = np.linspace(1.1, 1.9, 9)
 
 def standard(bore=0.04):
     both = [GearSpec(name=name, teeth=50, bore_diameter=bore) for name in ("pinion", "gear")]
-    return external_pair(*both, Basics(0.003, face_width=0.02))
+    return gear_pair(*both, Basics(0.003, face_width=0.02))
 
 
 def inner(driving="pinion"):
-    return internal_pair(
+    return gear_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.35),
         GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
         Basics(0.006, face_width=0.05),
         driving=driving,
+        internal=True,
     )
 
 
@@ -151,7 +151,7 @@ def test_face_width_and_modulus_scale(pair):
     s = np.zeros(1)
     circles = {"tip_diameter": 0.156, "root_diameter": 0.14, "bore_diameter": 0.04}
     both = (GearSpec(name=gear.name, teeth=50, **circles) for gear in pair.gears)
-    wide = external_pair(*both, Basics(0.003, face_width=0.04))
+    wide = gear_pair(*both, Basics(0.003, face_width=0.04))
     assert compliance(pair, s, 2, QUICK)[0] == pytest.approx(
         2.0 * compliance(wide, s, 2, QUICK)[0], rel=1e-12
     )
@@ -196,10 +196,11 @@ def test_gears_that_differ_in_module_alone_yield_alike(which):
 
 def scaled(factor):
     length = {name: factor * size for name, size in (("module", 0.002), ("face_width", 0.02))}
-    return internal_pair(
+    return gear_pair(
         GearSpec(name="pinion", teeth=27, bore_diameter=0.02 * factor),
         GearSpec(name="ring", teeth=71, rim_diameter=0.17 * factor),
         Basics(**length),
+        internal=True,
     )
 
 

@@ -9,7 +9,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 from skfem import MeshQuad, MeshQuad2
 
-from wearlab.gears.external import build_gear, external_pair
+from wearlab.gears.making import build_gear
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.finite_element.compliance import through_cuts
 from wearlab.mesh.finite_element.elements import assemble, flank_loads, half_plane_compliance, sector
@@ -20,7 +21,7 @@ E, NU = STEEL.youngs_modulus, STEEL.poisson_ratio
 
 def few_teeth():
     """Return gears of so few teeth that the whole wheel can be assembled: external, and a ring."""
-    external = external_pair(
+    external = gear_pair(
         GearSpec(name="first", teeth=10, profile_shift_coefficient=0.5, bore_diameter=0.006),
         GearSpec(name="second", teeth=40),
         Basics(0.002, face_width=0.01),

@@ -3,14 +3,14 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.profile import NO_EXTENSION, Extension, interpolate, lookup, profile_grid
 
 
 def long_addendum_pair():
     spec = {"teeth": 60, "addendum_coefficient": 1.35, "dedendum_coefficient": 1.6}
-    return external_pair(
+    return gear_pair(
         GearSpec(name="pinion", **spec, fillet_radius_coefficient=0.2),
         GearSpec(name="gear", **spec, fillet_radius_coefficient=0.2),
         Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair
 from wearlab.gears.outline import contact_depth, involute_point, involute_rise, load_angle, root_curve
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import STEEL, Basics, GearSpec
 from wearlab.mesh.body import (
     arc_tractions,
@@ -27,13 +26,14 @@ from wearlab.mesh.tooth import tooth_compliance, tooth_flexibility
 
 
 def y23(driving="pinion", **ring):
-    return internal_pair(
+    return gear_pair(
         GearSpec(name="pinion", teeth=40, bore_diameter=0.112),
         GearSpec(
             **{"name": "ring", "teeth": 100, "tip_alteration": "wang-2023", "rim_diameter": 0.7, **ring}
         ),
         Basics(0.006, face_width=0.05),
         driving=driving,
+        internal=True,
     )
 
 
@@ -130,11 +130,11 @@ def rack_of(profile, external):
     mate = {"teeth": 60, "root_profile": "radial"}
     if external:
         wheel = GearSpec(name="wheel", teeth=teeth, root_profile=None if profile == "fillet" else "radial")
-        pair = external_pair(GearSpec(name="pinion", **mate), wheel, Basics(m, face_width=0.03))
+        pair = gear_pair(GearSpec(name="pinion", **mate), wheel, Basics(m, face_width=0.03))
         return pair.driven, reference + height
     ring = GearSpec(name="ring", teeth=teeth, rim_diameter=2.2 * reference, root_profile=profile,
                     tip_alteration_coefficient=-0.1)  # fmt: skip
-    pair = internal_pair(GearSpec(name="pinion", **mate), ring, Basics(m, face_width=0.03))
+    pair = gear_pair(GearSpec(name="pinion", **mate), ring, Basics(m, face_width=0.03), internal=True)
     return pair.driven, reference - height
 
 
@@ -155,7 +155,7 @@ def test_ring_and_wheel_of_very_many_teeth_are_one_rack(profile):
 def test_ring_tooth_is_stiffer_than_the_same_wheels():
     """A ring's tooth widens towards its root faster than an external one of the same numbers."""
     ring = y23().driven
-    wheel = external_pair(
+    wheel = gear_pair(
         GearSpec(name="pinion", teeth=40), GearSpec(name="wheel", teeth=100), Basics(0.006, face_width=0.05)
     ).driven
     heights = np.array([-0.004, 0.0, 0.004])

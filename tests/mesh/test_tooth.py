@@ -8,8 +8,8 @@ import pytest
 from half_thickness import half_thickness
 from scipy.integrate import quad
 
-from wearlab.gears.external import external_pair
 from wearlab.gears.outline import involute_point, load_angle, root_half_angle
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.body import foundation_compliance
 from wearlab.mesh.stiffness import yang_sun
@@ -21,7 +21,7 @@ RADIAL = {"root_diameter": 0.140, "bore_diameter": 0.040}
 def build(pinion=None, gear=None):
     first = GearSpec(name="pinion", **{"teeth": 50, **(pinion or {})})
     second = GearSpec(name="gear", **{"teeth": 50, **(gear or {})})
-    return external_pair(first, second, Basics(0.003, face_width=0.02))
+    return gear_pair(first, second, Basics(0.003, face_width=0.02))
 
 
 def evaluate(flexibility: ToothFlexibility, wear):
@@ -235,7 +235,7 @@ def test_a_section_vanishes_before_its_contact_point_does():
 
 def test_compliance_scales_with_the_face_width_and_not_with_the_module():
     def compliance(module, width):
-        pair = external_pair(
+        pair = gear_pair(
             GearSpec(name="a", teeth=30), GearSpec(name="b", teeth=40), Basics(module, face_width=width)
         )
         radius = pair.radius(0, np.linspace(pair.path.A, pair.path.E, 21))

@@ -9,7 +9,7 @@ import pytest
 from wearlab.campaign.campaign import PARTS, ReportSpec
 from wearlab.campaign.inheritance import CampaignError, modelled
 from wearlab.gears.drawing import drawing, half_tooth
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.report.answer import CaseTold, _axis_name, _deepest_point, _sentences
 from wearlab.report.page import FOLDER
@@ -18,7 +18,7 @@ from wearlab.scene.build.sheet import thickness
 
 def pair(teeth=(25, 40)):
     specs = [GearSpec(name=name, teeth=z) for name, z in zip(("pinion", "gear"), teeth, strict=True)]
-    return external_pair(*specs, Basics(0.003, pressure_angle=math.radians(20.0), face_width=0.02))
+    return gear_pair(*specs, Basics(0.003, pressure_angle=math.radians(20.0), face_width=0.02))
 
 
 def points(path):

@@ -4,8 +4,8 @@ import csv
 import math
 from pathlib import Path
 
-from wearlab.gears.external import external_pair
 from wearlab.gears.helix import helix, transverse, transverse_basics
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 
 FILE = Path(__file__).parents[1] / "gears" / "helical_reference_values.csv"
@@ -43,7 +43,7 @@ def pair_of(case):
     ]
     distance = 1e-3 * float(given["centre_distance"])
     return (
-        external_pair(*specs, transverse_basics(basics, turned.angle), centre_distance=distance),
+        gear_pair(*specs, transverse_basics(basics, turned.angle), centre_distance=distance),
         turned,
         given,
     )

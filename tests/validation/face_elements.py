@@ -19,8 +19,8 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import Delaunay, cKDTree
 from skfem import Basis, BilinearForm, ElementTriP2, MeshTri
 
-from wearlab.gears.external import external_pair
 from wearlab.gears.outline import involute_point, load_angle, root_curve
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.finite_element.compliance import of_unit_size
 from wearlab.mesh.finite_element.elements import patch_rule
@@ -64,7 +64,7 @@ def gear_of(drawn):
     """Return a drawn gear of module 1, its transverse section."""
     spec = GearSpec(name="pinion", teeth=drawn.teeth, profile_shift_coefficient=drawn.shift)
     mate = GearSpec(name="gear", teeth=60)
-    return of_unit_size(external_pair(spec, mate, Basics(1.0, face_width=drawn.width)).driving)
+    return of_unit_size(gear_pair(spec, mate, Basics(1.0, face_width=drawn.width)).driving)
 
 
 class Outline:

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex2, ElementQuad2, ElementVector, MeshHex, MeshQuad, asm
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.finite_element.elements import lame, mesh_lines
 from wearlab.mesh.finite_element.outline import LoadedFlank, chart
@@ -39,7 +39,7 @@ class Yields(NamedTuple):
 def gear(teeth=50, module=0.003):
     """Return the gear that is looked at: full depth, unshifted, trochoid root, narrow bore."""
     given = GearSpec(name="pinion", teeth=teeth)
-    return external_pair(given, GearSpec(name="gear", teeth=teeth), Basics(module, face_width=0.02)).driving
+    return gear_pair(given, GearSpec(name="gear", teeth=teeth), Basics(module, face_width=0.02)).driving
 
 
 def _kept(squares):

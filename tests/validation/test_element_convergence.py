@@ -4,13 +4,13 @@ import math
 
 from element_convergence import element_convergence
 
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.finite_element.elements import Options
 
 
 def test_errors_fall_at_second_order():
-    pair = external_pair(
+    pair = gear_pair(
         *(GearSpec(name=name, teeth=30, bore_diameter=0.03) for name in ("pinion", "gear")),
         Basics(0.003, face_width=0.02),
     )

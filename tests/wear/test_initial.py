@@ -5,21 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearError, GearSpec
 from wearlab.mesh.profile import profile_grid
 from wearlab.wear.measured_profile import MeasuredProfile, measured, path_position
 
-EXTERNAL = external_pair(
+EXTERNAL = gear_pair(
     GearSpec(name="pinion", teeth=23),
     GearSpec(name="gear", teeth=41),
     Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
 )
-INTERNAL = internal_pair(
+INTERNAL = gear_pair(
     GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
     GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
     Basics(0.006, face_width=0.05),
+    internal=True,
 )
 GRID = profile_grid(EXTERNAL, 101)
 S = GRID.position

@@ -21,9 +21,9 @@ from itertools import pairwise
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears.external import build_gear, check_basics, check_pair
 from wearlab.gears.gear import Gear, GearPair, in_mesh
-from wearlab.gears.internal import assemble_internal, make_room
+from wearlab.gears.making import build_gear
+from wearlab.gears.pairs import assemble_internal, check_basics, check_pair, make_room
 from wearlab.gears.shifts import planetary_position
 from wearlab.gears.specification import Basics, GearError, GearSpec, refuse
 

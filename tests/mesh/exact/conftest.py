@@ -6,15 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from wearlab.gears.external import external_pair
-from wearlab.gears.internal import internal_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.exact.gaps import WornFlanks
 from wearlab.mesh.profile import profile_grid
 
 
 def external(driving="pinion"):
-    return external_pair(
+    return gear_pair(
         GearSpec(name="pinion", teeth=23),
         GearSpec(name="gear", teeth=41),
         Basics(0.003, pressure_angle=math.radians(20), face_width=0.02),
@@ -23,11 +22,12 @@ def external(driving="pinion"):
 
 
 def internal(driving="pinion"):
-    return internal_pair(
+    return gear_pair(
         GearSpec(name="pinion", teeth=40, fillet_radius_coefficient=0.3),
         GearSpec(name="ring", teeth=100, tip_alteration="wang-2023", rim_diameter=0.7),
         Basics(0.006, face_width=0.05),
         driving=driving,
+        internal=True,
     )
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from field_of_action import FieldOfAction
 
-from wearlab.gears.external import external_pair
 from wearlab.gears.helix import helix, overlap_ratio, transverse, transverse_basics
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.face.grid import helical_face, lattice, nodes_per_pitch, spur_face
 from wearlab.mesh.profile import Extension, profile_grid
@@ -18,7 +18,7 @@ ANGLE = math.radians(20.0)
 def helical(degrees, face_width, sense=1.0):
     turned = helix(math.radians(degrees), ANGLE, sense)
     specs = [transverse(GearSpec(name=name, teeth=z), turned) for name, z in (("pinion", 23), ("gear", 71))]
-    return external_pair(*specs, transverse_basics(Basics(4e-3, ANGLE, face_width), turned.angle)), turned
+    return gear_pair(*specs, transverse_basics(Basics(4e-3, ANGLE, face_width), turned.angle)), turned
 
 
 def overlap_of(pair, turned):

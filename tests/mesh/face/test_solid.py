@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.mesh.face.test_solve import FORCE, B, places, pressed
-from wearlab.gears.external import external_pair
+from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.mesh.face.solve import solve_phases
 from wearlab.mesh.finite_element.compliance import of_unit_size, solve_gear
@@ -22,7 +22,7 @@ EDGES = np.linspace(0.0, 6.0, 9)
 
 def gear(module=1.0):
     given = GearSpec(name="pinion", teeth=23), GearSpec(name="gear", teeth=71)
-    return external_pair(*given, Basics(module, face_width=6.0 * module)).driving
+    return gear_pair(*given, Basics(module, face_width=6.0 * module)).driving
 
 
 def test_far_from_the_ends_of_a_long_face_teeth_are_in_plane_strain():

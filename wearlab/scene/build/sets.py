@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears import external, helix, internal, planetary, train
+from wearlab.gears import helix, pairs, planetary, train
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
@@ -20,11 +20,11 @@ def build_pair(scene: Scene) -> GearPair:
     """Return the pair of ``[gears]``, driven by ``operation.input``; of helical gears their section."""
     gears: Any = scene.gears
     (first, second), basics = transverse_section(gears)
-    make: Any = internal.internal_pair if gears.kind == "internal-pair" else external.external_pair
-    pair: GearPair = make(
-        first, second, basics, centre_distance=gears.centre_distance, driving=scene.operation.input
+    driving, internal = scene.operation.input, gears.kind == "internal-pair"
+    distance = gears.centre_distance
+    return pairs.gear_pair(
+        first, second, basics, centre_distance=distance, driving=driving, internal=internal
     )
-    return pair
 
 
 def transverse_section(gears: Any) -> tuple[list[GearSpec], Basics]:

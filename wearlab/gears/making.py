@@ -1,11 +1,10 @@
-"""Gears, rings among them, and external pairs: from specifications to a pair that can run, or a refusal."""
+"""Gears, rings among them: from a specification to every dimension, or a refusal with its reason."""
 
 import math
 
-from wearlab.gears.gear import Gear, GearPair, in_mesh
+from wearlab.gears.gear import Gear
 from wearlab.gears.root import RackCut, ring_root, root_of
-from wearlab.gears.shifts import operating_position
-from wearlab.gears.specification import Basics, GearError, GearSpec, check_reliefs, refuse
+from wearlab.gears.specification import Basics, GearSpec, refuse
 
 FEWEST_TEETH = 5
 
@@ -23,7 +22,7 @@ def build_gear(
 
     ``r_a = m (z/2 + x ± (h_a + k))``, ``r_f = m (z/2 + x ∓ h_f)``, or the given diameters; lower signs of a
     ring. A ring without a tip alteration of its own has k = 0: profile shifts leave its tip clearances at the
-    standard ones or above, and the pair may shorten it further (:mod:`wearlab.gears.internal`). Its
+    standard ones or above, and the pair may shorten it further (:mod:`wearlab.gears.pairs`). Its
     ``tip_alteration = "wang-2023"`` puts the tip at ``r − m h_a + m/(z tan²α)``, about where an unshifted
     pinion's involute begins.
 
@@ -189,161 +188,3 @@ def _check_tip(gear: Gear) -> None:
         "shorten it or reduce profile_shift_coefficient": half <= 0.0,
     }
     refuse(gear.name, reasons)
-
-
-CONTACT_TOLERANCE = 1e-9  # relative slack of a comparison of two lengths
-
-
-def external_pair(
-    first: GearSpec,
-    second: GearSpec,
-    basics: Basics,
-    *,
-    centre_distance: float | None = None,
-    driving: str | None = None,
-) -> GearPair:
-    """Return the external pair of two gears, or refuse it.
-
-    Parameters
-    ----------
-    first, second : the gears as specified
-    basics : what they share
-    centre_distance : operating centre distance [m]; absent: from the profile shifts
-    driving : name of the driving gear; absent: the first
-
-    Returns
-    -------
-    GearPair
-
-    Raises
-    ------
-    GearError : no involute contact, contact ratio below 1, undercut, pointed tip, tip or fillet
-        interference, impossible circles, contradicting shifts; with numbers and a remedy
-
-    References
-    ----------
-    ISO 21771:2007, clauses 4 and 5.
-    """
-    check_basics(first, second, basics)
-    if driving not in (None, first.name, second.name):
-        raise GearError(f"driving gear {driving!r} is neither {first.name!r} nor {second.name!r}")
-    specs = first, second
-    shifts = first.profile_shift_coefficient, second.profile_shift_coefficient
-    operating = operating_position((first.teeth, second.teeth), shifts, basics, centre_distance)
-    gears = [
-        build_gear(spec, basics, x, operating.tip_alteration, operating.assumed)
-        for spec, x in zip(specs, operating.shifts, strict=True)
-    ]
-    if driving == second.name:
-        gears.reverse()
-    pair = in_mesh(gears[0], gears[1], operating.centre_distance, operating.working_pressure_angle)
-    check_pair(pair, -sum(spec.tooth_thickness_allowance for spec in specs))
-    return pair
-
-
-def check_basics(first: GearSpec, second: GearSpec, basics: Basics) -> None:
-    """Refuse a module or a pressure angle that no gear has, and two gears of one name.
-
-    Raises
-    ------
-    GearError : naming the value
-    """
-    module, pressure_angle = basics[:2]
-    if not module > 0.0:
-        raise GearError(f"the module must be positive, not {module:g} m")
-    if not 0.0 < pressure_angle < math.pi / 4:
-        raise GearError(
-            f"the pressure angle must lie between 0 and 45 deg, not {math.degrees(pressure_angle):.4g} deg"
-        )
-    if first.name == second.name:
-        raise GearError(f"both gears are called {first.name!r}; give them two names")
-
-
-def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
-    """Refuse a pair that cannot run together.
-
-    Parameters
-    ----------
-    pair : the gears in mesh
-    thinned : by how much allowances thin both teeth at the reference circles [m]
-
-    Raises
-    ------
-    GearError : contact ratio below 1, tip interference, fillet interference, tip into root
-    """
-    check_contact_ratio(pair, "enlarge the tips or reduce the centre distance")
-    for gear, mate, s_root in (
-        (pair.driving, pair.driven, pair.path.A),
-        (pair.driven, pair.driving, -pair.path.E),
-    ):
-        start = gear.base_radius * math.tan(pair.working_pressure_angle) + s_root
-        check_start(gear, mate, start)
-        check_clearance(mate, gear, pair.centre_distance - mate.tip_radius - gear.root_radius)
-        check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
-    check_backlash(pair, thinned)
-
-
-def check_contact_ratio(pair: GearPair, remedy: str) -> None:
-    """Refuse a pair of which at times no teeth touch, and say what helps."""
-    if not pair.contact_ratio >= 1.0:
-        raise GearError(
-            f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
-            f"{(pair.path.E - pair.path.A) * 1e3:.4g} mm and the base pitch {pair.base_pitch * 1e3:.4g} mm; "
-            f"{remedy}"
-        )
-
-
-def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
-    """Refuse teeth that are thicker than the spaces at the centre distance given.
-
-    Parameters
-    ----------
-    pair : the gears in mesh
-    thinned : by how much allowances thin both teeth at the reference circles, ``ΔJ_bn = thinned cos α`` [m]
-
-    Raises
-    ------
-    GearError : the backlash is negative by more than printed numbers are rounded
-    """
-    if pair.backlash < -pair.rounding:
-        names = " and ".join(gear.name for gear in pair.gears)
-        farther = "reduce" if pair.internal else "raise"
-        added = thinned * math.cos(pair.driving.pressure_angle)
-        left = f"{pair.backlash * 1e6:.4g} µm"
-        if added:
-            without = f"{(pair.backlash - added) * 1e6:.4g} µm"
-            left = f"{without}, allowances of the tooth thickness add {added * 1e6:.4g} µm: together {left}"
-        by = -pair.backlash / (2.0 * math.sin(pair.working_pressure_angle))
-        raise GearError(
-            f"the teeth of {names} jam: the backlash that profile shifts and centre distance leave is "
-            f"{left} along the line of action; {farther} the centre distance by {by * 1e3:.3g} mm, give "
-            f"{'more' if added else 'a'} tooth_thickness_allowance below 0, or leave out one of shifts and "
-            "centre distance"
-        )
-
-
-def check_clearance(gear: Gear, mate: Gear, clearance: float) -> None:
-    """Refuse a tip that runs into the mate's root."""
-    if clearance <= 0.0:
-        raise GearError(
-            f"{gear.name}: its tip runs {-clearance * 1e3:.4g} mm into the root of {mate.name}; shorten "
-            f"the tip of {gear.name} or deepen the root of {mate.name}"
-        )
-
-
-def check_start(gear: Gear, mate: Gear, curvature: float) -> None:
-    """Refuse contact that begins beyond the base circle's tangent point, or below the form circle."""
-    word, remedy = ("involute", ' (tip_alteration = "wang-2023")') if mate.internal else ("tip", "")
-    if curvature <= 0.0:
-        raise GearError(
-            f"{word} interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} mm beyond the "
-            f"tangent point of the base circle of {gear.name}; shorten the tip of {mate.name}{remedy} or "
-            f"raise the profile shift of {gear.name}"
-        )
-    start = math.hypot(gear.base_radius, curvature)
-    if start < gear.form_radius * (1.0 - CONTACT_TOLERANCE):
-        raise GearError(
-            f"fillet interference: {mate.name} would touch {gear.name} at diameter {2e3 * start:.5g} mm, "
-            f"below its form diameter {2e3 * gear.form_radius:.5g} mm; shorten the tip of {mate.name}{remedy}"
-            f", deepen the root of {gear.name} or reduce its fillet_radius_coefficient"
-        )
