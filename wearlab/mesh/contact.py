@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh.exact.gaps import Gaps
+from wearlab.mesh.exact.gaps import Gaps, MeetingGaps
 from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes, interpolate
 from wearlab.mesh.sharing import share
 from wearlab.mesh.stiffness import PairStiffness
@@ -135,11 +135,10 @@ class ContactAnalysis:
         if self.gaps is None:
             gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
             return gap, self.stiffness.body(carried)
-        meeting = self.gaps.meeting
-        if meeting is None:
+        if not isinstance(self.gaps, MeetingGaps):
             return self.gaps.at(wear), self.stiffness.body(carried)
         nodes = self.grid.contact_position
-        met = meeting.contact(wear, nodes)
+        met = self.gaps.contact(wear, nodes)
         return met.gap, self.stiffness.body_where(carried, nodes, met.driving, met.driven)
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:

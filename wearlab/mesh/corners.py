@@ -10,15 +10,14 @@ their nodes with straight lines between, and the tip corner is met exactly; kine
 :mod:`wearlab.mesh.exact.kinematics`, for all points and positions at once.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Complex, Index
+from wearlab.arrays import Array, Index
 from wearlab.gears.gear import DRIVEN, DRIVING, TIP_AT, GearPair
-from wearlab.mesh.exact.flank import OverhangingFlank, healthy_reach, side_of
+from wearlab.mesh.exact.flank import OverhangingFlank, healthy_reach, involute_of
 from wearlab.mesh.exact.kinematics import point_seen, turned_to
 from wearlab.mesh.profile import Extension
 
@@ -161,65 +160,18 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
     ----------
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
-    if gear == DRIVING:
-        return _apart(pair, DRIVING, x, x, s)
-    turned = x + 0.0 * s
+    own, mate, turned = involute_of(pair, gear), involute_of(pair, 1 - gear), x + 0.0 * s
     for _ in range(TURNS):
-        apart, theirs = _apart(pair, DRIVEN, turned, x, s)
-        turned = turned - apart
-        if np.abs(apart).max(initial=0.0) <= AS_GOOD_AS_MET * pair.base_pitch:
+        with np.errstate(invalid="ignore"):
+            reach, q_n, q_u = point_seen(own, mate, turned, s, 0.0)
+        theirs = np.where(np.isnan(reach), -mate.side * mate.curvature, reach)  # within its base circle: that
+        mate_turned = theirs + turned_to(mate, theirs, q_n, q_u)
+        if gear == DRIVING:
+            return x - mate_turned, theirs
+        turned = turned + (x - mate_turned)
+        if np.abs(x - mate_turned).max(initial=0.0) <= AS_GOOD_AS_MET * pair.base_pitch:
             break
     return x - turned, theirs
-
-
-def _apart(pair: GearPair, gear: int, own: Array, x: Array, s: Array) -> tuple[Array, Array]:
-    """Return the distance of points of a gear turned to ``own`` from its mate turned to x, and s' [m]."""
-    other = 1 - gear
-    frame = _frame(pair)
-    centre = frame.centre
-    place = _turned(pair, gear, own, s, frame)
-    theirs = _position_at(pair, other, np.abs(place - centre[other]), frame)
-    mate = _turned(pair, other, x, theirs, frame)
-    angle = np.angle((place - centre[other]) / (mate - centre[other]))
-    # the driven flank lies ahead of the driving one in the sense in which each gear turns
-    ahead = _sense(pair, other) * (1.0 if gear == DRIVEN else -1.0)
-    return ahead * pair.gears[other].base_radius * angle, theirs
-
-
-class _Frame(NamedTuple):
-    """A pair in the plane of complex numbers: pitch point, unit vector along the line of action, centres."""
-
-    pitch: complex
-    along: complex
-    centre: tuple[complex, complex]
-
-
-def _frame(pair: GearPair) -> _Frame:
-    alpha = pair.working_pressure_angle
-    first, second = (gear.base_radius / math.cos(alpha) for gear in pair.gears)
-    towards = -1.0 if pair.driving.internal else 1.0
-    apart = first - second if pair.internal else first + second
-    along = complex(towards * math.sin(alpha), math.cos(alpha))
-    return _Frame(complex(first), along, (0j, complex(apart)))
-
-
-def _sense(pair: GearPair, gear: int) -> float:
-    """Return the sense in which a gear turns, the driving one counter-clockwise."""
-    return -1.0 if gear == DRIVEN and not pair.internal else 1.0
-
-
-def _turned(pair: GearPair, gear: int, x: Array, s: Array, frame: _Frame) -> Complex:
-    arm = frame.pitch + s * frame.along - frame.centre[gear]
-    turn = _sense(pair, gear) * (x - s) / pair.gears[gear].base_radius
-    return np.asarray(frame.centre[gear] + arm * np.exp(1j * turn))
-
-
-def _position_at(pair: GearPair, gear: int, distance: Array, frame: _Frame) -> Array:
-    """Return the path position at which a gear touches at a distance from its centre [m]."""
-    foot = -((frame.pitch - frame.centre[gear]) * frame.along.conjugate()).real
-    side = np.sign(0.5 * (pair.path.A + pair.path.E) - foot)
-    base = pair.gears[gear].base_radius
-    return np.asarray(foot + side * np.sqrt(np.maximum(0.0, distance**2 - base**2)))
 
 
 NEARLY = 2e-3
@@ -262,9 +214,7 @@ class _FlankPoints:
         self.w = np.interp(self.s, position, signed)
         self.w[len(before) : len(before) + len(position)] = signed
         self.reach = self.s + self.w
-        self.base_radius = pair.gears[gear].base_radius
-        self.curvature = self.base_radius * np.tan(pair.working_pressure_angle)
-        self.side = side_of(pair, gear)
+        self.base_radius, self.curvature, self.side = involute_of(pair, gear)
         smooth = np.diff(self.s) > 0.0
         if np.any(np.diff(self.reach)[smooth] <= 0.0):
             raise OverhangingFlank("the flank overhangs")

@@ -50,7 +50,7 @@ def exact_values(
 
 def _meeting(analysis: ContactAnalysis) -> gaps.MeetingGaps | None:
     """Return the gaps of an analysis that know which points meet, None without."""
-    return None if analysis.gaps is None else analysis.gaps.meeting
+    return analysis.gaps if isinstance(analysis.gaps, gaps.MeetingGaps) else None
 
 
 def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], state: coupled.KindState) -> None:

@@ -65,29 +65,33 @@ class Flank(NamedTuple):
     piece: Index
 
 
-class Pieces(NamedTuple):
-    """How the nodes of a profile grid make smooth pieces; nothing here changes with wear.
+class Involute(NamedTuple):
+    """A flank that is not worn.
 
     Parameters
     ----------
-    first, last : (n_runs,) nodes with which each smooth run begins and ends
+    base_radius, curvature : r_b and ρ_0, the radius of curvature at the pitch point [m]
+    side : t, +1 when the radius of curvature grows along the path, −1 when it falls
     """
 
-    first: Index
-    last: Index
+    base_radius: float
+    curvature: float
+    side: float
 
 
-def pieces(grid: ProfileGrid) -> Pieces:
+def involute_of(pair: GearPair, gear: int) -> Involute:
+    """Return the unworn flank of a gear, 0 driving, 1 driven."""
+    base_radius, rho = pair.gears[gear].base_radius, pair.curvature(np.array([0.0, pair.path.E]))[gear]
+    side = 1.0 if rho[1] > rho[0] else -1.0
+    return Involute(base_radius, base_radius * math.tan(pair.working_pressure_angle), side)
+
+
+def smooth_runs(grid: ProfileGrid) -> list[slice]:
     """Return the smooth runs of nodes on A–E: from one break of the grid to the next."""
-    runs = []
-    for column in grid.first.T:
-        for first, count in zip(column, grid.intervals, strict=True):
-            begin = first - grid.before
-            if first >= 0 and 0 <= begin < len(grid.position):
-                runs.append((begin, begin + count))
-    runs.sort()
-    first, last = np.array(runs, dtype=np.int64).T
-    return Pieces(np.ascontiguousarray(first), np.ascontiguousarray(last))
+    begin = grid.first - grid.before
+    on_flank = (begin >= 0) & (begin < len(grid.position))
+    end = begin + grid.intervals[:, None] + 1
+    return [slice(*run) for run in sorted(zip(begin[on_flank], end[on_flank], strict=True))]
 
 
 def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
@@ -115,13 +119,7 @@ def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     return (begin - below, end) if gear == DRIVING else (begin, end + below)
 
 
-def side_of(pair: GearPair, gear: int) -> float:
-    """Return t: +1 when the gear's curvature radius grows along the path, −1 when it falls."""
-    rho = pair.curvature(np.array([0.0, pair.path.E]))[gear]
-    return 1.0 if rho[1] > rho[0] else -1.0
-
-
-def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: Pieces) -> Flank:
+def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: list[slice]) -> Flank:
     """Return the flank with material removed at the nodes; between them a cubic with fourth-order slopes.
 
     Between the form circle and the active flank nothing touches in ideal contact; there the flank is taken
@@ -143,7 +141,7 @@ def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: P
     low, high = healthy_reach(pair, gear)
     parts = [
         (position[run], shift[run], slopes(shift[run], BY_QUARTIC) / (position[run][1] - position[run][0]))
-        for run in (slice(first, last + 1) for first, last in zip(runs.first, runs.last, strict=True))
+        for run in runs
     ]
     if low < position[0]:
         parts.insert(0, (np.array([low, position[0]]), np.full(2, shift[0]), np.zeros(2)))
@@ -155,20 +153,9 @@ def worn_flank(pair: GearPair, gear: int, position: Array, depth: Array, runs: P
     )
     piece = np.cumsum([0, *(len(nodes) - 1 for nodes, _, _ in parts)])
     start, width = np.ascontiguousarray(s[:, 0]), s[:, 1] - s[:, 0]
-    flank = Flank(*_form(pair, gear), start, width, ends, slope, s + ends, piece)
-    _check(flank)
-    return flank
-
-
-def _form(pair: GearPair, gear: int) -> tuple[float, float, float]:
-    base_radius = pair.gears[gear].base_radius
-    return base_radius, base_radius * math.tan(pair.working_pressure_angle), side_of(pair, gear)
-
-
-def _check(flank: Flank) -> None:
-    """Refuse a flank that folds back on itself (1 + dw/ds ≤ 0) or reaches its base circle."""
+    flank = Flank(*involute_of(pair, gear), start, width, ends, slope, s + ends, piece)
     steepest = steepest_shift(flank.width, flank.shift, flank.slope)
-    if steepest <= -1.0:
+    if steepest <= -1.0:  # it folds back on itself
         raise OverhangingFlank(
             f"the worn flank overhangs: its wear changes by {-steepest:.3g} m per m of path; give wear "
             "that varies over a longer part of the flank"
@@ -176,6 +163,7 @@ def _check(flank: Flank) -> None:
     rho = flank.curvature + flank.side * flank.reached
     if rho.min() <= 0.0:
         raise OverhangingFlank(f"wear reaches {-1e3 * rho.min():.3g} mm below the base circle")
+    return flank
 
 
 def steepest_shift(width: Array, shift: Array, slope: Array) -> float:
@@ -255,7 +243,7 @@ def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
 
 
 def _at_pitch_point(pair: GearPair, gear: int) -> float:
-    side = side_of(pair, gear)
+    side = involute_of(pair, gear).side
     return side * (involute(pair.working_pressure_angle) - pair.gears[gear].base_half_angle)
 
 
@@ -295,11 +283,10 @@ def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Ar
     ----------
     Y23 Eqs. 19–23, Fig. 8: positive where wear deepens outwards.
     """
-    base_radius, curvature, side = _form(pair, gear)
+    base_radius, curvature, side = involute_of(pair, gear)
     cosine = np.cos(contact_angle(pair, gear, grid.position))
-    across, rate, runs = depth / cosine, np.empty(depth.shape), pieces(grid)
-    for first, last in zip(runs.first, runs.last, strict=True):
-        run = slice(first, last + 1)
+    across, rate = depth / cosine, np.empty(depth.shape)
+    for run in smooth_runs(grid):
         rate[..., run] = np.gradient(across[..., run], grid.position[run], axis=-1, edge_order=2)
     rho = curvature + side * grid.position
     return np.asarray(rate * base_radius / (side * rho * cosine))

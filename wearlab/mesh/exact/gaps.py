@@ -85,9 +85,9 @@ class WornFlanks:
     modification: Array
 
     @cached_property
-    def runs(self) -> flank.Pieces:
+    def runs(self) -> list[slice]:
         """Smooth runs of nodes."""
-        return flank.pieces(self.grid)
+        return flank.smooth_runs(self.grid)
 
     @cached_property
     def thickness(self) -> Array:
@@ -139,11 +139,6 @@ class Gaps(ABC):
 
     flanks: WornFlanks
 
-    @property
-    def meeting(self) -> "MeetingGaps | None":
-        """These gaps where they know which points meet, None where they do not."""
-        return None
-
     @abstractmethod
     def at(self, wear: Array) -> Array:
         """Return the gap at every touching node for wear (2, n), (n_contact,) [m]."""
@@ -151,11 +146,6 @@ class Gaps(ABC):
 
 class MeetingGaps(Gaps):
     """Gaps from the points of both flanks that meet."""
-
-    @property
-    def meeting(self) -> "MeetingGaps":
-        """These gaps themselves."""
-        return self
 
     @abstractmethod
     def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
@@ -202,11 +192,14 @@ class DisplacementBeyond(Gaps):
             When wear is deeper than the tooth is thick.
         """
         self.flanks.check_thickness(wear)
-        removed = wear + self.flanks.modification
+        return self.of(wear + self.flanks.modification)
+
+    def of(self, removed: Array) -> Array:
+        """Return the gap for material removed from the flanks (2, …, n), (…, n_contact) [m]."""
         gap = self.flanks.grid.beyond(removed.sum(axis=0))
         for part, tip in self.corners:
             least = tip.gap(removed)
-            gap[part] += least[:-1] - least[-1]
+            gap[..., part] += least[..., :-1] - least[..., -1:]
         return gap
 
 

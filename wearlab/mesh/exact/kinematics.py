@@ -235,14 +235,13 @@ def tangency(driving: Flank, driven: Flank, position: ArrayLike) -> FlankContact
     ----------
     Y23 Eqs. 9–23, Algorithm 1 line 11 for φ1.
     """
-    s = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
-    contact = FlankContact(s.copy(), *(np.full(len(s), np.nan) for _ in range(3)))
-    _solve(driving, driven, s, contact.driven, contact.x_driving, contact.x_driven)
-    return contact
+    s = np.array(position, float).ravel()
+    return FlankContact(s, *_solve(driving, driven, s))
 
 
 @jit
-def _solve(driving, driven, s, partner, x_driving, x_driven):  # type: ignore[no-untyped-def]
+def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
+    partner, x_driving, x_driven = np.full(len(s), np.nan), np.full(len(s), np.nan), np.full(len(s), np.nan)
     d_n = driven.side * driven.base_radius - driving.side * driving.base_radius
     d_u = driven.side * driven.curvature - driving.side * driving.curvature
     for i in range(len(s)):
@@ -258,6 +257,7 @@ def _solve(driving, driven, s, partner, x_driving, x_driven):  # type: ignore[no
         partner[i] = s2
         x_driving[i] = s[i] + driving.side * driving.base_radius * (turn - eta)
         x_driven[i] = s2 + driven.side * driven.base_radius * (turn - eta2)
+    return partner, x_driving, x_driven
 
 
 @jit_inner

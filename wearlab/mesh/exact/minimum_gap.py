@@ -35,12 +35,9 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
     -------
     FlankContact; its ``gap`` is inf, and the points NaN, where the flanks cannot meet at all
     """
-    x = np.ascontiguousarray(np.ravel(np.asarray(position, float)))
-    contact = FlankContact(np.full(len(x), np.nan), np.full(len(x), np.nan), x.copy(), np.empty(len(x)))
-    _search(
-        driving, driven, gap_curvature(driving, driven), x, contact.driving, contact.driven, contact.x_driven
-    )
-    return contact
+    x = np.array(position, float).ravel()
+    first, second, gap = _search(driving, driven, gap_curvature(driving, driven), x)
+    return FlankContact(first, second, x, x - gap)
 
 
 def gap_curvature(driving: Flank, driven: Flank) -> float:
@@ -57,8 +54,9 @@ def gap_curvature(driving: Flank, driven: Flank) -> float:
 
 
 @jit
-def _search(driving, driven, parts, x, s1, s2, x2):  # type: ignore[no-untyped-def]
+def _search(driving, driven, parts, x):  # type: ignore[no-untyped-def]
     m = len(driving.start)
+    s1, s2, gaps = np.empty(len(x)), np.empty(len(x)), np.empty(len(x))
     left, right = np.empty(m), np.empty(m)
     below, above = _deepest(driving, driven)
     for i in range(len(x)):
@@ -81,8 +79,8 @@ def _search(driving, driven, parts, x, s1, s2, x2):  # type: ignore[no-untyped-d
             best = min(best, left[high], right[high])
         gap, where, partner = _refined(driving, driven, x[i], low, high, left, right, best)
         span = max(x[i] - driving.start[low], driving.start[high] + driving.width[high] - x[i])
-        s1[i], s2[i], gap = _at_corners(driving, driven, x[i], span, where, partner, gap)
-        x2[i] = x[i] - gap
+        s1[i], s2[i], gaps[i] = _at_corners(driving, driven, x[i], span, where, partner, gap)
+    return s1, s2, gaps
 
 
 @jit_inner
@@ -90,15 +88,11 @@ def _deepest(driving, driven):  # type: ignore[no-untyped-def]
     """Return the least material removed from both flanks on the intervals up to, and from, each one [m]."""
     m = len(driving.start)
     below, above = np.empty(m), np.empty(m)
-    mate = driven.shift.min()
-    least = np.inf
+    mate, up_to, from_here = driven.shift.min(), np.inf, np.inf
     for k in range(m):
-        least = min(least, -driving.shift[k, 0], -driving.shift[k, 1])
-        below[k] = least + mate
-    least = np.inf
-    for k in range(m - 1, -1, -1):
-        least = min(least, -driving.shift[k, 0], -driving.shift[k, 1])
-        above[k] = least + mate
+        up_to = min(up_to, -driving.shift[k, 0], -driving.shift[k, 1])
+        from_here = min(from_here, -driving.shift[m - 1 - k, 0], -driving.shift[m - 1 - k, 1])
+        below[k], above[m - 1 - k] = up_to + mate, from_here + mate
     return below, above
 
 

@@ -67,17 +67,12 @@ def mesh_relation(gaps: MeetingGaps, wear: Array, phase: Array, numbers: Index) 
     x = pair.path.A + (phase + np.asarray(numbers)[:, None]) * pair.base_pitch
     near = (x >= reach[0]) & (x <= reach[-1])
     contact = gaps.contact(wear, x[near])
-    driving, driven, x_driven, gap = (np.full(x.shape, fill) for fill in (np.nan, np.nan, np.nan, np.inf))
-    driving[near], driven[near], x_driven[near], gap[near] = (
-        contact.driving,
-        contact.driven,
-        contact.x_driven,
-        contact.gap,
-    )
+    touching, turned = np.full((2, *x.shape), np.nan), np.stack([x, np.full(x.shape, np.nan)])
+    touching[:, near], turned[1, near] = (contact.driving, contact.driven), contact.x_driven
     return MeshRelation(
-        np.stack([contact_angle(pair, i, where) for i, where in enumerate((driving, driven))]),
-        np.stack([rotation_angle(pair, i, turned) for i, turned in enumerate((x, x_driven))]),
-        gap,
+        np.stack([contact_angle(pair, i, where) for i, where in enumerate(touching)]),
+        np.stack([rotation_angle(pair, i, where) for i, where in enumerate(turned)]),
+        np.where(near, x - turned[1], np.inf),
     )
 
 

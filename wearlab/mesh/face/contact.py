@@ -142,19 +142,13 @@ class FaceContact:
         SectionVanished
             When wear is deeper than a tooth is thick.
         """
-        gaps = self.analysis.gaps
-        if gaps is not None:
+        gaps, removed = self.analysis.gaps, (wear + self.lead) / self.helix.cosine
+        if isinstance(gaps, DisplacementBeyond):
             gaps.flanks.check_thickness(wear.max(axis=1))
-        on_purpose = np.zeros_like(wear[:, :1]) if gaps is None else gaps.flanks.modification[:, None, :]
-        removed = (wear + self.lead) / self.helix.cosine + on_purpose
-        total = removed.sum(axis=0)
-        if gaps is None:
-            total = total + self.analysis.modification
-        carried = self.analysis.grid.beyond(total)
-        for part, tip in gaps.corners if isinstance(gaps, DisplacementBeyond) else ():
-            least = tip.gap(removed)
-            carried[:, part] += least[:, :-1] - least[:, -1:]
-        return np.asarray(carried + self.opening[:, None])
+            gap = gaps.of(removed + gaps.flanks.modification[:, None, :])
+        else:
+            gap = self.analysis.grid.beyond(removed.sum(axis=0) + self.analysis.modification)
+        return np.asarray(gap + self.opening[:, None])
 
     def solve(
         self, wear: Array, near: LineLoads | None = None, force: Array | float | None = None

@@ -7,6 +7,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.gears import gear, outline, specification
 from wearlab.mesh import contact, corners, gear_set, profile
+from wearlab.mesh.exact.gaps import MeetingGaps
 from wearlab.scene import Scene
 from wearlab.scene.build import face, mesh, sets
 
@@ -80,7 +81,7 @@ def cut_short(
     pair, analysis : the gears and their contact
     nodes : of one wear state
     """
-    if analysis.gaps is None or analysis.gaps.meeting is None:
+    if not isinstance(analysis.gaps, MeetingGaps):
         return ()
     if analysis.engagement_gap < np.inf:
         engaged = np.isfinite(analysis.at(nodes, analysis.at_nodes)[0]).astype(float)
