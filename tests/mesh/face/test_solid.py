@@ -6,7 +6,7 @@ import pytest
 from tests.mesh.face.test_solve import FORCE, B, places, pressed
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
-from wearlab.mesh.face.solve import solve_phases
+from wearlab.mesh.face.solve import Section, Slices, solve_phases
 from wearlab.mesh.finite_element.compliance import of_unit_size, solve_gear
 from wearlab.mesh.finite_element.solid import (
     SOLID,
@@ -77,12 +77,12 @@ def test_more_shapes_make_it_softer_by_less_and_less(monkeypatch):
 def on_solid(gap, solid, hertz, force=FORCE):
     """Return line loads and approach of one line on slices of a compliance (n, n) [m/N]."""
     n = len(gap)
-    load, approach, tangent = np.zeros((1, 1, n)), np.empty(1), np.empty(1)
-    solve_phases(
-        np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.full(n - 1, B / n), np.ones(1), np.ones(1),
-        np.zeros((0, 1)), np.array([hertz]), 0.0, 1.0, np.asarray(gap)[:, None], 0.0, np.array([force]), load,
-        approach, tangent, solid[None, None],
-    )  # fmt: skip
+    slices = Slices(np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.ones(1))
+    section = Section(np.ones(1), np.zeros((0, 1)), np.array([hertz]), 0.0, 1.0)
+    gap, start = np.asarray(gap)[:, None], np.zeros((1, 1, n))
+    load, approach, tangent = solve_phases(
+        slices, section, gap, np.array([force]), start, None, solid[None, None]
+    )
     return load[0, 0], approach[0], tangent[0]
 
 

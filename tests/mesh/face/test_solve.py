@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.mesh.face.solve import solve_phases
+from wearlab.mesh.face.solve import Section, Slices, layer_of, solve_phases
 
 B, FORCE, STIFFNESS = 0.1, 40e3, 20e9
 """Face width [m], force [N], stiffness per width [N/m²]."""
@@ -17,11 +17,17 @@ def pressed(gap, *, compliance=1.0 / STIFFNESS, contact=None, shear_length=0.0, 
     middle = 0.5 * (edges[1:] + edges[:-1])
     body = np.array([0.5 * compliance if contact is None else compliance])
     hertz = np.array([0.5 * compliance if contact is None else contact])
-    load, approach, tangent = np.zeros((1, 1, n)), np.empty(1), np.empty(1)
-    solve_phases(
-        np.zeros((1, 1, n), np.int64), width, np.diff(middle), np.ones(1), body, np.zeros((0, 1)), hertz, 0.0,
-        1.0, np.asarray(gap)[:, None], shear_length**2, np.array([force]), load, approach, tangent,
-    )  # fmt: skip
+    slices = Slices(np.zeros((1, 1, n), np.int64), width, np.ones(1))
+    section = Section(body, np.zeros((0, 1)), hertz, 0.0, 1.0)
+    load, approach, tangent = solve_phases(
+        slices,
+        section,
+        np.asarray(gap)[:, None],
+        np.array([force]),
+        np.zeros((1, 1, n)),
+        layer_of(slices, middle, body, shear_length),
+        None,
+    )
     return load[0, 0], approach[0], tangent[0], width
 
 

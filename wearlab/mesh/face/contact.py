@@ -18,7 +18,7 @@ from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solid import SolidLines
-from wearlab.mesh.face.solve import solve_phases
+from wearlab.mesh.face.solve import Layer, Section, Slices, layer_of, solve_phases
 from wearlab.mesh.stages import Springs
 
 LIGHT = 1.0
@@ -41,25 +41,6 @@ class LineLoads(NamedTuple):
     tangent: Array
     load: Array
     unloaded: Array
-
-
-class Section(NamedTuple):
-    """How a slice yields, per face width.
-
-    Parameters
-    ----------
-    body : (n_contact,) compliance of teeth and bodies [m²/N]
-    cross : (n_apart, n_contact) what pairs share of their bodies [m/N]
-    hertz : (n_contact,) compliance of the contact at the least load [m²/N]
-    softening : by how much it falls as the load grows e-fold [m²/N]
-    least : load below which it no longer changes [N/m]
-    """
-
-    body: Array
-    cross: Array
-    hertz: Array
-    softening: float
-    least: float
 
 
 def section(
@@ -127,6 +108,16 @@ class FaceContact:
         """The loads of unworn flanks under the static load."""
         return self.solve(np.zeros((2, *self.grid.shape)))
 
+    @cached_property
+    def _slices(self) -> Slices:
+        return Slices(self.grid.node, self.grid.width, self.grid.filled)
+
+    @cached_property
+    def _layer(self) -> Layer | None:
+        if self.solid is not None:
+            return None
+        return layer_of(self._slices, self.grid.position, self.section.body, self.shear_length)
+
     @property
     def mean_stiffness(self) -> float:
         """Mean of the mesh stiffness of unworn flanks over the mesh period [N/m]."""
@@ -165,14 +156,10 @@ class FaceContact:
         gap = self.gap(wear)
         asked = np.broadcast_to(self.analysis.load if force is None else force, len(grid.phase))
         pressed = np.where(asked > 0.0, asked, LIGHT)
-        load = np.zeros(grid.node.shape) if near is None else near.load.copy()
-        count = len(grid.phase)
-        deflection, tangent = np.empty(count), np.empty(count)
-        solve_phases(
-            grid.node, grid.width, np.diff(grid.position), grid.filled, given.body, given.cross, given.hertz,
-            given.softening, given.least, gap, self.shear_length**2, pressed, load, deflection,
-            tangent, None if self.solid is None else self.solid.compliance,
-        )  # fmt: skip
+        start = np.zeros(grid.node.shape) if near is None else near.load
+        load, deflection, tangent = solve_phases(
+            self._slices, given, gap, pressed, start, self._layer, self.solid and self.solid.compliance
+        )
         free = ~(asked > 0.0)  # as stiff as under a light touch, and not deflected
         if free.any():
             load[free], deflection[free] = 0.0, self._unloaded(gap)[free]

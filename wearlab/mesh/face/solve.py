@@ -13,6 +13,8 @@ By Newton's method, the contact straightened about the last loads, and those of 
 factor of a solid line is kept while its loads change little.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wearlab.arrays import Array, Index
@@ -26,101 +28,171 @@ NEAR = 0.1
 """Change of a line load, over the mean one, up to which the factor of a solid line is kept."""
 
 
-@jit
-def solve_phases(
-    node: Index,
-    width: Array,
-    spacing: Array,
-    filled: Array,
-    body: Array,
-    cross: Array,
-    hertz: Array,
-    softening: float,
-    least: float,
-    gap: Array,
-    shear: float,
-    force: Array,
-    line_load: Array,
-    deflection: Array,
-    tangent: Array,
-    solid: Array | None = None,
-) -> int:
-    """Fill line loads, deflection and stiffness of every phase, and return the iterations of the slowest.
+class Section(NamedTuple):
+    """How a slice yields, per face width.
+
+    Parameters
+    ----------
+    body : (n_contact,) compliance of teeth and bodies [m²/N]
+    cross : (n_apart, n_contact) what pairs share of their bodies with those 1, 2 … base pitches ahead [m/N]
+    hertz : (n_contact,) compliance of the contact at the least load [m²/N]
+    softening : by how much it falls as the load grows e-fold [m²/N]
+    least : load below which it no longer changes [N/m]
+    """
+
+    body: Array
+    cross: Array
+    hertz: Array
+    softening: float
+    least: float
+
+
+class Slices(NamedTuple):
+    """Slices across a face, and what each line of contact meets there at each phase.
 
     Parameters
     ----------
     node : (n_phases, n_lines, n_face) touching node of the profile, −1 where a line does not reach
     width : (n_face,) of the slices [m]
-    spacing : (n_face − 1,) between their middles [m]
     filled : (n_contact,) share of a slice that touches at a node [1]
+    """
+
+    node: Index
+    width: Array
+    filled: Array
+
+
+class Layer(NamedTuple):
+    """The layers of all lines: the three diagonals of K.
+
+    Parameters
+    ----------
+    diagonal : (n_phases, n_lines, n_face) [N/m]
+    joint : (n_phases, n_lines, n_face − 1) shear stiffness between neighbours, less K beside it [N/m]
+    """
+
+    diagonal: Array
+    joint: Array
+
+
+def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) -> Layer:
+    """Return the layers of a face. Where a line does not reach it is as stiff as at the path's end.
+
+    Parameters
+    ----------
+    slices : across the face
+    position : (n_face,) middles of the slices [m]
     body : (n_contact,) compliance of teeth and bodies to a load per width [m²/N]
-    cross : (n_apart, n_contact) what a pair shares with that 1, 2 … base pitches ahead [m/N]
-    hertz : (n_contact,) compliance of the contact at the least load [m²/N]
-    softening : by how much it falls as the load grows e-fold [m²/N]
-    least : load per width below which it no longer changes [N/m]
+    shear_length : ℓ over which slices hold each other, 0: they do not [m]
+
+    References
+    ----------
+    Ajmi & Velex 2005.
+    """
+    node, reached, last = slices.node, slices.node >= 0, len(body) - 1
+    first, final = (
+        reached.argmax(axis=2)[..., None],
+        (node.shape[2] - 1 - reached[..., ::-1].argmax(axis=2))[..., None],
+    )
+    low, high = (np.take_along_axis(node, end, axis=2) for end in (first, final))
+    # whether a line meets later nodes at larger y; one that meets a single node does so in a corner
+    rising = np.where(first == final, (2 * low < last) == (first > 0), high > low)
+    beyond = np.where((np.arange(node.shape[2]) < first) == rising, 0, last)
+    near = np.where(reached, node, beyond)
+    stiffness = 1.0 / body[near]
+    part = np.where(reached, slices.filled[near], 1.0) if shear_length == 0.0 else 1.0
+    joint = shear_length**2 * 0.5 * (stiffness[..., :-1] + stiffness[..., 1:]) / np.diff(position)
+    diagonal = part * slices.width * stiffness
+    diagonal[..., :-1] += joint
+    diagonal[..., 1:] += joint
+    return Layer(diagonal, joint)
+
+
+@jit
+def solve_phases(
+    slices: Slices,
+    section: Section,
+    gap: Array,
+    force: Array,
+    start: Array,
+    layer: Layer | None,
+    solid: Array | None,
+) -> tuple[Array, Array, Array]:
+    """Return line loads, deflection and stiffness of every phase.
+
+    Parameters
+    ----------
+    slices : across the face
+    section : how each yields; its body does so by the layer or the solid
     gap : (n_face, n_contact) [m]
-    shear : ℓ², square of the length over which slices hold each other, 0: they do not [m²]
     force : (n_phases,) F [N]
-    line_load : (n_phases, n_lines, n_face) filled with w; what is in it is the start, all 0: none [N/m]
-    deflection, tangent : (n_phases,) filled with δ [m] and dF/dδ, the contact's compliance held [N/m]
-    solid : (n_phases, n_lines, n_face, n_face) compliance of slices to forces on slices, in place of the
-        layer; None: the layer [m/N]
+    start : (n_phases, n_lines, n_face) w to start from, all 0: none [N/m]
+    layer : in which slices hold each other
+    solid : (n_phases, n_lines, n_face, n_face) compliance of slices to forces on slices, in its place [m/N]
+
+    Returns
+    -------
+    load : (n_phases, n_lines, n_face) w [N/m]
+    deflection, tangent : (n_phases,) δ [m] and dF/dδ, the contact's compliance held [N/m]
 
     References
     ----------
     Ajmi & Velex 2005 for the layer; Conry & Seireg 1973 for the release of negative loads.
     """
-    n_phases, n_lines, n_face = node.shape
+    n_phases, n_lines, n_face = slices.node.shape
     slots = (n_lines, n_face)
+    line_load, deflection, tangent = start.copy(), np.empty(n_phases), np.empty(n_phases)
     in_contact = np.zeros(slots, np.bool_)
     unit, offset, spring, free = np.zeros(slots), np.zeros(slots), np.zeros(slots), np.zeros(slots)
-    layer = np.zeros((5, n_face))
-    size = 0 if solid is None else n_face
+    work, size = np.zeros((3, n_face)), 0 if solid is None else n_face
     factor, place = np.zeros((n_lines, size, size)), np.zeros((n_lines, n_face), np.int64)
     shared, system = np.zeros((n_lines, n_lines)), np.zeros((n_lines, n_lines + 2))
     slope, preload, at = np.zeros(n_lines), np.zeros(n_lines), np.zeros(n_lines)
     far = np.ones(n_lines, np.bool_)
-    most = 0
     for i in range(n_phases):
-        load, reach = line_load[i], node[i]
+        load, reach = line_load[i], slices.node[i]
         if i > 0:
-            _follow(reach, node[i - 1], line_load[i - 1], load)
-        _share(reach, width, cross, shared)
-        _start(reach, load, gap, force[i], in_contact)
-        mean = force[i] / width.sum()
+            _follow(reach, slices.node[i - 1], line_load[i - 1], load)
+        _share(reach, slices.width, section.cross, shared)
+        _start(reach, load, force[i], in_contact)
+        mean = force[i] / slices.width.sum()
         far[:] = True
         settled = False
         for iteration in range(MOST_ITERATIONS + 1):  # the last time about what the contact yields, held
             for line in range(n_lines):
+                own, other, pressed = unit[line], offset[line], spring[line]
                 anew = solid is None or far[line] or settled
+                held = 0.0 if settled else 1.0
                 _straighten(
-                    reach[line], width, filled, hertz, softening, least, gap, load[line], in_contact[line],
-                    spring[line], free[line], anew, 0.0 if settled else 1.0,
-                )  # fmt: skip
-                if solid is None:
+                    i,
+                    line,
+                    slices,
+                    section,
+                    gap,
+                    load[line],
+                    in_contact[line],
+                    pressed,
+                    free[line],
+                    anew,
+                    held,
+                )
+                if layer is not None:
                     slope[line], preload[line] = _respond(
-                        reach[line], width, spacing, filled, body, shear, layer, unit[line], offset[line],
-                        spring[line], free[line],
-                    )  # fmt: skip
-                else:
-                    if anew:
-                        slope[line] = _factorise(
-                            solid[i, line], factor[line], place[line], unit[line], spring[line]
-                        )
-                    if not settled:
-                        preload[line] = _respond_solid(
-                            solid[i, line], factor[line], place[line], offset[line], free[line]
-                        )
+                        layer.diagonal[i, line], layer.joint[i, line], work, own, other, pressed, free[line]
+                    )
+                if solid is not None and anew:
+                    slope[line] = _factorise(solid[i, line], factor[line], place[line], own, pressed)
+                if solid is not None and not settled:
+                    preload[line] = _respond_solid(
+                        solid[i, line], factor[line], place[line], other, free[line]
+                    )
+            deflected, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
             if settled:
                 break
-            deflection[i], _ = _balance(slope, preload, shared, force[i], system, at)
-            change, moved = _update(
-                reach, gap, at, unit, offset, width, filled, load, in_contact, NEAR * mean, far
-            )
-            most = max(most, iteration + 1)
+            deflection[i] = deflected
+            change, moved = _update(i, slices, gap, at, unit, offset, load, in_contact, NEAR * mean, far)
             settled = (not moved and change <= SETTLED * mean) or iteration + 1 == MOST_ITERATIONS
-        _, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
-    return most
+    return line_load, deflection, tangent
 
 
 @jit_inner
@@ -152,7 +224,7 @@ def _share(reach, width, cross, shared):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _start(reach, load, gap, force, in_contact):  # type: ignore[no-untyped-def]
+def _start(reach, load, force, in_contact):  # type: ignore[no-untyped-def]
     """Say where to begin: where load was; without any, everywhere. Without a force, nowhere."""
     known = force > 0.0 and load.max() > 0.0
     for line in range(reach.shape[0]):
@@ -164,23 +236,25 @@ def _start(reach, load, gap, force, in_contact):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _straighten(  # type: ignore[no-untyped-def]
-    reach, width, filled, hertz, softening, least, gap, load, in_contact, spring, free, anew, straightened
+    i, line, slices, section, gap, load, in_contact, spring, free, anew, straightened
 ):
     """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
 
     ``anew``: about the last loads, else stiffnesses stay and the gaps alone follow the loads.
     ``straightened``: 1 about them, 0 with what the contact yields under them held.
     """
-    for j in range(len(width)):
+    softening, least = section.softening, section.least
+    for j in range(len(load)):
         if not in_contact[j]:
             spring[j], free[j] = 0.0, 0.0
             continue
-        k = reach[j]
-        yielding = hertz[k] - softening * np.log(max(load[j], least) / least)
+        k = slices.node[i, line, j]
+        touching = slices.filled[k] * slices.width[j]
+        yielding = section.hertz[k] - softening * np.log(max(load[j], least) / least)
         if anew:
             straight = straightened * softening if load[j] > least else 0.0
-            spring[j] = filled[k] * width[j] / (yielding - straight)
-        free[j] = gap[j, k] + (yielding - filled[k] * width[j] / spring[j]) * load[j]
+            spring[j] = touching / (yielding - straight)
+        free[j] = gap[j, k] + (yielding - touching / spring[j]) * load[j]
 
 
 @jit_inner
@@ -259,82 +333,30 @@ def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-
 
 
 @jit_inner
-def _respond(  # type: ignore[no-untyped-def]
-    reach, width, spacing, filled, body, shear, layer, unit, offset, spring, free
-):
+def _respond(diagonal, joint, work, unit, offset, spring, free):  # type: ignore[no-untyped-def]
     """Fill ``unit δ − offset`` of one line on its layer, and return A and B of ``F = A δ − B``.
 
     That is the force of a slice that touches, and what the others yield.
     """
-    n_face, last = len(width), len(body) - 1
-    lower, middle, forward, right, other = layer
-    first_node = -1
+    n_face = len(diagonal)
+    forward, right, other = work
     for j in range(n_face):
-        if reach[j] >= 0:
-            first_node = reach[j]
-            break
-    if first_node < 0:
-        for j in range(n_face):
-            unit[j], offset[j] = 0.0, 0.0
-        return 0.0, 0.0
-    rising = _rising(reach, last)
-    for j in range(n_face):
-        k = _nearest(reach, j, last, rising)
-        part = filled[k] if shear == 0.0 and reach[j] >= 0 else 1.0
-        middle[j] = part * width[j] / body[k]
-        lower[j] = 1.0 / body[k]
-    for j in range(n_face):
-        right[j], other[j] = spring[j], spring[j] * free[j]
-        middle[j] += spring[j]
-    before = lower[0]
-    for j in range(n_face - 1):
-        after = lower[j + 1]
-        joint = shear * 0.5 * (before + after) / spacing[j]
-        middle[j] += joint
-        middle[j + 1] += joint
-        lower[j + 1], before = -joint, after
-    forward[0] = middle[0]
-    for j in range(1, n_face):
-        factor = lower[j] / forward[j - 1]
-        forward[j] = middle[j] - factor * lower[j]
-        right[j] -= factor * right[j - 1]
-        other[j] -= factor * other[j - 1]
-    unit[n_face - 1] = right[n_face - 1] / forward[n_face - 1]
-    offset[n_face - 1] = other[n_face - 1] / forward[n_face - 1]
-    for j in range(n_face - 2, -1, -1):
-        unit[j] = (right[j] - lower[j + 1] * unit[j + 1]) / forward[j]
-        offset[j] = (other[j] - lower[j + 1] * offset[j + 1]) / forward[j]
-    slope, preload = 0.0, 0.0
-    for j in range(n_face):
+        forward[j], right[j], other[j] = diagonal[j] + spring[j], spring[j], spring[j] * free[j]
+        if j > 0:
+            factor = joint[j - 1] / forward[j - 1]
+            forward[j] -= factor * joint[j - 1]
+            right[j] += factor * right[j - 1]
+            other[j] += factor * other[j - 1]
+    slope, preload, u, v = 0.0, 0.0, 0.0, 0.0
+    for j in range(n_face - 1, -1, -1):
+        after = joint[j] if j < n_face - 1 else 0.0
+        u, v = (right[j] + after * u) / forward[j], (other[j] + after * v) / forward[j]
+        unit[j], offset[j] = u, v
         if spring[j] > 0.0:
-            unit[j], offset[j] = spring[j] * (1.0 - unit[j]), spring[j] * (free[j] - offset[j])
+            unit[j], offset[j] = spring[j] * (1.0 - u), spring[j] * (free[j] - v)
             slope += unit[j]
             preload += offset[j]
     return slope, preload
-
-
-@jit_inner
-def _rising(reach, last):  # type: ignore[no-untyped-def]
-    """Whether a line meets later nodes at larger y; one that meets a single node does so in a corner."""
-    first_slice, last_slice = -1, -1
-    for j in range(len(reach)):
-        if reach[j] >= 0:
-            first_slice = j if first_slice < 0 else first_slice
-            last_slice = j
-    if first_slice == last_slice:
-        return (2 * reach[first_slice] < last) == (first_slice > 0)
-    return reach[last_slice] > reach[first_slice]
-
-
-@jit_inner
-def _nearest(reach, j, last, rising):  # type: ignore[no-untyped-def]
-    """Return the node whose stiffness a slice has, that of the path's end where a line does not reach."""
-    if reach[j] >= 0:
-        return reach[j]
-    for ahead in range(j + 1, len(reach)):
-        if reach[ahead] >= 0:
-            return 0 if rising else last
-    return last if rising else 0
 
 
 @jit_inner
@@ -360,9 +382,7 @@ def _balance(slope, preload, shared, force, system, at):  # type: ignore[no-unty
 
 
 @jit_inner
-def _update(  # type: ignore[no-untyped-def]
-    reach, gap, at, unit, offset, width, filled, load, in_contact, near, far
-):
+def _update(i, slices, gap, at, unit, offset, load, in_contact, near, far):  # type: ignore[no-untyped-def]
     """Put new loads and contacts in place; return the largest change of a load and whether contacts changed.
 
     Fills ``far``: whether contacts of a line changed, or a load of it by more than ``near``. Without a force
@@ -370,17 +390,17 @@ def _update(  # type: ignore[no-untyped-def]
     """
     largest, moved, least_gap = 0.0, False, np.inf
     best_line, best = -1, -1
-    for line in range(reach.shape[0]):
+    for line in range(load.shape[0]):
         own, far[line] = 0.0, False
-        for j in range(reach.shape[1]):
-            k = reach[line, j]
+        for j in range(load.shape[1]):
+            k = slices.node[i, line, j]
             if k < 0:
                 continue
             value = unit[line, j] * at[line] - offset[line, j]
             if gap[j, k] < least_gap:
                 least_gap, best_line, best = gap[j, k], line, j
             if in_contact[line, j]:
-                new = value / (filled[k] * width[j])
+                new = value / (slices.filled[k] * slices.width[j])
                 if new < 0.0:
                     in_contact[line, j], far[line], new = False, True, 0.0
                 own = max(own, abs(new - load[line, j]))
