@@ -7,7 +7,7 @@ import pytest
 
 from wearlab.accuracy.equation import Motion, motion_of, motion_within
 from wearlab.accuracy.steady import Steady, steady
-from wearlab.mesh.tabulation import stage_tables
+from wearlab.mesh.excitation import stage_tables
 from wearlab.scene import Scene
 
 

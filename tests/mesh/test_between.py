@@ -5,8 +5,8 @@ import pytest
 from made_pair import PAIR as MADE
 
 from wearlab.accuracy.steady import steady
+from wearlab.mesh.excitation import Between, stage_tables
 from wearlab.mesh.stages import parabola
-from wearlab.mesh.tabulation import Between, stage_tables
 from wearlab.scene import Scene
 
 PAIR = MADE | {"errors": {"harmonic": [{"order": 3, "amplitude": "2 um"}]}}

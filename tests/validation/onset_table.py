@@ -21,11 +21,10 @@ from wearlab.dynamics.system import System
 from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.errors import MeshError
-from wearlab.mesh.excitation import MeshFlanks
+from wearlab.mesh.excitation import MeshFlanks, stage_tables
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
 from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
-from wearlab.mesh.tabulation import stage_tables
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import PairOfSet

@@ -19,7 +19,7 @@ from wearlab.compiled import jit
 from wearlab.dynamics.steps.kernel import force_vectors
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import clock, excitation, stages, tabulation
+from wearlab.mesh import clock, excitation, stages
 
 DEGREE = 4
 NEVER = 1e300
@@ -92,7 +92,7 @@ def motion(
         np.repeat(segment, 2),
     )
     grids = [kind.analysis.grid for kind in kinds]
-    tables = tabulation.stage_tables(
+    tables = excitation.stage_tables(
         kinds, clock.sampling(grids, given.meshes, given.edges, halves, friction), None
     )
     meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)

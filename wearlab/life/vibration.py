@@ -9,8 +9,8 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
-from wearlab.mesh import clock, excitations, force, stages, tabulation
-from wearlab.mesh.excitation import MeshFlanks
+from wearlab.mesh import clock, excitations, force, stages
+from wearlab.mesh.excitation import Between, MeshFlanks, stage_tables
 
 Responses = tuple[Response, ...]
 
@@ -53,13 +53,13 @@ class Vibration:
             own = tables if slow is None else tables._replace(error=tables.error + slow)
             found = self.method.solve(self.system, own, self.period, near)
             if self.hunting == 1:  # else slow errors turn in the tables, which nothing less is told of
-                found = replace(found, between=tabulation.Between(kinds, self.sampling, slow))
+                found = replace(found, between=Between(kinds, self.sampling, slow))
             responses.append(found)
         return tuple(responses)
 
     def tables(self, kinds: Sequence[MeshFlanks]) -> stages.StageTables:
         """Return the meshes at all stages."""
-        tables = tabulation.stage_tables(kinds, self.sampling, self.fluctuation)
+        tables = stage_tables(kinds, self.sampling, self.fluctuation)
         if self.hunting == 1:
             return tables
         return over_hunting_period(tables, self.sampling, self.hunting, revolving=self.revolving)

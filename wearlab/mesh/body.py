@@ -11,7 +11,6 @@ Plane stress, as Sainsot's polynomials are: a single tooth then agrees with them
 2 <= r_f/r_bore <= 3.4 and 20 to 100 teeth (15 per cent at r_f/r_bore = 1.5).
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -36,16 +35,7 @@ _TABLE = np.array(
 )
 
 
-class FoundationCoefficients(NamedTuple):
-    """The four coefficients of Sainsot's foundation compliance, L*, M*, P*, Q* [1]."""
-
-    L: float
-    M: float
-    P: float
-    Q: float
-
-
-def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> FoundationCoefficients:
+def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Array:
     """Return Sainsot's polynomials at a ratio of radii and a root angle.
 
     Parameters
@@ -55,15 +45,14 @@ def sainsot_coefficients(bore_ratio: float, root_half_angle: float) -> Foundatio
 
     Returns
     -------
-    FoundationCoefficients
+    (4,) L*, M*, P* and Q* of his foundation compliance [1]
 
     References
     ----------
     Sainsot, Velex & Duverger, J. Mech. Des. 126 (2004) 748–752, https://doi.org/10.1115/1.1758252, Eq. 6.
     """
     h, theta = bore_ratio, root_half_angle
-    terms = np.array([1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0])
-    return FoundationCoefficients(*(float(value) for value in _TABLE @ terms))
+    return np.asarray(_TABLE @ [1.0 / theta**2, h * h, h / theta, 1.0 / theta, h, 1.0])
 
 
 def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
@@ -137,7 +126,6 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     return tuple(messages)
 
 
-KEPT_BODIES = 64  # whose responses are remembered: a sweep of loads has the same bodies throughout
 MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3
 
 
@@ -178,23 +166,18 @@ def mode_compliance(clamped: float, loaded: float, material: Material, n_modes: 
     """
     n = np.arange(n_modes, dtype=float)
     solutions = _michell(n, material)
-    inner, outer = sorted((clamped, loaded))
-    clamp, _ = _at_radius(solutions, n, clamped, inner, outer, material)
-    rim, surface = _at_radius(solutions, n, loaded, inner, outer, material)
+    ends = min(clamped, loaded), max(clamped, loaded)
+    clamp, _ = _at_radius(solutions, n, clamped, ends, material)
+    rim, surface = _at_radius(solutions, n, loaded, ends, material)
     # an inner surface faces the centre: what pulls it outwards is a negative stress there
     tractions = np.zeros((n_modes, 4, 2))
-    tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded == outer else -1.0
+    tractions[:, 2, 0] = tractions[:, 3, 1] = 1.0 if loaded > clamped else -1.0
     compliance = rim @ np.linalg.solve(np.concatenate([clamp, surface], axis=1), tractions)
     return ModeCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1])
 
 
 def _at_radius(
-    solutions: Array,
-    n: Array,
-    radius: float,
-    inner: float,
-    outer: float,
-    material: Material,
+    solutions: Array, n: Array, radius: float, ends: tuple[float, float], material: Material
 ) -> tuple[Array, Array]:
     """Displacements (u_r, u_θ) and tractions (σ_r, τ) of the solutions, each (n_modes, 2, 4)."""
     mu = material.shear_modulus
@@ -202,7 +185,7 @@ def _at_radius(
     displacement, traction = np.empty((2, len(n), 2, 4))
     for column, (U, V, power, logarithm) in enumerate(solutions):
         # growing powers are scaled by the outer and falling ones by the inner radius: nothing overflows
-        scale = np.where(power > 0.0, outer, inner)
+        scale = np.where(power > 0.0, *ends[::-1])
         size = (radius / scale) ** power
         u = size * (U + logarithm * np.log(radius / scale))
         v = size * (V - logarithm * np.log(radius / scale))
@@ -283,13 +266,9 @@ def arc_work(gear: Gear, separation: float) -> Array:
     ----------
     Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_compliance`.
     """
-    return _arc_work(root_half_angle(gear), gear.bore_radius, gear.root_radius, gear.material, separation)
-
-
-@lru_cache(KEPT_BODIES)
-def _arc_work(theta: float, bore: float, r_f: float, material: Material, separation: float) -> Array:
+    theta = root_half_angle(gear)
     n_modes = int(MODES_PER_ARC / theta) + 2
-    compliance = mode_compliance(bore, r_f, material, n_modes)
+    compliance = mode_compliance(gear.bore_radius, gear.root_radius, gear.material, n_modes)
     n = np.arange(1, n_modes)
     even = 2.0 * np.sin(n * theta) / n
     odd = 2.0 * (np.sin(n * theta) / n**2 - theta * np.cos(n * theta) / n) / theta
@@ -302,8 +281,7 @@ def _arc_work(theta: float, bore: float, r_f: float, material: Material, separat
     turn = np.exp(1j * n * separation)
     work = (normal.conj() * turn) @ u_r.T + (shear * turn) @ u_t.T
     uniform = (2.0 * theta) ** 2 / 2.0 * np.diag([compliance.normal[0], 0.0, compliance.shear[0]])
-    total: Array = r_f / np.pi * (work.real + uniform)
-    return total
+    return np.asarray(gear.root_radius / np.pi * (work.real + uniform))
 
 
 def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
@@ -323,8 +301,7 @@ def body_compliance(gear: Gear, radius: ArrayLike) -> Array:
     Sainsot, Velex & Duverger 2004, for the tractions; clamped at the bore as there.
     """
     p = arc_tractions(gear, radius)
-    own: Array = np.einsum("a...,ab,b...->...", p, arc_work(gear, 0.0), p) / gear.face_width
-    return own
+    return np.asarray(_work(p, arc_work(gear, 0.0), p) / gear.face_width)
 
 
 def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: int = 1) -> Array:
@@ -354,7 +331,8 @@ def body_coupling(gear: Gear, radius: ArrayLike, other: ArrayLike, teeth_apart: 
     p, q = arc_tractions(gear, low), arc_tractions(gear, high)
     own = arc_work(gear, 0.0)
     across = arc_work(gear, 2.0 * np.pi * teeth_apart / gear.teeth)
-    shared = np.einsum("a...,ab,b...->...", q, across, p)
-    squares = np.einsum("a...,ab,b...->...", p, own, p) * np.einsum("a...,ab,b...->...", q, own, q)
-    ratio: Array = shared / np.sqrt(squares)
-    return ratio
+    return np.asarray(_work(q, across, p) / np.sqrt(_work(p, own, p) * _work(q, own, q)))
+
+
+def _work(moved: Array, between: Array, acting: Array) -> Array:
+    return np.asarray(np.einsum("a...,ab,b...->...", moved, between, acting))

@@ -131,19 +131,6 @@ class Friction(NamedTuple):
     sense: tuple[float, ...]
 
 
-class Rubbing(NamedTuple):
-    """What friction needs at the stages; wear does not change it.
-
-    Parameters
-    ----------
-    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ, 0 out of the path [1]
-    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position as the model counts it [m]
-    """
-
-    sliding: Array
-    moment: Array
-
-
 @dataclass(frozen=True)
 class Sampling:
     """The stages of one integration, and the look-ups that serve them.
@@ -154,14 +141,19 @@ class Sampling:
     edges : (n_segments + 1,) breaks of the clock between which every mesh is smooth [1]
     meshes : the meshes
     where : for each kind of mesh, look-up of the (n_steps · 3) stages, one mesh of the kind after another
-    rubbing : Λμ and Λμ s of every pair at the stages, None without friction
+    sliding : (n_steps, 3, n_mesh, n_pairs) Λμ of every pair at the stages, 0 out of the path; None: no
+        friction [1]
+    moment : (n_steps, 3, n_mesh, n_pairs) Λμ times the path position as the model counts it [m]
+
+    Wear changes none of it.
     """
 
     grid: StageGrid
     edges: Array
     meshes: tuple[Mesh, ...]
     where: tuple[Lookup, ...]
-    rubbing: Rubbing | None = None
+    sliding: Array | None = None
+    moment: Array | None = None
 
 
 def sampling(
@@ -171,32 +163,24 @@ def sampling(
     grid: StageGrid,
     friction: Friction | None = None,
 ) -> Sampling:
-    """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh."""
+    """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh.
+
+    Sliding turns at the pitch point, where steps end.
+    """
     middle = grid.start + 0.5 * grid.width
     where = tuple(
         look_within(nodes, [mesh.lag for mesh in meshes if mesh.kind == kind], grid.phase, middle)
         for kind, nodes in enumerate(grids)
     )
-    rubbing = None if friction is None else _rubbing(grids, meshes, where, len(grid.width), friction)
-    return Sampling(grid, edges, meshes, where, rubbing)
-
-
-def _rubbing(
-    grids: Sequence[ProfileGrid],
-    meshes: tuple[Mesh, ...],
-    where: tuple[Lookup, ...],
-    steps: int,
-    friction: Friction,
-) -> Rubbing:
-    """Return Λμ and Λμ s of every pair; sliding turns at the pitch point, where steps end."""
+    if friction is None:
+        return Sampling(grid, edges, meshes, where)
     pairs = max(nodes.n_pairs for nodes in grids)
-    sliding, moment = np.zeros((2, steps, 3, len(meshes), pairs))
+    sliding, moment = np.zeros((2, *grid.phase.shape, len(meshes), pairs))
     for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
         position = interpolate(nodes, at, nodes.contact_position, np.nan)
-        s = position.reshape(-1, steps, 3, nodes.n_pairs).transpose(1, 2, 0, 3)
+        s = position.reshape(-1, *grid.phase.shape, nodes.n_pairs).transpose(1, 2, 0, 3)
         own = of_kind(meshes, kind)
-        sign = np.broadcast_to(np.sign(s[:, 1:2]), s.shape)
-        rubs = friction.coefficient * np.nan_to_num(sign)
+        rubs = friction.coefficient * np.nan_to_num(np.broadcast_to(np.sign(s[:, 1:2]), s.shape))
         sliding[:, :, own, : nodes.n_pairs] = rubs
         moment[:, :, own, : nodes.n_pairs] = rubs * friction.sense[kind] * np.nan_to_num(s)
-    return Rubbing(sliding, moment)
+    return Sampling(grid, edges, meshes, where, sliding, moment)

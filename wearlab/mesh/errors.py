@@ -97,35 +97,32 @@ class MeshError(NamedTuple):
 
     def value(self, phase: Array) -> Array:
         """Return the mesh-periodic part at phases (…) [m]."""
-        angle = 2 * np.pi * np.multiply.outer(phase, self.order) + self.phase
-        return np.sin(angle) @ self.amplitude
+        return np.sin(_angle(phase, self.order, self.phase)) @ self.amplitude
 
     def rate(self, phase: Array) -> Array:
         """Return d/dφ of the mesh-periodic part at phases (…) [m]."""
-        angle = 2 * np.pi * np.multiply.outer(phase, self.order) + self.phase
-        return np.cos(angle) @ (2 * np.pi * self.order * self.amplitude)
+        return np.cos(_angle(phase, self.order, self.phase)) @ (2 * np.pi * self.order * self.amplitude)
 
     def slow(self, turned: Array) -> Array:
         """Return the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
-        angle = 2 * np.pi * np.multiply.outer(turned, 1.0 / self.member_teeth) + self.slow_phase
-        return np.sin(angle) @ self.slow_amplitude
+        return np.sin(_angle(turned, 1.0 / self.member_teeth, self.slow_phase)) @ self.slow_amplitude
 
     def slow_at(self, turns: Mapping[int, Array]) -> Array:
         """Return the once-per-revolution part with members at angles (n,) by tooth number [1], (n,) [m]."""
-        count = len(next(iter(turns.values())))
-        parts = zip(self.member_teeth, self.slow_amplitude, self.slow_phase, strict=True)
-        return sum(
-            (
-                a * np.sin(2 * np.pi * (turns[int(z)] if np.isfinite(z) else 0.0) + start)
-                for z, a, start in parts
-            ),
-            start=np.zeros(count),
-        )
+        total = np.zeros(ANGLES)
+        for z, amplitude, start in zip(self.member_teeth, self.slow_amplitude, self.slow_phase, strict=True):
+            total += amplitude * np.sin(2 * np.pi * (turns[int(z)] if np.isfinite(z) else 0.0) + start)
+        return total
 
     def slow_rate(self, turned: Array) -> Array:
         """Return d/dφ of the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
-        angle = 2 * np.pi * np.multiply.outer(turned, 1.0 / self.member_teeth) + self.slow_phase
+        angle = _angle(turned, 1.0 / self.member_teeth, self.slow_phase)
         return np.cos(angle) @ (2 * np.pi / self.member_teeth * self.slow_amplitude)
+
+
+def _angle(phase: Array, order: Array, start: Array) -> Array:
+    """Return the angles of waves of orders (n,) at phases (…), (…, n) [rad]."""
+    return np.asarray(2 * np.pi * np.multiply.outer(phase, order) + start)
 
 
 def mesh_error(

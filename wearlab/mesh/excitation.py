@@ -2,20 +2,22 @@
 
 Pairs are the consistent physics: ``W = Σ_j k_j(φ) max(0, δ − g_j(φ))``. Series are the papers' forms
 ``W = k(φ) f(u)`` with ``u = d·q − e(φ)``; their truncation is part of the model, and their force is handed to
-the pairs by the quasi-static share.
+the pairs by the quasi-static share. Either is tabulated at the stages of an integration.
 """
 
-from collections.abc import Callable
-from typing import Literal, NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
+from wearlab.mesh import profile, sharing
+from wearlab.mesh.clock import Mesh, Sampling, look_within, of_kind
 from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
+from wearlab.mesh.face.contact import FaceFlanks
 from wearlab.mesh.harmonics import Harmonics, Modulation
-
-Combination = Literal["min", "max", "mean"]
-LoadedOrNot = Literal["unloaded", "loaded"]
+from wearlab.mesh.stages import Springs, StageTables
 
 
 class AlongPhase(NamedTuple):
@@ -25,35 +27,18 @@ class AlongPhase(NamedTuple):
     error: Harmonics | Modulation
 
 
-def combined_error(state: Quasistatic, combination: Combination, error: LoadedOrNot) -> Array:
-    """Return one transmission error for the mesh from the gaps of the pairs in the path, (n,) [m].
+def combined_error(state: Quasistatic, combination: str, error: str) -> Array:
+    """Return one transmission error for the mesh, loaded or of the gaps of the pairs in the path, (n,) [m].
 
     References
     ----------
     W23 Eq. 36, min; L16 Eq. 18, loaded.
     """
-    return ERRORS[error](state, combination)
-
-
-def _largest(state: Quasistatic) -> Array:
-    return np.where(np.isfinite(state.gap), state.gap, -np.inf).max(axis=1)
-
-
-def _mean(state: Quasistatic) -> Array:
     present = np.isfinite(state.gap)
-    return np.where(present, state.gap, 0.0).sum(axis=1) / present.sum(axis=1)
-
-
-COMBINED: dict[Combination, Callable[[Quasistatic], Array]] = {
-    "min": lambda state: state.unloaded,
-    "max": _largest,
-    "mean": _mean,
-}
-
-ERRORS: dict[LoadedOrNot, Callable[[Quasistatic, Combination], Array]] = {
-    "loaded": lambda state, _: state.deflection,
-    "unloaded": lambda state, combination: COMBINED[combination](state),
-}
+    largest = np.where(present, state.gap, -np.inf).max(axis=1)
+    mean = np.where(present, state.gap, 0.0).sum(axis=1) / present.sum(axis=1)
+    of_gaps = {"min": state.unloaded, "max": largest, "mean": mean}
+    return {"loaded": state.deflection, "unloaded": of_gaps[combination]}[error]
 
 
 class MeshFlanks(NamedTuple):
@@ -68,3 +53,148 @@ class MeshFlanks(NamedTuple):
     analysis: ContactAnalysis
     nodes: Nodes
     series: AlongPhase | None
+
+
+Flanks = MeshFlanks | FaceFlanks
+"""The flanks of one kind of mesh: pairs, or with a width."""
+
+
+def stage_tables(kinds: Sequence[Flanks], sampling: Sampling, fluctuation: Array | None) -> StageTables:
+    """Tabulate every mesh at every stage of an integration; the integrator evaluates nothing else.
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    sampling : where to tabulate
+    fluctuation : (n_steps, 3) factor on the fluctuating load [1], or None
+    """
+    steps, meshes = len(sampling.grid.width), sampling.meshes
+    stiffness, gap, pair_rate, lead_rate, part = of_meshes(kinds, meshes, sampling.where, (steps, 3))
+    error, rate = errors_of(kinds, meshes, sampling.grid.phase)
+    width, rubs = sampling.grid.width, (sampling.sliding, sampling.moment)
+    return StageTables(width, stiffness, gap, error, rate, fluctuation, *rubs, pair_rate, lead_rate, part)
+
+
+def errors_of(kinds: Sequence[Flanks], meshes: Sequence[Mesh], phase: Array) -> tuple[Array, Array]:
+    """Return prescribed errors and their rates by phase, series' own among them, (…, n_mesh) each [m]."""
+    error, rate = np.zeros((2, *phase.shape, len(meshes)))
+    for at, mesh in enumerate(meshes):
+        own, series = phase - mesh.lag, kinds[mesh.kind].series
+        for part in (mesh.error,) if series is None else (mesh.error, series.error):
+            error[..., at] += part.value(own)
+            rate[..., at] += part.rate(own)
+    return error, rate
+
+
+def of_meshes(
+    kinds: Sequence[Flanks],
+    meshes: Sequence[Mesh],
+    where: Sequence[profile.Lookup],
+    shape: tuple[int, ...],
+) -> Springs:
+    """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    meshes : the meshes
+    where : of each kind, look-up of these instants, one mesh of the kind after another
+    shape : of the instants (n, n_stages); the stages have one order of engagement, see `equivalent_springs`
+    """
+    each = [pair_springs(flanks, at, shape[-1]) for flanks, at in zip(kinds, where, strict=True)]
+    pairs = max(springs.stiffness.shape[-1] for springs in each)
+    full = (*shape, len(meshes), pairs)
+    parts = np.zeros((*full, pairs)) if any(springs.part is not None for springs in each) else None
+    table = Springs(np.zeros(full), np.zeros(full), np.zeros(full), np.zeros(full[:-1]), parts)
+    for kind, springs in enumerate(each):
+        own, count = of_kind(meshes, kind), springs.stiffness.shape[-1]
+
+        def placed(values: Array, own: Index = own) -> Array:
+            return np.moveaxis(values.reshape(len(own), *shape, *values.shape[1:]), 0, len(shape))
+
+        table.lead_rate[..., own] = placed(springs.lead_rate)
+        for values, out in zip(springs[:3], table[:3], strict=True):
+            out[..., own, :count] = placed(values)
+        if table.part is not None:
+            part = np.broadcast_to(np.eye(count), (*springs.stiffness.shape, count))
+            table.part[..., own, :count, :count] = placed(part if springs.part is None else springs.part)
+    return table
+
+
+def gap_rates(flanks: MeshFlanks, where: profile.Lookup) -> Array:
+    """Return the rates of the gaps of all pairs by phase, 0 out of the path, (n, n_pairs) [m]."""
+    grid = flanks.analysis.grid
+    pairs, count = grid.pairs_at_phase_nodes, grid.intervals + 1
+    begin = np.cumsum(count) - count
+    gap = np.where(pairs >= 0, flanks.nodes.gap[pairs], 0.0)
+    first = begin[where.segment] + where.offset
+    with np.errstate(invalid="ignore"):  # of flanks that never meet
+        segments = [
+            profile.slopes(gap[low : low + n], profile.BY_CUBIC) for low, n in zip(begin, count, strict=True)
+        ]
+        rate = np.concatenate(segments) * np.repeat(grid.intervals / np.diff(grid.breaks), count)[:, None]
+        total = sum(where.weight[:, q, None] * rate[first + q] for q in range(4))
+    return np.where(np.isfinite(total), total, 0.0)
+
+
+def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Springs:
+    """Return the springs of a kind of mesh at phases, (n, n_pairs); over a face those of its force.
+
+    ``stages`` phases one after another have one order of engagement, see `equivalent_springs`.
+    """
+    if isinstance(flanks, FaceFlanks):
+        return flanks.springs(where.phase)
+    if flanks.series is not None:
+        stiffness = flanks.series.stiffness.value(where.phase)[:, None]
+        still = np.zeros_like(stiffness)
+        return Springs(stiffness, still, still, still[:, 0], None)
+    compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
+    stiffness, gaps, each = sharing.equivalent_springs(compliance, gap, cross, stages)
+    full = stiffness[:, :, None]
+    part = np.divide(each, full, out=np.zeros_like(each), where=full > 0.0) if cross.shape[2] else None
+    rates = gap_rates(flanks, where)
+    apart = np.where(np.isfinite(compliance), gap, np.inf)
+    lead = np.take_along_axis(rates, apart.argmin(axis=1)[:, None], axis=1)[:, 0]
+    return Springs(stiffness, gaps, rates, lead, part)
+
+
+@dataclass(frozen=True)
+class Between:
+    """The meshes of one wear state anywhere within the steps of an integration.
+
+    Parameters
+    ----------
+    kinds : the flanks of each kind of mesh
+    sampling : the steps, and where they look
+    slow : (n_mesh,) errors held over the mesh period, beside the periodic ones [m]; None: none
+    """
+
+    kinds: Sequence[MeshFlanks]
+    sampling: Sampling
+    slow: Array | None = None
+
+    def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
+        """Return prescribed errors and their rates by phase at fractions of steps, both (n, n_mesh) [m]."""
+        error, rate = errors_of(self.kinds, self.sampling.meshes, self._phase(step, fraction))
+        return (error if self.slow is None else error + self.slow), rate
+
+    def springs_at(self, step: Index, fraction: Array) -> Springs:
+        """Return the springs of all meshes at fractions of steps, (n, n_mesh, n_pairs).
+
+        Pairs that share a gear body have the order of engagement of the step's middle, as in the tables.
+        """
+        grid, meshes = self.sampling.grid, self.sampling.meshes
+        phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
+        ordered = any(len(flanks.nodes.cross) for flanks in self.kinds)  # pairs that share a gear body
+        looks = np.stack([phase, middle] if ordered else [phase], axis=1)
+        where = [
+            look_within(
+                flanks.analysis.grid, [mesh.lag for mesh in meshes if mesh.kind == kind], looks, middle
+            )
+            for kind, flanks in enumerate(self.kinds)
+        ]
+        return of_meshes(self.kinds, meshes, where, looks.shape).each(lambda table: table[:, 0])
+
+    def _phase(self, step: Index, fraction: Array) -> Array:
+        grid = self.sampling.grid
+        return np.asarray(grid.start[step] + fraction * grid.width[step])

@@ -13,7 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit
-from wearlab.mesh import excitation, profile, stages, tabulation
+from wearlab.mesh import excitation, profile, stages
 from wearlab.mesh.contact import Quasistatic
 from wearlab.mesh.damping import apart_force, contact_force
 
@@ -163,7 +163,7 @@ def flank_forces(
     dashpot : of the mesh
     period : duration of a mesh period [s]
     """
-    springs = tabulation.pair_springs(flanks, where).per(period)
+    springs = excitation.pair_springs(flanks, where).per(period)
     if motion.deflection.ndim == 1:
         forces = normal_forces(springs, motion, dashpot)
     else:

@@ -25,15 +25,16 @@ class Harmonics(NamedTuple):
 
     def value(self, phase: Array) -> Array:
         """Evaluate the series at phases (…) [1]."""
-        orders = np.arange(1, len(self.amplitude) + 1)
-        angle = 2 * np.pi * np.multiply.outer(phase, orders) + self.phase
-        return self.mean + np.cos(angle) @ self.amplitude
+        return self.mean + np.cos(self._angle(phase)[0]) @ self.amplitude
 
     def rate(self, phase: Array) -> Array:
         """Evaluate d/dφ of the series at phases (…)."""
-        orders = np.arange(1, len(self.amplitude) + 1)
-        angle = 2 * np.pi * np.multiply.outer(phase, orders) + self.phase
+        angle, orders = self._angle(phase)
         return -np.sin(angle) @ (2 * np.pi * orders * self.amplitude)
+
+    def _angle(self, phase: Array) -> tuple[Array, Array]:
+        orders = np.arange(1, len(self.amplitude) + 1)
+        return 2 * np.pi * np.multiply.outer(phase, orders) + self.phase, np.asarray(orders, float)
 
 
 def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonics:
@@ -86,20 +87,22 @@ class Modulation(NamedTuple):
 
     def value(self, phase: Array) -> Array:
         """Evaluate at phases (…) [1]."""
-        angle = 2 * np.pi * np.asarray(phase)
-        amplitude = 1.0 + self.am * np.cos(angle + self.am_phase)
-        argument = angle + self.carrier_phase + self.fm * np.sin(angle + self.fm_phase)
+        _, amplitude, argument = self._wave(phase)
         return self.mean + self.carrier * amplitude * np.cos(argument)
 
     def rate(self, phase: Array) -> Array:
         """Evaluate d/dφ at phases (…)."""
-        angle = 2 * np.pi * np.asarray(phase)
-        amplitude = 1.0 + self.am * np.cos(angle + self.am_phase)
-        argument = angle + self.carrier_phase + self.fm * np.sin(angle + self.fm_phase)
+        angle, amplitude, argument = self._wave(phase)
         swing = -self.am * np.sin(angle + self.am_phase)
         turning = 1.0 + self.fm * np.cos(angle + self.fm_phase)
         slope = swing * np.cos(argument) - amplitude * turning * np.sin(argument)
         return 2 * np.pi * self.carrier * slope
+
+    def _wave(self, phase: Array) -> tuple[Array, Array, Array]:
+        """Return 2πφ, what amplitude modulation multiplies by, and the modulated angle."""
+        angle = 2 * np.pi * np.asarray(phase)
+        argument = angle + self.carrier_phase + self.fm * np.sin(angle + self.fm_phase)
+        return angle, 1.0 + self.am * np.cos(angle + self.am_phase), argument
 
 
 def fit(phase: Array, weight: Array, value: Array) -> Modulation:
@@ -139,12 +142,7 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
     starts = [(0.0, 0.0, 0.0, 0.0), (0.2, 0, 0.2, 0), (-0.2, 0, 0.2, 0), (0, 0.2, 0, 0.2), (0, -0.2, 0, 0.2)]
     solved = [least_squares(residual, np.array([0.0, a, b, *s]), method="lm") for s in starts]
     mean, a, b, c, d, e, f = min(solved, key=lambda s: s.cost).x
-    return Modulation(
-        mean=float(first.mean + scale * mean),
-        carrier=float(scale * np.hypot(a, b)),
-        carrier_phase=float(np.arctan2(b, a)),
-        am=float(np.hypot(c, d)),
-        am_phase=float(np.arctan2(-d, c)),
-        fm=float(np.hypot(e, f)),
-        fm_phase=float(np.arctan2(f, e)),
-    )
+    carrier = float(scale * np.hypot(a, b)), float(np.arctan2(b, a))
+    am = float(np.hypot(c, d)), float(np.arctan2(-d, c))
+    fm = float(np.hypot(e, f)), float(np.arctan2(f, e))
+    return Modulation(float(first.mean + scale * mean), *carrier, *am, *fm)

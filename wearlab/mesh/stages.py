@@ -6,7 +6,6 @@ a jump are therefore present, and a fourth-order method stays of fourth order.
 """
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -118,26 +117,21 @@ class StageTables(NamedTuple):
     @property
     def filled(self) -> "StageTables":
         """The tables with empty ones for those that are absent: kernels compile once for both."""
-        still = self.pair_rate.shape != self.stiffness.shape
-        return StageTables(  # not by _replace, which takes as long as ten steps of a pair
-            self.width,
-            self.stiffness,
-            self.gap,
-            self.error,
-            self.error_rate,
-            NO_FACTORS if self.fluctuation is None else self.fluctuation,
-            NO_PAIRS if self.sliding is None else self.sliding,
-            NO_PAIRS if self.moment is None else self.moment,
-            np.zeros_like(self.stiffness) if still else self.pair_rate,
-            np.zeros_like(self.error) if still else self.lead_rate,
-            NO_PARTS if self.part is None else self.part,
-        )
+        rates = self.pair_rate, self.lead_rate
+        if self.pair_rate.shape != self.stiffness.shape:
+            rates = np.zeros_like(self.stiffness), np.zeros_like(self.error)
+        known = NO_FACTORS if self.fluctuation is None else self.fluctuation
+        sliding = NO_PAIRS if self.sliding is None else self.sliding
+        moment = NO_PAIRS if self.moment is None else self.moment
+        part = NO_PARTS if self.part is None else self.part
+        # not by _replace, which takes as long as ten steps of a pair
+        return StageTables(*self[:5], known, sliding, moment, *rates, part)
 
     @property
     def springs(self) -> Springs:
         """The springs at all stages."""
         full = self.filled
-        part = full.part if full.part is not None and len(full.part) else None
+        part = self.part if self.part is not None and len(self.part) else None
         return Springs(full.stiffness, full.gap, full.pair_rate, full.lead_rate, part)
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
@@ -169,11 +163,12 @@ def stage_grid(breaks: Array, steps: int, multiple: int = 2) -> StageGrid:
     -------
     StageGrid with at least ``steps`` steps.
     """
-    cut = []
-    for low, high in _segments(breaks):
-        count = multiple * max(1, int(np.ceil(steps * (high - low) / multiple - 1e-9)))
-        cut.append(np.full(count, (high - low) / count))
-    return _grid(breaks, cut)
+
+    def even(length: float) -> Array:
+        count = multiple * max(1, int(np.ceil(steps * length / multiple - 1e-9)))
+        return np.full(count, length / count)
+
+    return _cut(breaks, even)
 
 
 def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
@@ -189,28 +184,24 @@ def graded_grid(breaks: Array, first: float, alike: float) -> StageGrid:
     -------
     StageGrid with some ``alike log2(1/(alike first))`` steps a segment.
     """
-    cut, alike = [], 2 * max(1, int(np.ceil(0.5 * alike)))
-    for low, high in _segments(breaks):
+    alike = 2 * max(1, int(np.ceil(0.5 * alike)))
+
+    def growing(length: float) -> Array:
         width = first
         widths: list[float] = []
-        while (rest := high - low - sum(widths)) > alike * width:
+        while (rest := length - sum(widths)) > alike * width:
             widths += [width] * alike
             width *= 2.0
-        count = 2 * int(np.ceil(0.5 * rest / width))
-        widths += [width] * max(count, 2)
-        cut.append(np.array(widths) * ((high - low) / sum(widths)))
-    return _grid(breaks, cut)
+        widths += [width] * max(2 * int(np.ceil(0.5 * rest / width)), 2)
+        return np.array(widths) * (length / sum(widths))
+
+    return _cut(breaks, growing)
 
 
-def _segments(breaks: Array) -> list[tuple[float, float]]:
-    """Return the ends of the smooth segments of the mesh period [1]."""
+def _cut(breaks: Array, lengths: Callable[[float], Array]) -> StageGrid:
+    """Return the steps of every smooth segment of the mesh period, whose lengths follow from its own."""
     edges = np.unique(np.concatenate([[0.0], np.asarray(breaks, float), [1.0]]))
-    return [(float(low), float(high)) for low, high in pairwise(edges)]
-
-
-def _grid(breaks: Array, cut: list[Array]) -> StageGrid:
-    """Return the steps from their lengths in every segment."""
-    lows = [low for low, _ in _segments(breaks)]
-    begins = [low + np.cumsum(widths) - widths for low, widths in zip(lows, cut, strict=True)]
-    number = [np.full(len(widths), index) for index, widths in enumerate(cut)]
-    return StageGrid(np.concatenate(begins), np.concatenate(cut), np.concatenate(number))
+    each = [lengths(length) for length in np.diff(edges).tolist()]
+    begins = [low + np.cumsum(own) - own for low, own in zip(edges[:-1], each, strict=True)]
+    number = np.repeat(np.arange(len(each)), [len(own) for own in each])
+    return StageGrid(np.concatenate(begins), np.concatenate(each), number)

@@ -9,7 +9,7 @@ from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits import continuation, periodic
 from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import force, stages, tabulation
+from wearlab.mesh import excitation, force, stages
 from wearlab.scene import build
 from wearlab.simulation import label
 from wearlab.simulation.vibration import transmission_error
@@ -44,7 +44,7 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Val
     def mesh_at(speed: float) -> tuple[Any, stages.StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = at_speed(parts, state, speed)
-        tables = tabulation.stage_tables(state.flanks, moving.sampling, moving.fluctuation)
+        tables = excitation.stage_tables(state.flanks, moving.sampling, moving.fluctuation)
         return moving.system, tables, moving.period
 
     assert parts.vibration is not None and isinstance(parts.vibration.method, periodic.Periodic)
