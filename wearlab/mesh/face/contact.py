@@ -18,7 +18,7 @@ from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solid import SolidLines
-from wearlab.mesh.face.solve import Layer, Section, Slices, layer_of, solve_phases
+from wearlab.mesh.face.solve import Section, ShearLayer, Slices, layer_of, solve_phases
 from wearlab.mesh.stages import Springs
 
 LIGHT = 1.0
@@ -113,7 +113,7 @@ class FaceContact:
         return Slices(self.grid.node, self.grid.width, self.grid.filled)
 
     @cached_property
-    def _layer(self) -> Layer | None:
+    def _layer(self) -> ShearLayer | None:
         if self.solid is not None:
             return None
         return layer_of(self._slices, self.grid.position, self.section.body, self.shear_length)

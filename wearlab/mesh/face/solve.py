@@ -62,7 +62,7 @@ class Slices(NamedTuple):
     filled: Array
 
 
-class Layer(NamedTuple):
+class ShearLayer(NamedTuple):
     """The layers of all lines: the three diagonals of K.
 
     Parameters
@@ -75,7 +75,7 @@ class Layer(NamedTuple):
     joint: Array
 
 
-def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) -> Layer:
+def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) -> ShearLayer:
     """Return the layers of a face. Where a line does not reach it is as stiff as at the path's end.
 
     Parameters
@@ -105,7 +105,7 @@ def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) 
     diagonal = part * slices.width * stiffness
     diagonal[..., :-1] += joint
     diagonal[..., 1:] += joint
-    return Layer(diagonal, joint)
+    return ShearLayer(diagonal, joint)
 
 
 @jit
@@ -115,7 +115,7 @@ def solve_phases(
     gap: Array,
     force: Array,
     start: Array,
-    layer: Layer | None,
+    layer: ShearLayer | None,
     solid: Array | None,
 ) -> tuple[Array, Array, Array]:
     """Return line loads, deflection and stiffness of every phase.
