@@ -16,7 +16,6 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit
-from wearlab.dynamics.steps.kernel import force_vectors
 from wearlab.dynamics.system import System
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, stages
@@ -103,7 +102,7 @@ def motion(
         system.mesh_damping,
         np.full(meshes, NEVER) if system.backlash is None else system.backlash,
         inverse @ system.load,
-        force_vectors(system)[1] @ inverse.T,
+        system.force_vectors[1] @ inverse.T,
         edges,
         _coefficients(tables),
         given.edges,

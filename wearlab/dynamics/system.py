@@ -91,6 +91,14 @@ class System(NamedTuple):
             return self.stiffness
         return self.stiffness - self.rotation**2 * self.centripetal
 
+    @property
+    def force_vectors(self) -> tuple[Array, Array]:
+        """Kinematic direction and force vector of every channel, (n_channel, n) each [1]."""
+        if self.friction_constant is None or self.friction_slope is None:
+            return self.direction, self.direction
+        vectors = [self.direction, self.friction_constant, self.friction_slope]
+        return np.vstack([self.direction] * 3), np.vstack(vectors)
+
     def in_contact(self, mesh_stiffness: Array) -> Array:
         """K − ω_c² K_ω + Σ k_i d_i d_iᵀ with all meshes (n_mesh,) in contact, (n, n) [N/m]."""
         d = self.direction

@@ -274,14 +274,6 @@ def is_small(system: System) -> bool:
     )
 
 
-def force_vectors(system: System) -> tuple[Array, Array]:
-    """Return kinematic direction and force vector of every channel, (n_channel, n) each [1]."""
-    if system.friction_constant is None or system.friction_slope is None:
-        return system.direction, system.direction
-    vectors = [system.direction, system.friction_constant, system.friction_slope]
-    return np.vstack([system.direction] * 3), np.vstack(vectors)
-
-
 def kernel_of(
     system: System, tables: StageTables, period: float, *, tangents: bool = False, exact: bool = True
 ) -> Kernel:
@@ -308,7 +300,7 @@ def kernel_of(
         jump=np.zeros(channels),
         factor=np.zeros(3),
     )
-    direction = force_vectors(system)[0].ravel()
+    direction = system.force_vectors[0].ravel()
     of_meshes = Meshes(
         np.ascontiguousarray(system.mesh_damping, float),
         np.full(meshes, np.inf) if system.backlash is None else np.ascontiguousarray(system.backlash, float),
@@ -352,7 +344,7 @@ def _matrices(system: System) -> PowerSeries:
         np.ascontiguousarray(inverse @ system.total_stiffness),
         np.ascontiguousarray(inverse @ system.total_damping),
         np.ascontiguousarray(system.direction, float),
-        np.ascontiguousarray(force_vectors(system)[1] @ inverse.T),
+        np.ascontiguousarray(system.force_vectors[1] @ inverse.T),
         inverse @ system.load,
         np.zeros(len(system.load)) if pushed is None else inverse @ pushed,
         *(nothing,) * 7,
@@ -361,7 +353,7 @@ def _matrices(system: System) -> PowerSeries:
 
 @once
 def _diagonal(system: System) -> Diagonal:
-    matrices, (direction, _) = _matrices(system), force_vectors(system)
+    matrices, (direction, _) = _matrices(system), system.force_vectors
     return Diagonal(
         tuple(matrices.stiffness.diagonal().tolist()),
         tuple(matrices.damping.diagonal().tolist()),

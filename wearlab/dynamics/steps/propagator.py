@@ -10,12 +10,13 @@ A step needs the state at its end (of two: also between them), and for the force
 stages: everything is tabulated for each of the few lengths of step that a period has.
 """
 
-from collections.abc import Sequence
 from functools import lru_cache
-from math import comb
+from itertools import accumulate, repeat
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import expm
+from scipy.special import factorial
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
@@ -25,9 +26,6 @@ from wearlab.mesh.stages import StageTables
 
 GRID = 0.05
 """Relative distance of the mean stiffnesses that share tables: they need be no exact means."""
-LARGEST_ANGLE = 12.0
-"""Angle a mode turns by up to which the series of the exponential is summed; longer steps double it [rad]."""
-SMALL = 1e-18
 
 
 class Steps(NamedTuple):
@@ -76,56 +74,68 @@ def propagator_of(system: System, balance: Balance | None, tables: StageTables, 
     ----------
     Hochbruck & Ostermann 2010, §2.2.
     """
-    vectors, loads = input_vectors(system, balance)
-    matrices = (system.mass, system.total_stiffness, system.total_damping, vectors, loads)
-    numbers = (system.mesh_damping, mean_stiffness(tables), np.unique(tables.width * period))
-    return _propagator(tuple(Frozen(x) for x in (*matrices, *numbers)))
-
-
-def mean_stiffness(tables: StageTables) -> Array:
-    """Return the mean stiffness of every mesh, rounded so that wear states share it, (n_mesh,) [N/m]."""
-    logarithm = np.log(np.maximum(tables.mean_stiffness, 1e-300))
-    return np.asarray(np.exp(GRID * np.round(logarithm / GRID)), np.float64)
-
-
-def input_vectors(system: System, balance: Balance | None) -> tuple[Array, Array]:
-    """Return the force vectors of all channels (n_channel, n) and all loads (n_load, n)."""
-    vectors = [system.direction]
-    if system.friction_constant is not None and system.friction_slope is not None:
-        vectors += [system.friction_constant, system.friction_slope]
-    loads = [system.load]
-    if system.fluctuation_direction is not None:
-        loads.append(system.fluctuation_direction)
-    if balance is not None:
-        loads += list(balance.push @ system.mass)
-    return np.vstack(vectors), np.vstack(loads)
+    loads = [
+        system.load,
+        system.fluctuation_direction,
+        *(() if balance is None else balance.push @ system.mass),
+    ]
+    matrices = (system.mass, system.total_stiffness, system.total_damping, system.force_vectors[1])
+    rounded = np.exp(GRID * np.round(np.log(np.maximum(tables.mean_stiffness, 1e-300)) / GRID))
+    numbers = (system.mesh_damping, rounded, np.unique(tables.width * period))
+    given = (*matrices, np.array([load for load in loads if load is not None]), *numbers)
+    return _propagator(tuple(Frozen(x) for x in given))
 
 
 @lru_cache(maxsize=16)
 def _propagator(given: tuple[Frozen, ...]) -> Propagator:
+    """Return the tables, by the exponential of a state whose inputs are polynomials, over half a step.
+
+    The state (q, h/2 q̇) is followed by the inputs and their derivatives by the time in half steps: what is
+    linear in all of these is advanced by one matrix, whose powers reach the later stages.
+
+    References
+    ----------
+    Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring, as SciPy has it.
+    """
     mass, stiffness, damping, vector, load, mesh_damping, mean, h = (frozen.array for frozen in given)
-    meshes = len(mean)
+    meshes, half = len(mean), 0.5 * h[:, None, None]
     d, inverse = vector[:meshes], np.linalg.inv(mass)
     k, c = normalised(mass, stiffness, damping, d, mesh_damping, mean)
-    n, matrix = len(k), companion(k, c)
     # A channel's force acts against its vector, a load along it; both as inputs of size one.
-    entering = np.vstack([vector, load]) @ inverse.T
-    enters = np.vstack([np.zeros((n, len(entering))), entering.T])
-    angle = 2.0 * largest_rate(k, c) * float(h.max())
-    doublings = max(0, int(np.ceil(np.log2(angle / LARGEST_ANGLE))))
-    # In units of what is summed of the longest two steps: powers of fast rates would overflow in seconds.
-    unit = 2.0 * float(h.max()) / 2**doublings
-    powers = powers_of(unit * matrix, angle / 2**doublings)
-    fed = unit * (powers @ enters)
-    sensors = np.zeros((2 * meshes, 2 * n))
-    sensors[:meshes, :n], sensors[meshes:, n:] = d, d
-    held = np.zeros((2, len(vector)))
-    held[0, :meshes], held[1, :meshes] = mean, mesh_damping
-    single, double = (
-        _steps(powers, fed, sensors, count * h / unit, stages, doublings)
-        for count, stages in ((1, 3), (2, 5))
-    )
-    return Propagator(h, single, double, held[0], held[1])
+    enters = inverse @ np.vstack([vector, load]).T
+    n, inputs = enters.shape
+    whole = np.zeros((len(h), 2 * n + 5 * inputs, 2 * n + 5 * inputs))
+    whole[:, :n, n : 2 * n] = np.eye(n)
+    whole[:, n : 2 * n, :n], whole[:, n : 2 * n, n : 2 * n] = -(half**2) * k, -half * c
+    whole[:, n : 2 * n, 2 * n : 2 * n + inputs] = half**2 * enters
+    whole[:, 2 * n : -inputs, 2 * n + inputs :] = np.eye(4 * inputs)
+    whole = expm(whole)
+    moved = list(accumulate(repeat(whole, 3), np.matmul, initial=whole[:, : 2 * n]))
+    for table in moved:  # in metres per second
+        table[:, n:] /= half
+        table[:, :, n : 2 * n] *= half
+    held = np.pad([mean, mesh_damping], ((0, 0), (0, len(vector) - meshes)))
+    return Propagator(h, _steps(moved[:2], d), _steps(moved, d), *held)
+
+
+def _steps(moved: list[Array], direction: Array) -> Steps:
+    """Return the tables of steps whose later stages are reached by matrices (n_lengths, 2n, …)."""
+    n, stage = direction.shape[1], np.arange(len(moved) + 1)
+    # derivatives of an input at the start by its values at the stages
+    rates = factorial(stage)[:, None] * np.linalg.inv(np.vander(stage, increasing=True))
+    transitions, entered = [table[:, :, : 2 * n] for table in moved], []
+    for table in moved:
+        by_rate = table[:, :, 2 * n :].reshape(len(table), 2 * n, 5, -1)[:, :, : len(stage)]
+        entered.append(np.einsum("lrjc,js->lrsc", by_rate, rates).reshape(len(table), 2 * n, -1))
+
+    def seen(tables: list[Array]) -> Array:
+        return np.concatenate(
+            [direction @ table[:, part] for part in (slice(n), slice(n, None)) for table in tables], axis=1
+        )
+
+    middle = len(moved) // 2 - 1
+    ends = transitions[-1], entered[-1], transitions[middle], entered[middle]
+    return Steps(*(np.ascontiguousarray(table) for table in (*ends, seen(transitions), seen(entered))))
 
 
 def normalised(
@@ -141,97 +151,6 @@ def companion(stiffness: Array, damping: Array) -> Array:
     """Return the matrix of the first-order form, from M⁻¹K and M⁻¹C, (2n, 2n)."""
     n = len(stiffness)
     return np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
-
-
-def to_powers(nodes: Array) -> Array:
-    """Return, a row a node, the powers of the polynomial that is 1 there and 0 at the others, (n, n)."""
-    return np.asarray(np.linalg.inv(np.vander(nodes, increasing=True)).T, np.float64)
-
-
-def largest_rate(stiffness: Array, damping: Array) -> float:
-    """Return a bound of the eigenvalues' moduli, from M⁻¹K and M⁻¹C [1/s]."""
-    return float(np.sqrt(np.linalg.norm(stiffness, 2))) + float(np.linalg.norm(damping, 2))
-
-
-def _steps(powers: Array, fed: Array, sensors: Array, length: Array, stages: int, doublings: int) -> Steps:
-    nodes = np.linspace(0.0, 1.0, stages)
-    lagrange = to_powers(nodes)
-    moved, entered = zip(
-        *(_until(powers, fed, length, x, lagrange, doublings) for x in nodes[1:]), strict=True
-    )
-    middle, meshes = (stages - 1) // 2 - 1, len(sensors) // 2
-
-    def seen(tables: Sequence[Array]) -> Array:
-        rows = [sensors[part] @ table for part in (slice(meshes), slice(meshes, None)) for table in tables]
-        return np.ascontiguousarray(np.concatenate(rows, axis=1))
-
-    return Steps(moved[-1], entered[-1], moved[middle], entered[middle], seen(moved), seen(entered))
-
-
-def powers_of(matrix: Array, angle: float) -> Array:
-    """Return powers of A as far as the series of ``e^{Ah}`` needs them, (n_terms, 2n, 2n).
-
-    References
-    ----------
-    Moler & Van Loan 2003, method 1: Taylor series.
-    """
-    powers, term = [np.eye(len(matrix))], 1.0
-    while term > SMALL or len(powers) < 6:
-        term *= angle / len(powers)
-        powers.append(powers[-1] @ matrix)
-    return np.array(powers)
-
-
-def series(powers: Array, h: Array) -> Array:
-    """Return ``e^{Ah} = Σ A^k h^k/k!`` of every length, (n_lengths, 2n, 2n).
-
-    References
-    ----------
-    Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 1.
-    """
-    factors = np.cumprod(np.vstack([np.ones_like(h), *[h / k for k in range(1, len(powers))]]), axis=0)
-    return np.tensordot(factors.T, powers, axes=1)
-
-
-def effects(fed: Array, t: Array, share: float, count: int) -> Array:
-    """Return ``∫_0^t e^{A(t−τ)} B (share τ/t)^j dτ`` of ``count`` powers j, (n_powers, n_lengths, 2n, n_in).
-
-    ``∫_0^t e^{A(t−τ)} (τ/t)^j dτ = Σ_k A^k t^{k+1} j!/(k+j+1)!``.
-
-    References
-    ----------
-    Hochbruck & Ostermann 2010, §2.2.
-    """
-    out = []
-    for j in range(count):
-        factor = t * share**j / (j + 1.0)
-        factors = [factor]
-        for k in range(1, len(fed)):
-            factor = factor * t / (k + j + 1.0)
-            factors.append(factor)
-        out.append(np.tensordot(np.array(factors).T, fed, axes=1))
-    return np.array(out)
-
-
-def _until(
-    powers: Array, fed: Array, length: Array, share: float, lagrange: Array, doublings: int
-) -> tuple[Array, Array]:
-    """Return ``e^{At}`` and what inputs through nodes of the whole add until t, a share of it.
-
-    Summed for a short time and doubled: ``e^{2At} = (e^{At})²``, and the second half sees the powers
-    ``(τ + t)^j`` of the time.
-
-    References
-    ----------
-    Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring.
-    """
-    count, share = len(lagrange), share / 2**doublings
-    moved, fed_by = series(powers, share * length), effects(fed, share * length, share, count)
-    for _ in range(doublings):
-        later = [sum(comb(j, i) * share ** (j - i) * fed_by[i] for i in range(j + 1)) for j in range(count)]
-        fed_by, moved, share = moved @ fed_by + np.array(later), moved @ moved, 2.0 * share
-    entered = np.tensordot(lagrange, fed_by, axes=1)
-    return moved, np.moveaxis(entered, 0, 2).reshape(*moved.shape[:2], -1)
 
 
 ROUNDS, ROUNDS_WITH_RATES = 3, 5
@@ -306,19 +225,23 @@ def exact_pair(kernel: Any, step: int, w: Any, states: Any, i: Any) -> bool:
 @jit_inner
 def solve_forces(structure: Any, s: Any, steps: Any, slot: int, later: int, old: Any) -> None:
     """Find the inputs at all stages of a step, or of two; ``later``: stages after the first."""
-    tables, meshes = structure.tables, len(structure.sense) // 8
+    tables, n, meshes = structure.tables, len(structure.push), len(structure.sense) // 8
     rates = damping_differs(tables, s.mesh[0]) or (later > OF_ONE and damping_differs(tables, s.mesh[1]))
     sensed = 2 * later * meshes if rates else later * meshes
     sense, feed = structure.sense[:sensed], structure.feed[:sensed]
     force = structure.force[: (later + 1) * (len(structure.force) // 5)]
     times(steps.sense[slot][:sensed], old, sense)
-    sense_start(structure, old, rates)
+    # The guess: d·q and d·q̇ are those of the start, written into the scratch that is free then.
+    direction = structure.direction[: meshes * n].reshape((meshes, n))
+    times(direction, old[:n], feed[:meshes])
+    if rates:
+        times(direction, old[n:], feed[meshes : 2 * meshes])
     for at in range(later + 1):
-        guess_force(structure, s, at, rates)
+        fill_force(structure, s, at, 0, meshes, 0.0, rates)
     for _ in range(ROUNDS_WITH_RATES if rates else ROUNDS):
         times(steps.feed[slot][:sensed], force, feed)
         for at in range(1, later + 1):
-            correct_force(structure, s, at, later, rates)
+            fill_force(structure, s, at, (at - 1) * meshes, later * meshes, 1.0, rates)
 
 
 @jit_inner
@@ -343,62 +266,24 @@ def damping_differs(tables: Any, mesh: Any) -> bool:
 
 
 @jit_inner
-def sense_start(structure: Any, old: Any, rates: bool) -> None:
-    """Write d·q of all meshes at the start, and d·q̇ where asked for, into the scratch that is free then."""
-    n, meshes = len(structure.push), len(structure.sense) // 8
-    direction = structure.direction[: meshes * n].reshape((meshes, n))
-    times(direction, old[:n], structure.feed[:meshes])
-    if rates:
-        times(direction, old[n:], structure.feed[meshes : 2 * meshes])
+def fill_force(structure: Any, s: Any, at: int, first: int, below: int, sensed: float, rates: bool) -> None:
+    """Fill the inputs of stage ``at`` from deflections, ``sensed sense + feed`` in rows from ``first`` on.
 
-
-@jit_inner
-def guess_force(structure: Any, s: Any, at: int, rates: bool) -> None:
-    """Fill the inputs of stage ``at`` from the deflections at the start."""
-    tables, force = structure.tables, structure.force
+    ``below``: rows from a deflection to its rate.
+    """
+    tables, force, sense, feed = structure.tables, structure.force, structure.sense, structure.feed
     half, stage = (0, at) if at <= OF_ONE else (1, at - OF_ONE)
     mesh, load = s.mesh[half], s.load[half]
-    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
-    for c in range(channels):
-        row, m = force[at * inputs + c], c % meshes
-        row[:] = 0.0
-        add_scaled(row, tables.stiffness[c] - mesh[stage * channels + c], structure.feed[m])
-        if rates:
-            add_scaled(row, tables.damping[c] - mesh[(3 + stage) * channels + c], structure.feed[meshes + m])
-        row[0] += load[stage * inputs + c]
-    for c in range(channels, inputs):
-        force[at * inputs + c, 0] = load[stage * inputs + c]
-
-
-@jit_inner
-def correct_force(structure: Any, s: Any, at: int, later: int, rates: bool) -> None:
-    """Fill the inputs of stage ``at`` from the deflections there; ``later``: stages after the first."""
-    tables, force = structure.tables, structure.force
-    half, stage = (0, at) if at <= OF_ONE else (1, at - OF_ONE)
-    mesh, load = s.mesh[half], s.load[half]
-    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(structure.sense) // 8
-    for c in range(channels):
-        m = (at - 1) * meshes + c % meshes
-        k = mesh[stage * channels + c] - tables.stiffness[c]
-        row = force[at * inputs + c]
-        set_scaled(row, -k, structure.sense[m], structure.feed[m])
-        if rates:
-            damp = mesh[(3 + stage) * channels + c] - tables.damping[c]
-            m += later * meshes
-            add_scaled(row, -damp, structure.sense[m])
-            add_scaled(row, -damp, structure.feed[m])
-        row[0] += load[stage * inputs + c]
-
-
-@jit_inner
-def add_scaled(out: Any, factor: float, x: Any) -> None:
-    """Add ``factor x`` to ``out``."""
-    for col in range(np.uint64(0), np.uint64(len(out))):
-        out[col] += factor * x[col]
-
-
-@jit_inner
-def set_scaled(out: Any, factor: float, x: Any, y: Any) -> None:
-    """Write ``factor (x + y)`` into ``out``."""
-    for col in range(np.uint64(0), np.uint64(len(out))):
-        out[col] = factor * (x[col] + y[col])
+    channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(sense) // 8
+    for c in range(inputs):
+        row, m = force[at * inputs + c], first + c % meshes
+        if c < channels:
+            k = tables.stiffness[c] - mesh[stage * channels + c]
+            b = tables.damping[c] - mesh[(3 + stage) * channels + c] if rates else 0.0
+            for col in range(np.uint64(0), np.uint64(len(row))):
+                row[col] = k * (sensed * sense[m, col] + feed[m, col])
+                if rates:
+                    row[col] += b * (sensed * sense[m + below, col] + feed[m + below, col])
+            row[0] += load[stage * inputs + c]
+        else:
+            row[0] = load[stage * inputs + c]
