@@ -82,8 +82,8 @@ def _described(parts: build.Parts, state: coupled.WearState, point: continuation
     where, when = parts.look(0, phases), vibration.look(phases)
     motion = force.Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
-    forces = mesh_forces.mesh_forces(vibration.system, 0, state.flanks[0], where, motion, vibration.period)
-    elastic = forces.elastic
+    dashpot = mesh_forces.dashpot_of_mesh(vibration.system, 0)
+    elastic = force.flank_forces(state.flanks[0], where, motion, dashpot, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
     poincare = _strobed(vibration, point)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.response import Response, dashpot_of
+from wearlab.dynamics.orbits.response import Response, dashpot_of, friction_forces, motion_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.force import Deflections, NormalForces, normal_forces
 from wearlab.mesh.stages import Springs, parabola
@@ -94,31 +94,37 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     response : a response; of an aperiodic one the kept periods, which follow each other
     nominal : (n,) nominal speeds, see `nominal_speeds` [m/s]
     """
-    system, tables, period = response.system, response.tables, response.mesh_period
-    x = 0.5 * (1.0 + NODES)
-    weight = 0.5 * WEIGHTS[:, None] * (tables.width * period)
-    q, v = _within_steps(response, x)
-    mesh = _mesh_at(response, x)
-    delta = q @ system.direction.T - mesh.error
-    rate = v @ system.direction.T - mesh.error_rate
+    system, tables, period, between = response.system, response.tables, response.mesh_period, response.within
+    steps, duration = len(tables.width), len(response.state) * response.mesh_period
+    step, x = np.tile(np.arange(steps), len(NODES)), np.repeat(0.5 * (1.0 + NODES), steps)
+    weight = np.outer(0.5 * WEIGHTS, tables.width * period).ravel()
 
     def mean(power: Array) -> float:
-        return float(np.einsum("xs,kxs->", weight, power)) / (len(response.state) * period)
+        return float(np.einsum("n,kn->", weight, power)) / duration
 
+    q, v = response.motion.at(step, x)
     whole = v + nominal
-    loads = (system.load * whole).reshape(*whole.shape)
+    loads = system.load * whole
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
-        loads = loads + (_parabolas(tables.fluctuation, x)[..., None] * system.fluctuation_direction) * whole
-    work = np.array([mean(loads[..., row]) for row in range(loads.shape[-1])])
+        loads = loads + parabola(tables.fluctuation, step, x)[:, None] * system.fluctuation_direction * whole
+    work = np.array([mean(load) for load in np.moveaxis(loads, -1, 0)])
     held = v @ system.damping.T + q @ system.total_stiffness.T
-    forces = normal_forces(mesh.springs, Deflections(delta, rate), dashpot_of(system))
-    damped, parametric, moving = _flank_powers(system, mesh, Deflections(delta, rate), forces)
-    rubbed = _friction_power(response, x, forces.pair_normal, whole)
-    duration = len(response.state) * period
+    springs, motion = between.springs_at(step, x).per(period), motion_at(response, step, x)
+    forces = normal_forces(springs, motion, dashpot_of(system))
+    before, after = (between.springs_at(step, x + moved) for moved in (-NEARBY, NEARBY))
+    apart = 2.0 * NEARBY * period * tables.width[step, None, None]
+    stiffening, opening = ((late - early) / apart for early, late in zip(before[:2], after[:2], strict=True))
+    rates = _Rates(stiffening, opening, between.errors_at(step, x)[1] / period)
+    damped, parametric, moving = _flank_powers(system, springs, rates, motion, forces)
+    friction = 0.0
+    if system.friction_constant is not None and system.friction_slope is not None:
+        tangential, moment = friction_forces(response, forces, lambda table: parabola(table, step, x))
+        along, about = whole @ system.friction_constant.T, whole @ system.friction_slope.T
+        friction = mean((tangential * along + moment * about).sum(axis=-1))
     return EnergyBalance(
         input=float(work[work > 0.0].sum()),
         output=float(-work[work < 0.0].sum()) + mean(held @ nominal),
-        friction=0.0 if rubbed is None else mean(rubbed),
+        friction=friction,
         bearing_damping=mean((v * (v @ system.damping.T)).sum(axis=-1)),
         mesh_damping=mean(damped),
         parametric=-mean(parametric) - _jumps(response) / duration,
@@ -127,55 +133,23 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     )
 
 
-class _Mesh(NamedTuple):
-    """Meshes at nodes within the steps, (n_nodes, n_steps, n_mesh[, n_pairs]); rates by time."""
+class _Rates(NamedTuple):
+    """Rates by time of stiffness and gap of the springs, (n, n_mesh, n_pairs), and of errors, (n, n_mesh)."""
 
-    springs: Springs
-    stiffness_rate: Array
-    gap_rate: Array
+    stiffness: Array
+    gap: Array
     error: Array
-    error_rate: Array
-
-
-def _mesh_at(response: Response, x: Array) -> _Mesh:
-    tables, period, steps = response.tables, response.mesh_period, len(response.tables.width)
-    step, fraction = np.tile(np.arange(steps), len(x)), np.repeat(x, steps)
-    between = response.within
-
-    def shaped(values: Array) -> Array:
-        return values.reshape(len(x), steps, *values.shape[1:])
-
-    before, here, after = (between.springs_at(step, fraction + moved) for moved in (-NEARBY, 0.0, NEARBY))
-    duration = 2.0 * NEARBY * period * tables.width[:, None, None]
-    rates = [
-        (shaped(late) - shaped(early)) / duration for early, late in zip(before[:2], after[:2], strict=True)
-    ]
-    error, error_rate = (shaped(values) for values in between.errors_at(step, fraction))
-    return _Mesh(
-        here.per(period).each(shaped),
-        rates[0],
-        rates[1],
-        error,
-        error_rate / period,
-    )
-
-
-def _parabolas(table: Array, x: Array) -> Array:
-    """Return stage values at fractions x of all steps, (n_fractions, n_steps, …)."""
-    steps = len(table)
-    values = parabola(table, np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
-    return values.reshape(len(x), *table.shape[:1], *table.shape[2:])
 
 
 def _flank_powers(
-    system: System, mesh: _Mesh, motion: Deflections, forces: NormalForces
+    system: System, springs: Springs, rates: _Rates, motion: Deflections, forces: NormalForces
 ) -> tuple[Array, Array, Array]:
     """Return what damping, changes of stiffness and moving gaps take, summed over all flanks (…) [W]."""
-    springs, error_rate = mesh.springs, mesh.error_rate
+    error_rate = rates.error
     approach = np.maximum(motion.deflection[..., None] - springs.gap, 0.0) * (springs.stiffness > 0.0)
     elastic = springs.stiffness * approach
-    parametric = (0.5 * mesh.stiffness_rate * approach**2).sum(axis=(-1, -2))
-    moving = (elastic * (mesh.gap_rate + error_rate[..., None])).sum(axis=(-1, -2))
+    parametric = (0.5 * rates.stiffness * approach**2).sum(axis=(-1, -2))
+    moving = (elastic * (rates.gap + error_rate[..., None])).sum(axis=(-1, -2))
     if system.damping_always:
         dashpot = forces.normal - forces.elastic
         damped = (dashpot * (motion.rate - springs.lead_rate)).sum(axis=-1)
@@ -188,21 +162,10 @@ def _flank_powers(
         behind = np.maximum(-system.backlash - motion.deflection, 0.0)
         back = springs.stiffness.sum(axis=-1) * behind
         normal = forces.pair_normal.sum(axis=-1) - forces.normal if not system.damping_always else back
-        parametric = parametric + (0.5 * mesh.stiffness_rate.sum(axis=-1) * behind**2).sum(axis=-1)
+        parametric = parametric + (0.5 * rates.stiffness.sum(axis=-1) * behind**2).sum(axis=-1)
         damped = damped - ((normal - back) * motion.rate).sum(axis=-1)
         moving = moving - (normal * error_rate).sum(axis=-1)
     return damped, parametric, moving
-
-
-def _friction_power(response: Response, x: Array, pair: Array, whole: Array) -> Array | None:
-    """Return ``Σ Λμ N (f0 + s f1)·(V + q̇)`` over all pairs, None without friction [W]."""
-    constant, slope = response.system.friction_constant, response.system.friction_slope
-    sliding, moment = response.tables.sliding, response.tables.moment
-    if constant is None or slope is None or sliding is None or moment is None:
-        return None
-    power = (_parabolas(sliding, x) * pair).sum(axis=-1) * (whole @ constant.T)
-    power = power + (_parabolas(moment, x) * pair).sum(axis=-1) * (whole @ slope.T)
-    return np.asarray(power.sum(axis=-1))
 
 
 def _jumps(response: Response) -> float:
@@ -245,11 +208,3 @@ def _gained(response: Response, nominal: Array) -> float:
     meshes = _in_meshes(response, q[:, None], 0, 1)[:, 0]
     before, after = kinetic + elastic + meshes
     return float(after - before)
-
-
-def _within_steps(response: Response, x: Array) -> tuple[Array, Array]:
-    """Return q and q̇ at fractions of the steps, (n_kept, n_nodes, n_steps, n)."""
-    steps = len(response.tables.width)
-    motion = response.motion.at(np.tile(np.arange(steps), len(x)), np.repeat(x, steps))
-    q, v = (values.reshape(len(values), len(x), steps, -1) for values in motion)
-    return q, v

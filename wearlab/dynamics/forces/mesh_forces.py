@@ -5,39 +5,17 @@ that its solver used: their means against the load that was given tell how well 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 from numpy.polynomial import Legendre
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.orbits.response import Response, accelerations, coordinates_at, step_of
+from wearlab.dynamics.orbits.response import Response, acceleration, forces_at, place_of
 from wearlab.dynamics.system import System
 from wearlab.gears.gear import GearPair
 from wearlab.mesh import excitation, force, gear_set, profile
 from wearlab.mesh.stages import StageGrid, parabola
-
-
-def mesh_forces(
-    system: System,
-    mesh: int,
-    flanks: excitation.MeshFlanks,
-    where: profile.Lookup,
-    motion: force.Deflections,
-    period: float,
-) -> force.NormalForces:
-    """Return the forces of a mesh, (n_periods, n[, n_pairs]).
-
-    Parameters
-    ----------
-    system : the equation of motion
-    mesh, flanks : the mesh and its flanks
-    where : the (n,) instants as phases of the mesh
-    motion : (n_periods, n) deflection and its rate
-    period : duration of a mesh period [s]
-    """
-    return force.flank_forces(flanks, where, motion, dashpot_of_mesh(system, mesh), period)
 
 
 def dashpot_of_mesh(system: System, mesh: int) -> force.Dashpot:
@@ -170,24 +148,10 @@ def mesh_acceleration_at(
     phase : (n,) [1]
     segment : (n,) the smooth segment each phase belongs to, which decides at breaks
     """
-    step = step_of(grid, phase, segment)
-    x = (phase - grid.start[step]) / grid.width[step]
-    state = np.concatenate(coordinates_at(response, grid, phase, segment), axis=1).transpose(0, 2, 1)
-    tables = response.tables
-    error, error_rate = response.within.errors_at(step, x)
-    given = response.within.springs_at(step, x)._asdict() | {"error": error, "error_rate": error_rate}
-    given |= {name: parabola(table, step, x) for name in ("fluctuation", "sliding", "moment")
-              if (table := getattr(tables, name)) is not None}  # fmt: skip
-    at_points = {
-        name: np.repeat(values[:, None], 3, axis=1) for name, values in given.items() if values is not None
-    }
-    points = replace(
-        response,
-        state=np.concatenate([state, state[:, -1:]], axis=1),
-        tables=response.tables._replace(width=grid.width[step], **at_points),
-    )
-    by_mesh = accelerations(points)[:, :, 0] @ response.system.direction.T
-    return np.ascontiguousarray(by_mesh.transpose(0, 2, 1))
+    place = place_of(grid, phase, segment)
+    forces, motion = forces_at(response, *place), response.motion.at(*place)
+    a = acceleration(response, *motion, forces, lambda table: parabola(table, *place))
+    return np.ascontiguousarray((a @ response.system.direction.T).transpose(0, 2, 1))
 
 
 def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, Index, Array]:

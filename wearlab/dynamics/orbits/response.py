@@ -1,5 +1,6 @@
 """The steady response of a system, and what is read off it at any phase."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple, Protocol
@@ -192,16 +193,18 @@ class Response:
     @cached_property
     def motion(self) -> Path:
         """The coordinates within the steps."""
-        n = len(self.system.load)
-        length = self.tables.width * self.mesh_period
-        return path(self.state[..., :n], self.state[..., n:], accelerations(self), length)
+        return path(*self._courses(), self.tables.width * self.mesh_period)
 
     @cached_property
     def approach(self) -> Path:
         """The projections d·q of the meshes within the steps."""
-        n, d = len(self.system.load), self.system.direction.T
-        length = self.tables.width * self.mesh_period
-        return path(self.state[..., :n] @ d, self.state[..., n:] @ d, accelerations(self) @ d, length)
+        place, speed, bend = (each @ self.system.direction.T for each in self._courses())
+        return path(place, speed, bend, self.tables.width * self.mesh_period)
+
+    def _courses(self) -> tuple[Array, Array, Array]:
+        """Return q and q̇ at the ends of the steps, and q̈ as `accelerations` does."""
+        n = len(self.system.load)
+        return self.state[..., :n], self.state[..., n:], accelerations(self)
 
 
 def split_periods(path: Array, periods: int) -> Array:
@@ -212,11 +215,9 @@ def split_periods(path: Array, periods: int) -> Array:
     return np.stack([path[k * steps : (k + 1) * steps + 1] for k in range(periods)])
 
 
-Side = Literal["right", "left"]
-"""Of a boundary between two steps: the one that begins there, or the one that ends there."""
-
-
-def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: Side = "right") -> Index:
+def step_of(
+    grid: StageGrid, phase: Array, segment: Index | None = None, side: Literal["right", "left"] = "right"
+) -> Index:
     """Return the step that holds each phase, (n,).
 
     Parameters
@@ -226,14 +227,17 @@ def step_of(grid: StageGrid, phase: Array, segment: Index | None = None, side: S
     segment : (n,) the smooth segment each phase belongs to, which decides at breaks; None: ``side`` does
     side : "right" takes the step that begins at a phase on a boundary, "left" the one that ends there
     """
-    last = len(grid.start) - 1
-    if segment is None:
-        step = np.searchsorted(grid.start, phase, side=side) - 1
-        return np.clip(step, 0, last)
-    step = np.searchsorted(grid.start, phase, side="right") - 1
-    low = np.searchsorted(grid.segment, segment, side="left")
-    high = np.searchsorted(grid.segment, segment, side="right") - 1
-    return np.clip(step, low, high)
+    low, high = np.zeros(1, int), np.full(1, len(grid.start) - 1)
+    if segment is not None:
+        low = np.searchsorted(grid.segment, segment, side="left")
+        high = np.searchsorted(grid.segment, segment, side="right") - 1
+    return np.clip(np.searchsorted(grid.start, phase, side=side) - 1, low, high)
+
+
+def place_of(grid: StageGrid, phase: Array, segment: Index | None = None) -> tuple[Index, Array]:
+    """Return the step that holds each phase, see `step_of`, and the fraction of it, (n,) each."""
+    step = step_of(grid, phase, segment)
+    return step, (phase - grid.start[step]) / grid.width[step]
 
 
 def deflection_at(
@@ -241,7 +245,6 @@ def deflection_at(
     grid: StageGrid,
     phase: Array,
     segment: Index | None = None,
-    side: Side = "right",
     meshes: slice = slice(None),
 ) -> tuple[Array, Array]:
     """Return mesh deflection δ and its rate at any phases, (n_kept, n_mesh, n_phases) [m], [m/s].
@@ -253,27 +256,19 @@ def deflection_at(
     response : the response
     grid : the steps it was computed on
     phase : (n,) in [0, 1] [1]
-    segment, side : which side of a break is meant, see `step_of`
+    segment : which side of a break is meant, see `step_of`
     meshes : of which meshes
     """
-    step = step_of(grid, phase, segment, side)
-    x = (phase - grid.start[step]) / grid.width[step]
-    motion = motion_at(response, step, x, meshes=meshes)
+    motion = motion_at(response, *place_of(grid, phase, segment), meshes=meshes)
     delta, rate = (np.ascontiguousarray(each.transpose(0, 2, 1)) for each in motion)
     return delta, rate
 
 
 def coordinates_at(
-    response: Response,
-    grid: StageGrid,
-    phase: Array,
-    segment: Index | None = None,
-    side: Side = "right",
+    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None
 ) -> tuple[Array, Array]:
     """Return all coordinates q and q̇ at any phases, (n_kept, n, n_phases) [m], [m/s]; see `deflection_at`."""
-    step = step_of(grid, phase, segment, side)
-    x = (phase - grid.start[step]) / grid.width[step]
-    position, velocity = response.motion.at(step, x)
+    position, velocity = response.motion.at(*place_of(grid, phase, segment))
     return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
 
 
@@ -312,6 +307,11 @@ def forces_at(response: Response, step: Index, fraction: Array, kept: slice = sl
     return normal_forces(springs, motion_at(response, step, fraction, kept), dashpot_of(response.system))
 
 
+def at_ends(table: Array) -> Array:
+    """Return a table (n_steps, 3, …) at the start and the end of every step, (n_steps, 2, …)."""
+    return table[:, [0, 2]]
+
+
 def step_forces(response: Response) -> NormalForces:
     """Return the forces of each mesh at the start and the end of every step, (n_kept, n_steps, 2, n_mesh).
 
@@ -319,46 +319,66 @@ def step_forces(response: Response) -> NormalForces:
     ----------
     L16 Eqs. 1–6, pair by pair; W23 Eqs. 7–14.
     """
-    system, tables, ends = response.system, response.tables, [0, 2]
+    system, tables = response.system, response.tables
     n = system.mass.shape[0]
     state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
     motion = Deflections(
-        state[..., :n] @ system.direction.T - tables.error[:, ends],
-        state[..., n:] @ system.direction.T - tables.error_rate[:, ends] / response.mesh_period,
+        state[..., :n] @ system.direction.T - at_ends(tables.error),
+        state[..., n:] @ system.direction.T - at_ends(tables.error_rate) / response.mesh_period,
     )
-    springs = tables.springs.per(response.mesh_period)
-    return normal_forces(springs.each(lambda table: table[:, ends]), motion, dashpot_of(system))
+    springs = tables.springs.per(response.mesh_period).each(at_ends)
+    return normal_forces(springs, motion, dashpot_of(system))
 
 
-def friction_forces(response: Response, forces: NormalForces) -> tuple[Array, Array]:
-    """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh at the step ends.
+AtInstants = Callable[[Array], Array]
+"""A table (n_steps, 3, …) at some instants (…), such as `at_ends`."""
 
-    (n_kept, n_steps, 2, n_mesh) each, as in `step_forces`.
+
+def friction_forces(
+    response: Response, forces: NormalForces, at: AtInstants = at_ends
+) -> tuple[Array, Array]:
+    """Return ``Σ_p Λμ_p N_p`` [N] and ``Σ_p Λμ_p s_p N_p`` [N m] of each mesh where its forces are given.
+
+    (n_kept, n_steps, 2, n_mesh) each at the step ends, as in `step_forces`.
 
     References
     ----------
     B23, the friction of a pair and its lever, rederived.
     """
-    tables, ends = response.tables, [0, 2]
+    tables = response.tables
     if tables.sliding is None or tables.moment is None:
         raise ValueError("the mesh tables carry no sliding: this response has no friction")
     tangential, moment = (
-        (of_pairs[:, ends] * forces.pair_normal).sum(axis=-1) for of_pairs in (tables.sliding, tables.moment)
+        (at(one) * forces.pair_normal).sum(axis=-1) for one in (tables.sliding, tables.moment)
     )
     return tangential, moment
 
 
 def accelerations(response: Response) -> Array:
     """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
-    system, ends = response.system, [0, 2]
-    n = system.mass.shape[0]
-    forces = step_forces(response)
+    n = len(response.system.load)
     state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    return acceleration(response, state[..., :n], state[..., n:], step_forces(response), at_ends)
+
+
+def acceleration(response: Response, q: Array, v: Array, forces: NormalForces, at: AtInstants) -> Array:
+    """Return ``q̈ = M⁻¹(F − Σ d W − friction − C q̇ − K q)`` at some instants, (n_kept, …, n) [m/s²].
+
+    Parameters
+    ----------
+    response : the response
+    q, v : (n_kept, …, n) coordinates and their rates [m], [m/s]
+    forces : of the meshes
+    at : tables at these instants
+    """
+    system, tables = response.system, response.tables
     load = system.load - forces.normal @ system.direction
     if system.friction_constant is not None and system.friction_slope is not None:
-        tangential, moment = friction_forces(response, forces)
+        tangential, moment = friction_forces(response, forces, at)
         load = load - tangential @ system.friction_constant - moment @ system.friction_slope
-    if system.fluctuation_direction is not None and response.tables.fluctuation is not None:
-        load = load + response.tables.fluctuation[:, ends, None] * system.fluctuation_direction
-    load = load - state[..., :n] @ system.total_stiffness.T - state[..., n:] @ system.total_damping.T
-    return np.ascontiguousarray(np.linalg.solve(system.mass, load.reshape(-1, n).T).T).reshape(load.shape)
+    if system.fluctuation_direction is not None and tables.fluctuation is not None:
+        load = load + at(tables.fluctuation)[..., None] * system.fluctuation_direction
+    load = load - q @ system.total_stiffness.T - v @ system.total_damping.T
+    return np.ascontiguousarray(np.linalg.solve(system.mass, load.reshape(-1, q.shape[-1]).T).T).reshape(
+        q.shape
+    )

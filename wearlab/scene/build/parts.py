@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.mesh_forces import mesh_forces
+from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.life.coupled import MeshKind
 from wearlab.life.coupling import Coupling
@@ -104,7 +104,8 @@ class Parts:
         """Return the forces of a mesh of the flanks ``kinds``; motions of all, (n_periods, n_mesh, n)."""
         assert self.vibration is not None
         own, flanks = force.Deflections(*(m[:, mesh] for m in motions)), kinds[self.meshes[mesh].kind]
-        return mesh_forces(self.vibration.system, mesh, flanks, where, own, self.vibration.period)
+        dashpot = dashpot_of_mesh(self.vibration.system, mesh)
+        return force.flank_forces(flanks, where, own, dashpot, self.vibration.period)
 
     def with_steps(self, grid: stages.StageGrid, hunting: int, period: float) -> Vibration:
         """Return the dynamics by these steps of a mesh period that lasts so long [s]."""
