@@ -142,13 +142,13 @@ def test_the_derivative_of_the_map_is_that_of_differences(name: str, build: str)
     orbit = Periodic().solve(system, tables, period)
     shooting = Shooting(system, tables, period)
     start = orbit.state[0, 0]
-    _, derivative = shooting.period_map(start)
+    _, derivative = shooting.path_of(start)
     n = len(start) // 2
     scale = np.r_[np.full(n, np.abs(start[:n]).max()), np.full(n, np.abs(start[n:]).max())]
     for row in (0, n - 1, n, 2 * n - 1):
         moved = np.zeros(2 * n)
         moved[row] = 1e-5 * scale[row]
-        ahead, behind = (shooting.period_map(start + sign * moved)[0] for sign in (1.0, -1.0))
+        ahead, behind = (shooting.path_of(start + sign * moved)[0][-1] for sign in (1.0, -1.0))
         slope = (ahead - behind) / (2e-5 * scale[row])
         np.testing.assert_allclose(
             derivative[:, row] * scale[row] / scale, slope * scale[row] / scale, atol=5e-4

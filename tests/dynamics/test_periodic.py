@@ -121,14 +121,13 @@ def test_monodromy_is_the_derivative_of_the_map_with_separation(always: bool) ->
     grid = pair.grid(120)
     shooting = Shooting(pair.system(), pair.tables(grid), mesh_period(6000))
     state = Periodic().solve(pair.system(), pair.tables(grid), mesh_period(6000)).state[0, 0] * 1.01
-    _, derivative = shooting.period_map(state)
+    _, derivative = shooting.path_of(state)
     scale = np.r_[np.full(3, 1e-10), np.full(3, 1e-10 * shooting.rate)]
     numeric = np.empty_like(derivative)
     for column, step in enumerate(scale):
         moved = np.zeros(6)
         moved[column] = step
-        up, _ = shooting.period_map(state + moved)
-        down, _ = shooting.period_map(state - moved)
+        up, down = (shooting.path_of(state + sign * moved)[0][-1] for sign in (1.0, -1.0))
         numeric[:, column] = (up - down) / (2 * step)
     weights = scale[None, :] / scale[:, None]
     assert np.abs((derivative - numeric) * weights).max() < 1e-6 * np.abs(derivative * weights).max()

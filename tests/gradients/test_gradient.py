@@ -141,7 +141,8 @@ def test_derivatives_of_an_orbit_are_those_that_shooting_gives() -> None:
         assert one.vibration is not None
         tables = one.vibration.tables(one.coupling.evaluate(one.coupling.unworn()).flanks)
         shooting = Shooting(one.vibration.system, tables, start.mesh_period)
-        ends.append(shooting.period_map(start.state[0, 0].copy()))
+        path, matrix = shooting.path_of(start.state[0, 0].copy())
+        ends.append((path[-1], matrix))
     (here, matrix), (beside, _) = ends
     derivative = np.linalg.solve(np.eye(len(here)) - matrix, (beside - here) / step)
     expected = derivative[: len(here) // 2] @ start.system.direction[0]

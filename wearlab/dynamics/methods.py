@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import RK45
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.orbits.integrate import STEPS, OneState, RungeKutta4, UntilSteady
+from wearlab.dynamics.orbits.integrate import RungeKutta4, UntilSteady
+from wearlab.dynamics.orbits.period_map import STEPS
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.steps import damping_law, mesh_law
 from wearlab.dynamics.steps.kernel import write
@@ -20,19 +22,8 @@ from wearlab.mesh.stages import StageTables
 
 __all__ = ["Method", "Newmark", "Periodic", "RungeKutta4", "RungeKutta45"]
 MOST_ITERATIONS = 12
-NODES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
-WEIGHTS = np.array(
-    [
-        [0, 0, 0, 0, 0, 0, 0],
-        [1 / 5, 0, 0, 0, 0, 0, 0],
-        [3 / 40, 9 / 40, 0, 0, 0, 0, 0],
-        [44 / 45, -56 / 15, 32 / 9, 0, 0, 0, 0],
-        [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0, 0],
-        [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0, 0],
-        [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0],
-    ]
-)
-FOURTH = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40])
+NODES, WEIGHTS = np.append(RK45.C, 1.0), np.zeros((7, 7))
+WEIGHTS[:6, :5], WEIGHTS[6, :6], ERROR = RK45.A, RK45.B, RK45.E
 LEAST_FRACTION = 1e-9
 
 
@@ -100,12 +91,10 @@ class RungeKutta45(UntilSteady):
     relative: float = 1e-7
     absolute: float = 1e-14
 
-    def integrator(self, system: System, tables: StageTables, period: float) -> OneState:
-        """Return what integrates a system over mesh periods."""
+    def memory(self, system: System, tables: StageTables) -> "AdaptiveMemory":
+        """Return the memory of the steps."""
         rows = np.empty((8, 2 * len(system.load)))
-        return OneState(
-            system, tables, period, AdaptiveMemory(rows, np.ones(1), self.relative, self.absolute)
-        )
+        return AdaptiveMemory(rows, np.ones(1), self.relative, self.absolute)
 
 
 class AdaptiveMemory(NamedTuple):
@@ -151,8 +140,7 @@ def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
         for row in range(2 * n):
             change = 0.0
             for stage in range(7):
-                weight = WEIGHTS[6, stage] - FOURTH[stage]
-                change += h * weight * slopes[stage, row]
+                change += h * ERROR[stage] * slopes[stage, row]
             allowed = absolute * (1.0 if row < n else 1.0 / width)
             allowed += relative * max(abs(state[row]), abs(trial[row]))
             error = max(error, abs(change) / allowed)
@@ -174,12 +162,11 @@ class Newmark(UntilSteady):
     Second order; implicit and unconditionally stable for constant contact. Parameters: see `UntilSteady`.
     """
 
-    def integrator(self, system: System, tables: StageTables, period: float) -> OneState:
-        """Return what integrates a system over mesh periods."""
+    def memory(self, system: System, tables: StageTables) -> "NewmarkMemory":
+        """Return the memory of the steps."""
         n, flags = len(system.load), np.prod(tables.stiffness.shape[2:]) + len(system.direction)
         ends = np.empty(n), np.empty(n), np.empty(2 * n), np.empty((n, n))
-        memory = NewmarkMemory(*ends, np.zeros(2 * flags, np.bool_))
-        return OneState(system, tables, period, memory)
+        return NewmarkMemory(*ends, np.zeros(2 * flags, np.bool_))
 
 
 class NewmarkMemory(NamedTuple):

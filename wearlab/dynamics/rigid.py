@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.system import Frozen, System, once
+from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import Body, mesh_load
 
 NOTHING = 1e-9
@@ -24,24 +24,15 @@ def held_stiffness(system: System) -> float:
     return max(float(np.abs(system.stiffness).max()), 1e6 * float(system.mass.diagonal().min()))
 
 
+@lru_cache(maxsize=32)
 def rigid_modes(system: System) -> Array:
     """Return motions φ that no stiffness, no damping and no mesh resists, (n_rigid, n), ``φᵀ M φ = 1``."""
-    d = system.direction
-    stiffness = system.total_stiffness + held_stiffness(system) * d.T @ d
-    return _undamped(*(Frozen(matrix) for matrix in (stiffness, system.mass, system.damping)))
-
-
-@lru_cache(maxsize=32)
-def _undamped(stiffness: Frozen, mass: Frozen, damping: Frozen) -> Array:
-    c = damping.array
-    square, shapes = eigh(stiffness.array, mass.array)
+    d, c = system.direction, system.damping
+    square, shapes = eigh(system.total_stiffness + held_stiffness(system) * d.T @ d, system.mass)
     undeformed = shapes[:, np.abs(square) <= NOTHING * np.abs(square).max()].T
     limit = 1e-9 * max(float(np.abs(c).max()), 1e-300)
-    resisted = np.abs(undeformed @ c).max(axis=1, initial=0.0) > limit * np.abs(undeformed).max(
-        axis=1, initial=0.0
-    )
-    rigid: Array = undeformed[~resisted]
-    return rigid
+    resisted = np.abs(undeformed @ c).max(axis=1) > limit * np.abs(undeformed).max(axis=1)
+    return np.asarray(undeformed[~resisted])
 
 
 def require_held(system: System) -> None:
@@ -246,7 +237,6 @@ def rebalance(balance: Any, before: Any, after: Any, period: float) -> None:
             after[n + x] -= balance.shape[row, x] * drifted / period
 
 
-@once
 def _free(system: System) -> Array:
     """Return the free rotations; a system that grounds every coordinate is not looked into."""
     if system.balance is None and system.stiffness.diagonal().all():

@@ -1,9 +1,6 @@
-"""The one form of every dynamic model, as plain arrays, and what is found out about a system once."""
+"""The one form of every dynamic model, as plain arrays."""
 
-from collections import OrderedDict
-from collections.abc import Callable
-from functools import wraps
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +61,13 @@ class System(NamedTuple):
     supports: tuple[Support, ...] = ()
     damping_law: Any = None
 
+    def __hash__(self) -> int:
+        """Systems are told apart by identity, they do not change: caches remember what is asked of one."""
+        return id(self)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
     @property
     def on_bearings(self) -> bool:
         """Whether a member moves on its support."""
@@ -103,38 +107,3 @@ class System(NamedTuple):
         """K − ω_c² K_ω + Σ k_i d_i d_iᵀ with all meshes (n_mesh,) in contact, (n, n) [N/m]."""
         d = self.direction
         return self.total_stiffness + d.T @ (mesh_stiffness[:, None] * d)
-
-
-Answer = TypeVar("Answer")
-KEPT = 16
-"""Systems whose answers are remembered."""
-
-
-def once(ask: Callable[[System], Answer]) -> Callable[[System], Answer]:
-    """Let a function of a system remember its last answers, told apart by identity: systems do not change."""
-    kept: OrderedDict[int, tuple[System, Answer]] = OrderedDict()
-
-    @wraps(ask)
-    def answer(system: System) -> Answer:
-        held = kept.get(id(system))
-        if held is None or held[0] is not system:
-            held = kept[id(system)] = system, ask(system)
-            while len(kept) > KEPT:
-                kept.popitem(last=False)
-        return held[1]
-
-    return answer
-
-
-class Frozen:
-    """An array as a key: equal when shape and bytes are."""
-
-    def __init__(self, array: Array) -> None:
-        self.array = np.ascontiguousarray(array, float)
-        self._key = (self.array.shape, self.array.tobytes())
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Frozen) and self._key == other._key

@@ -1,46 +1,30 @@
 """Integration over mesh periods until steady, with a test that a slow decay cannot fool."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.compiled import by_type, jit
 from wearlab.dynamics.orbits.period_map import LOCATED, over_periods
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
-from wearlab.dynamics.rigid import rebalance, solved_load
-from wearlab.dynamics.steps.kernel import Kernel, is_small, kernel_of, write
+from wearlab.dynamics.rigid import solved_load
+from wearlab.dynamics.steps.kernel import is_small, kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 BLOCK = 96
 
 
-class Integrator(Protocol):
-    """Something that integrates one system over mesh periods."""
-
-    right_hand_sides: int
-    kernel: Kernel
-
-    def integrate(self, state: Array, count: int, keep: int) -> tuple[Array, Array]:
-        """Integrate ``count`` periods and move ``state`` (2n,).
-
-        Returns the strobed states (count + 1, 2n) and the last ``keep`` periods (keep, n_steps + 1, 2n).
-        """
-        ...
-
-
 class OnTables:
-    """Integrates the tabulated map: exactly where a system is not small, or by Runge–Kutta steps.
+    """Integrates the tabulated map: exactly where a system is not small, by Runge–Kutta or a method's steps.
 
     Parameters
     ----------
     system, tables, period : what moves
     tangents : states have columns for their tangents (of a small system always: one compiled code)
     exact : systems that are not small go by exact steps of their linear part
+    memory : of a method that moves a single state, see `wearlab.dynamics.orbits.period_map.STEPS`
     """
 
     def __init__(
@@ -51,10 +35,11 @@ class OnTables:
         *,
         tangents: bool = False,
         exact: bool = True,
+        memory: Any = None,
     ) -> None:
-        tangents = tangents or is_small(system)
-        self.kernel = kernel_of(system, tables, period, tangents=tangents, exact=exact)
-        self.right_hand_sides, self.changes = 0, 0
+        tangents = memory is None and (tangents or is_small(system))
+        self.kernel = kernel_of(system, tables, period, tangents=tangents, exact=exact, memory=memory)
+        self.by_method, self.right_hand_sides, self.changes = memory is not None, 0, 0
 
     @property
     def steps(self) -> int:
@@ -84,8 +69,9 @@ class OnTables:
         """Integrate ``count`` periods and move ``state``; strobed states and the last ``keep`` periods."""
         states, strobe = self.states(keep), np.empty((count + 1, len(state)))
         states[0], strobe[0] = 0.0, state
-        self.changes += self._over_periods(states, strobe, False, LOCATED, balanced=True)
-        self.right_hand_sides += 4 * self.steps * count
+        counted = self._over_periods(states, strobe, False, LOCATED, balanced=True)
+        self.changes += 0 if self.by_method else counted
+        self.right_hand_sides += counted if self.by_method else 4 * self.steps * count
         state[:] = strobe[-1]
         return strobe, split_periods(states[:, :, 0], keep)
 
@@ -96,56 +82,8 @@ class OnTables:
         return int(over_periods(self.kernel, columns, states.reshape(-1), strobe, contact, balanced))
 
 
-STEPS: dict[type, Callable[..., Any]] = {}
-"""The step of every method that moves a single state, by the type of its memory."""
-
-
-single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counted=True)
-"""Advance a state (2n,) over one step of the tables by the method of the memory; count evaluations."""
-
-
-@jit
-def integrate_states(memory: Any, kernel: Any, keep: int, orbit: Array, strobe: Array) -> int:
-    """Integrate from the first of ``strobe`` (count + 1, 2n) on; fill it and ``orbit``; count evaluations."""
-    steps, count, state = len(kernel.flanks.tables.width), len(strobe) - 1, strobe[0].copy()
-    evaluations = 0
-    for k in range(count):
-        slot = k - (count - keep)
-        for step in range(steps):
-            if slot >= 0:
-                write(state, orbit[slot * steps + step])
-            evaluations += single_step(memory, kernel, step, state)
-        rebalance(kernel.balance, strobe[k], state, kernel.flanks.period)
-        write(state, strobe[k + 1])
-    write(state, orbit[keep * steps])
-    return evaluations
-
-
-class OneState:
-    """Integrates a single state from step to step of the tables, by the step of a method.
-
-    Parameters
-    ----------
-    system, tables, period : what to integrate
-    memory : of the method, whose type names its step in `STEPS`
-    """
-
-    def __init__(self, system: System, tables: StageTables, period: float, memory: Any) -> None:
-        self.memory, self.kernel = memory, kernel_of(system, tables, period, exact=False)
-        self.right_hand_sides = 0
-
-    def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
-        """Integrate ``count`` periods and move ``state``, as every `Integrator` does."""
-        steps, rows = len(self.kernel.flanks.tables.width), len(state)
-        orbit, strobe = np.empty((keep * steps + 1, rows)), np.empty((count + 1, rows))
-        strobe[0] = state
-        self.right_hand_sides += integrate_states(self.memory, self.kernel, keep, orbit, strobe)
-        state[:] = strobe[-1]
-        return strobe, split_periods(orbit, keep)
-
-
 @dataclass(frozen=True, kw_only=True)
-class UntilSteady(ABC):
+class UntilSteady:
     """A method that integrates until its transient has died.
 
     Parameters
@@ -161,9 +99,13 @@ class UntilSteady(ABC):
     longest: int = 24
     averaged: int = 200
 
-    @abstractmethod
-    def integrator(self, system: System, tables: StageTables, period: float) -> Integrator:
+    def memory(self, system: System, tables: StageTables) -> Any:
+        """Return the memory of the method's own steps, None: it goes by Runge–Kutta steps on the tables."""
+        return None
+
+    def integrator(self, system: System, tables: StageTables, period: float) -> OnTables:
         """Return what integrates a system over mesh periods."""
+        return OnTables(system, tables, period, exact=False, memory=self.memory(system, tables))
 
     def solve(
         self, system: System, tables: StageTables, period: float, start: Response | None = None
@@ -238,7 +180,7 @@ def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
     return next(divisors, m)
 
 
-def under_one_load(integrator: Integrator, kept: Array, period: float) -> Array:
+def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:
     """Return a motion that follows kept periods (n_kept, n_steps + 1, 2n) under a constant load.
 
     The load and the speed of a set free to turn are corrected after every period. It goes on for
@@ -262,7 +204,3 @@ def under_one_load(integrator: Integrator, kept: Array, period: float) -> Array:
 @dataclass(frozen=True)
 class RungeKutta4(UntilSteady):
     """Fixed steps of order four on the tables, contact changes located (Kutta 1901); see `UntilSteady`."""
-
-    def integrator(self, system: System, tables: StageTables, period: float) -> OnTables:
-        """Return what integrates a system over mesh periods."""
-        return OnTables(system, tables, period, exact=False)

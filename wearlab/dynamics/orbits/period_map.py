@@ -1,13 +1,14 @@
 """The map over one mesh period: the trajectory and, side by side, its derivative by the initial state."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from wearlab.compiled import by_type, jit, jit_inner
+from wearlab.compiled import by_type, jit
 from wearlab.dynamics.rigid import rebalance
 from wearlab.dynamics.steps import contact_change, damping_law, mesh_law, propagator, rk4
-from wearlab.dynamics.steps.kernel import Propagated, structure_of
+from wearlab.dynamics.steps.kernel import Propagated, Stepped, structure_of, write
 from wearlab.dynamics.steps.mesh_law import NEXT, THIS
 
 LOCATED, PERMANENT = 0, 1
@@ -38,7 +39,6 @@ two_steps = by_type(lambda kernel, *rest: _two if structure_of(kernel) is Propag
 """Advance two equal steps at once where the structure can and no contact changes; return whether."""
 
 
-@jit_inner(counted=False)
 def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int) -> int:
     """Advance state ``first`` over one mesh period, one state a step; return the number of contact changes.
 
@@ -79,9 +79,30 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
     return changes
 
 
+STEPS: dict[type, Callable[..., Any]] = {}
+"""The step of every method that moves a single state, by the type of its memory."""
+single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counted=True)
+"""Advance a state (2n,) over one step of the tables by the method of the memory; count evaluations."""
+
+
+def by_method(kernel: Any, columns: Any, states: Any, first: Any, contact: int) -> int:
+    """Do what `over_period` does by the steps of a method; return the number of evaluations."""
+    rows, evaluations = 2 * len(kernel.structure.push), 0
+    for step in range(len(kernel.flanks.tables.width)):
+        i = (first + step) * rows
+        after = states[i + rows : i + 2 * rows]
+        write(states[i : i + rows], after)
+        evaluations += single_step(kernel.structure.work, kernel, step, after)
+    return evaluations
+
+
+one_period = by_type(lambda kernel, *rest: by_method if structure_of(kernel) is Stepped else over_period)
+"""Advance a state over one mesh period."""
+
+
 @jit
 def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: int, balanced: bool) -> int:
-    """Integrate ``len(strobe) − 1`` periods, the last of them kept; return the number of contact changes.
+    """Integrate ``len(strobe) − 1`` periods, the last of them kept; return what `one_period` counts.
 
     Every road to an orbit calls this one, so that it compiles once.
 
@@ -94,16 +115,16 @@ def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: i
     """
     rows, steps = strobe.shape[1], len(kernel.flanks.tables.width)
     w, count = len(kernel.width), len(strobe) - 1
-    dropped, changes = count - len(states) // (rows * w) // steps, 0
+    dropped, counted = count - len(states) // (rows * w) // steps, 0
     for k in range(count):
         first = max(0, k - dropped) * steps
         begin = first * rows * w
         end = begin + steps * rows * w
         for row in range(rows):
             states[begin + row * w] = strobe[k, row]
-        changes += over_period(kernel, columns, states, first, contact)
+        counted += one_period(kernel, columns, states, first, contact)
         for row in range(rows):
             strobe[k + 1, row] = states[end + row * w]
         if balanced:
             rebalance(kernel.balance, strobe[k], strobe[k + 1], kernel.flanks.period)
-    return changes
+    return counted

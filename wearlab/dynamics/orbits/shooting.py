@@ -1,9 +1,7 @@
 """Orbits of one system on one set of tables: integrate, shoot, follow a chord, and the account of it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
@@ -42,50 +40,10 @@ LEAST_PIVOT = 1e-13
 """Least pivot of ``I − P`` over its largest entry with which it is not singular."""
 
 
-class Shot(NamedTuple):
-    """What a shooting came to.
-
-    Parameters
-    ----------
-    code : `CONVERGED`, `STALLED` or `SINGULAR`
-    passes : Newton steps
-    checks : paths without tangents
-    error : size of the last step
-    changes : contact changes met in the last pass
-    path : (periods · n_steps + 1, 2n) the answer
-    derivative : (2n, 2n) of the map at the answer
-    """
-
-    code: int
-    passes: int
-    checks: int
-    error: float
-    changes: int
-    path: Array
-    derivative: Array
-
-
 def exchange(balance: Balance, start: Array) -> None:
     """Let the sizes of the unknown loads and the coordinates held change places in ``start``."""
     balance.position[:] = start[balance.held]
     start[balance.held] = balance.size
-
-
-def restore(balance: Balance, start: Array) -> None:
-    """Undo `exchange`, keeping the sizes found."""
-    balance.size[:] = start[balance.held]
-    start[balance.held] = balance.position
-
-
-def weighted_norm(values: Array, scale: Array) -> float:
-    """Return the largest entry of states (…, 2n) in units of ``scale`` (2n,)."""
-    return float(np.abs(values / scale).max())
-
-
-def least_pivot(factors: Array, matrix: Array) -> float:
-    """Return the least pivot of LU ``factors`` over the largest entry of ``matrix``; 0: not finite."""
-    pivots, largest = np.abs(factors.diagonal()), np.abs(matrix).max()
-    return float(pivots.min() / largest) if np.isfinite(pivots).all() and largest > 0.0 else 0.0
 
 
 def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
@@ -93,73 +51,6 @@ def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
     matrix = np.eye(len(derivative)) - derivative
     matrix[balance.held, balance.held] -= 1.0
     return np.asarray(matrix)
-
-
-def shoot(
-    shooter: OnTables, plain: OnTables, periods: int, start: Array, contact: int, most: int, scale: Array
-) -> Shot:
-    """Find the orbit over ``periods`` mesh periods near ``start`` (2n,), which it moves.
-
-    Newton's step solves ``(I − P) x = P(y) − y``; steps that lead away are halved. While contact does not
-    change the map is affine: one step is exact when the path without tangents follows it.
-
-    Parameters
-    ----------
-    shooter, plain : what integrates with tangents and without, with one balance
-    periods : of the orbit
-    start : near the orbit; where loads are unknown, they are the balance's
-    contact : of the first pass: `LOCATED`, or `PERMANENT`, the affine map of a mesh whose pairs all touch
-    most : passes allowed
-    scale : (2n,) units of the state, see `weighted_norm`
-    """
-    balance, rows, states = shooter.kernel.balance, len(start), shooter.states(periods)
-    exchange(balance, start)
-    trial, step = start.copy(), np.zeros(rows)
-    path, derivative = states[:, :, 0], np.empty((rows, rows))
-    old_residual, halved, error, changes, checks = np.inf, 0, np.inf, 0, 0
-
-    def shot(code: int, passes: int) -> Shot:
-        restore(balance, start)
-        return Shot(code, passes, checks, error, changes, path, derivative)
-
-    for passes in range(1, most + 1):
-        changes = shooter.advance(states, trial, contact)
-        derivative = states[-1, :, 1 : 1 + rows].copy()
-        missed = states[-1, :, 0] - states[0, :, 0]
-        residual = weighted_norm(missed, scale)
-        if contact != PERMANENT and not residual <= 4.0 * old_residual and halved < HALVINGS:
-            halved += 1
-            step *= 0.5
-            trial = start + step
-            continue
-        start[:] = trial
-        matrix = fixed_point_matrix(balance, derivative) * (scale / scale[:, None])
-        factors, pivots, _ = dgetrf(matrix)
-        if not least_pivot(factors, matrix) > LEAST_PIVOT:
-            error = np.inf
-            return shot(SINGULAR, passes)
-        step = scale * dgetrs(factors, pivots, missed / scale)[0]
-        error = weighted_norm(step, scale)
-        path = states[:, :, 0] + states[:, :, 1 : 1 + rows] @ step
-        exact = False
-        if changes == 0 and shooter.kernel.flanks.meshes.law is None:
-            checks += 1
-            exact = follows(plain, path, start + step, scale)
-        if exact or (contact != PERMANENT and error <= SMALL_STEP * weighted_norm(start, scale)):
-            start += step
-            return shot(CONVERGED, passes)
-        trial = start + step
-        old_residual = np.inf if contact == PERMANENT else residual
-        halved, contact = 0, LOCATED
-    return shot(STALLED, most)
-
-
-def follows(plain: OnTables, path: Array, start: Array, scale: Array) -> bool:
-    """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""
-    states = plain.states((len(path) - 1) // plain.steps)
-    if plain.advance(states, start, LOCATED, tangents=False):
-        return False
-    return weighted_norm(states[:, :, 0] - path, scale) <= SAME_PATH * weighted_norm(path, scale)
 
 
 @dataclass(frozen=True)
@@ -224,20 +115,72 @@ class Shooting:
     def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Orbit | None:
         """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found.
 
-        ``contact`` says how the first pass takes it, see `wearlab.dynamics.orbits.period_map.over_period`.
+        Newton's step solves ``(I − P) x = P(y) − y``; steps that lead away are halved. While contact does not
+        change the map is affine: one step is exact when the path without tangents follows it.
+
+        Parameters
+        ----------
+        periods : of the orbit
+        state : (2n,) near the orbit
+        contact : of the first pass: `LOCATED`, or `PERMANENT`, the affine map of a mesh whose pairs all touch
+        most : passes allowed
         """
-        tangents = MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE
-        most = min(most, max(2, tangents // periods))
-        shot = shoot(self.shooter, self.integrator, periods, state, contact, most, self.scale)
-        code, more, taken = shot.code, self.rows / ROWS_PER_PASS, shot.passes * periods
-        self.maps += taken + shot.checks * periods
-        self.beside += more * taken
-        self.located += int((1.0 + more) * shot.passes * shot.changes)
-        self.iterations += shot.passes
+        shooter, rows, scale = self.shooter, self.rows, self.scale
+        most = min(most, max(2, (MOST_TANGENTS if self.small else MOST_TANGENTS_LARGE) // periods))
+        states = shooter.states(periods)
+        exchange(self.balance, state)
+        trial, step, path = state.copy(), np.zeros(rows), states[:, :, 0]
+        code, old_residual, error = STALLED, np.inf, np.inf
+        passes, halved, checks = 0, 0, 0
+        while passes < most:
+            passes += 1
+            changes = shooter.advance(states, trial, contact)
+            tangents = states[:, :, 1 : 1 + rows]
+            derivative, missed = tangents[-1].copy(), states[-1, :, 0] - states[0, :, 0]
+            residual = self.distance(missed)
+            if contact != PERMANENT and not residual <= 4.0 * old_residual and halved < HALVINGS:
+                halved += 1
+                step *= 0.5
+                trial = state + step
+                continue
+            state[:] = trial
+            matrix = fixed_point_matrix(self.balance, derivative) * (scale / scale[:, None])
+            factors, pivots, _ = dgetrf(matrix)
+            least = np.abs(factors.diagonal()).min()
+            if not LEAST_PIVOT * np.abs(matrix).max() < least < np.inf:
+                code, error = SINGULAR, np.inf
+                break
+            step = scale * dgetrs(factors, pivots, missed / scale)[0]
+            error = self.distance(step)
+            path, exact = states[:, :, 0] + tangents @ step, False
+            if changes == 0 and shooter.kernel.flanks.meshes.law is None:
+                checks += 1
+                exact = self._follows(path, state + step)
+            if exact or (contact != PERMANENT and error <= SMALL_STEP * self.distance(state)):
+                state += step
+                code = CONVERGED
+                break
+            trial = state + step
+            old_residual = np.inf if contact == PERMANENT else residual
+            halved, contact = 0, LOCATED
+        self.balance.size[:] = state[self.balance.held]
+        state[self.balance.held] = self.balance.position
+        more = rows / ROWS_PER_PASS
+        self.maps += (passes + checks) * periods
+        self.beside += more * passes * periods
+        self.located += int((1.0 + more) * passes * changes)
+        self.iterations += passes
         self.singular = code == SINGULAR
-        if code == STALLED and not self.small:
-            code = CONVERGED if shot.error <= NEARLY * self.distance(state) else STALLED
-        return self._orbit(periods, shot.path, shot.derivative) if code == CONVERGED else None
+        if code == STALLED and not self.small and error <= NEARLY * self.distance(state):
+            code = CONVERGED
+        return self._orbit(periods, path, derivative) if code == CONVERGED else None
+
+    def _follows(self, path: Array, start: Array) -> bool:
+        """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""
+        states = self.integrator.states((len(path) - 1) // self.steps)
+        if self.integrator.advance(states, start, LOCATED, tangents=False):
+            return False
+        return self.distance(states[:, :, 0], path) <= SAME_PATH * self.distance(path)
 
     def chord(self, neighbour: Response) -> Orbit | None:
         """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
@@ -278,21 +221,23 @@ class Shooting:
         return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
 
     def distance(self, state: Array, other: Array | float = 0.0) -> float:
-        """Return the largest difference of two states, velocities measured in units of ``rate``."""
-        return weighted_norm(state - other, self.scale)
+        """Return the largest difference of states (…, 2n), velocities measured in units of ``rate``."""
+        return float(np.abs((state - other) / self.scale).max())
 
     def family(self, state: Array) -> Orbit | None:
-        """Return one member of a family of orbits near ``state``; None: not found."""
-        member = nearest_orbit(self.period_map, state, self.rate)
-        if member is None:
-            return None
-        path, monodromy = self.path_of(member)
-        return self._orbit(1, path, monodromy, unique=False)
-
-    def period_map(self, state: Array) -> tuple[Array, Array]:
-        """Return the image of ``state`` (2n,) after a mesh period and the map's derivative (2n, 2n)."""
-        path, derivative = self.path_of(state)
-        return path[-1], derivative
+        """Return one member of a family of orbits near ``state``, by least-squares Newton steps, or None."""
+        scale = self.scale
+        for _ in range(25):
+            path, derivative = self.path_of(state)
+            missed = path[-1] - state
+            size = max(self.distance(state), self.distance(path[-1]))
+            if not np.isfinite(missed).all():
+                return None
+            if self.distance(missed) <= 1e-9 * size:
+                return self._orbit(1, path, derivative, unique=False)
+            matrix = np.eye(self.rows) - derivative * scale / scale[:, None]
+            state = state + scale * np.linalg.lstsq(matrix, missed / scale, rcond=1e-10)[0]
+        return None
 
     def path_of(self, state: Array) -> tuple[Array, Array]:
         """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
@@ -365,31 +310,3 @@ def multipliers_of(system: System, balance: Balance, derivative: Array) -> Compl
     if free:
         multipliers = multipliers[abs(multipliers - 1.0).argsort()[2 * free :]]
     return np.asarray(multipliers[abs(multipliers).argsort()[::-1]], np.complex128)
-
-
-PeriodMap = Callable[[Array], tuple[Array, Array]]
-
-
-def nearest_orbit(period_map: PeriodMap, state: Array, rate: float, most: int = 25) -> Array | None:
-    """Return a state that the period map returns to itself, by least-squares Newton steps, or None.
-
-    Parameters
-    ----------
-    period_map : state (2n,) -> its image (2n,) and the derivative P (2n, 2n)
-    state : (2n,) where to start
-    rate : unit of velocity against position [1/s]
-    most : iterations allowed
-    """
-    n = len(state) // 2
-    scale = np.r_[np.ones(n), np.full(n, rate)]
-    for _ in range(most):
-        image, derivative = period_map(state)
-        residual = (image - state) / scale
-        size = max(np.abs(state / scale).max(), np.abs(image / scale).max())
-        if not np.isfinite(residual).all():
-            return None
-        if np.abs(residual).max() <= 1e-9 * size:
-            return state
-        matrix = np.eye(2 * n) - derivative * scale / scale[:, None]
-        state = state + scale * np.linalg.lstsq(matrix, residual, rcond=1e-10)[0]
-    return None

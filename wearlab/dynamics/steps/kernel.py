@@ -8,6 +8,7 @@ Forces enter by channels: one a mesh, and with friction two more a mesh, which s
 direction and have force vectors of their own.
 """
 
+from functools import lru_cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -17,7 +18,7 @@ from wearlab.arrays import Array, Flags
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.rigid import Balance, balance_of, no_balance, rigid_modes
 from wearlab.dynamics.steps.propagator import Propagator, propagator_of
-from wearlab.dynamics.system import System, once
+from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 Row = tuple[float, ...]
@@ -25,8 +26,6 @@ LARGEST_SMALL = 3
 """Coordinates of the largest system that is advanced in registers."""
 TERMS = 40
 """Most terms of a series between changes of contact: enough for a fastest mode that turns by six radians."""
-VECTORS = 8
-"""Vectors as long as the coordinates that a dense step takes as scratch."""
 COEFFICIENTS = 3
 """Of a flank's normal force: stiffness, damping and offset."""
 
@@ -50,21 +49,22 @@ class Diagonal(NamedTuple):
 
 
 class Dense(NamedTuple):
-    """A structure with full matrices, as in `Diagonal`.
+    """A structure with full matrices, those of the `PowerSeries`.
 
     Parameters
     ----------
-    stiffness, damping : (n, n) M⁻¹ K [1/s²], M⁻¹ C [1/s]
     direction, per_force, push : as in `Diagonal`
     work : (8 n,) scratch of the step
     """
 
-    stiffness: Array
-    damping: Array
     direction: Array
     per_force: Array
     push: Array
-    work: Array
+    work: Any
+
+
+class Stepped(Dense):
+    """The same, moved by a method of its own, whose memory is its ``work``."""
 
 
 class Propagated(NamedTuple):
@@ -186,7 +186,7 @@ class Kernel(NamedTuple):
 
     Parameters
     ----------
-    structure : `Diagonal`, `Dense` or `Propagated`
+    structure : `Diagonal`, `Dense`, `Stepped` or `Propagated`
     flanks, series : see there
     fluctuates : whether there is a fluctuating load
     balance : loads of unknown size of a system free to turn
@@ -261,7 +261,7 @@ def multiply(matrix: Any, x: Any, out: Any) -> None:
                     out[row, col] += entry * x[k, col]
 
 
-@once
+@lru_cache(maxsize=16)
 def is_small(system: System) -> bool:
     """Whether a system is advanced in registers: few diagonal coordinates, nothing free, no friction."""
     matrices = (system.mass, system.total_damping, system.total_stiffness)
@@ -275,7 +275,13 @@ def is_small(system: System) -> bool:
 
 
 def kernel_of(
-    system: System, tables: StageTables, period: float, *, tangents: bool = False, exact: bool = True
+    system: System,
+    tables: StageTables,
+    period: float,
+    *,
+    tangents: bool = False,
+    exact: bool = True,
+    memory: Any = None,
 ) -> Kernel:
     """Return the kernel's view of ``system``.
 
@@ -286,6 +292,7 @@ def kernel_of(
     period : duration of a mesh period [s]
     tangents : states have columns for their tangents, rounded up to whole vector registers
     exact : a system that is not small is advanced by exact steps for these tables
+    memory : of a method that moves a single state by steps of its own, None: none
     """
     tables, n, (meshes, pairs) = tables.filled, len(system.load), tables.stiffness.shape[2:]
     width = -(-(1 + 2 * n) // 4) * 4 if tangents else 1
@@ -300,7 +307,6 @@ def kernel_of(
         jump=np.zeros(channels),
         factor=np.zeros(3),
     )
-    direction = system.force_vectors[0].ravel()
     of_meshes = Meshes(
         np.ascontiguousarray(system.mesh_damping, float),
         np.full(meshes, np.inf) if system.backlash is None else np.ascontiguousarray(system.backlash, float),
@@ -309,18 +315,28 @@ def kernel_of(
         np.zeros(channels),
         system.damping_law,
     )
+    vectors = system.force_vectors[0].ravel(), series.per_force.ravel(), series.push
     columns: Any = np.zeros(width)
-    if is_small(system):
-        structure: Any = _diagonal(system)
-        columns = (0,) * width
+    if memory is not None:
+        structure: Any = Stepped(*vectors, memory)
+    elif is_small(system):
+        rows = (series.stiffness.diagonal(), series.damping.diagonal(), *vectors)
+        structure, columns = Diagonal(*(tuple(row.tolist()) for row in rows)), (0,) * width
     elif exact:
-        structure = _propagated(system, series, direction, balance, tables, period, width)
-    else:
-        structure = Dense(
-            series.stiffness, series.damping, direction, series.per_force.ravel(), series.push,
-            np.zeros(VECTORS * n),
+        propagator = propagator_of(system, balance, tables, period)
+        inputs, loads = propagator.single.inputs.shape[2] // 3, len(balance.held)
+        force = np.zeros((5, inputs, width))
+        if width > 1:
+            # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
+            force[:, inputs - loads + np.arange(loads), 1 + balance.held] = 1.0
+        sense, feed = np.zeros((2, 8 * meshes, width))
+        structure = Propagated(
+            *vectors, propagator, paired_steps(tables), sense, feed,
+            force.reshape(5 * inputs, width), np.zeros((2 * n, width)),
         )  # fmt: skip
-    memory = Scratch(
+    else:
+        structure = Dense(*vectors, np.zeros(8 * n))
+    memory_of_step = Scratch(
         np.zeros((2, 6 * channels)),
         np.zeros(3 * channels),
         np.zeros((2, 3 * max(n * width, channels + 2 + n))),
@@ -331,11 +347,11 @@ def kernel_of(
         np.zeros((3, meshes, 2)),
     )
     fluctuates = system.fluctuation_direction is not None
-    flanks = Flanks(of_meshes, tables, period, memory)
+    flanks = Flanks(of_meshes, tables, period, memory_of_step)
     return Kernel(structure, flanks, series, fluctuates, balance, columns)
 
 
-@once
+@lru_cache(maxsize=16)
 def _matrices(system: System) -> PowerSeries:
     """Return what the series of a system is made of, without its memory."""
     inverse, nothing = np.linalg.inv(system.mass), np.empty(0)
@@ -348,42 +364,6 @@ def _matrices(system: System) -> PowerSeries:
         inverse @ system.load,
         np.zeros(len(system.load)) if pushed is None else inverse @ pushed,
         *(nothing,) * 7,
-    )
-
-
-@once
-def _diagonal(system: System) -> Diagonal:
-    matrices, (direction, _) = _matrices(system), system.force_vectors
-    return Diagonal(
-        tuple(matrices.stiffness.diagonal().tolist()),
-        tuple(matrices.damping.diagonal().tolist()),
-        tuple(direction.ravel().tolist()),
-        tuple(matrices.per_force.ravel().tolist()),
-        tuple(matrices.push.tolist()),
-    )
-
-
-def _propagated(
-    system: System, series: PowerSeries, direction: Array, balance: Balance, tables: StageTables,
-    period: float, width: int,
-) -> Propagated:  # fmt: skip
-    n, meshes = len(system.load), len(system.direction)
-    propagator = propagator_of(system, balance, tables, period)
-    inputs = propagator.single.inputs.shape[2] // 3
-    force = np.zeros((5, inputs, width))
-    if width > 1:
-        # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
-        force[:, inputs - len(balance.held) + np.arange(len(balance.held)), 1 + balance.held] = 1.0
-    return Propagated(
-        direction,
-        series.per_force.ravel(),
-        series.push,
-        propagator,
-        paired_steps(tables),
-        np.zeros((8 * meshes, width)),
-        np.zeros((8 * meshes, width)),
-        force.reshape(5 * inputs, width),
-        np.zeros((2 * n, width)),
     )
 
 

@@ -21,7 +21,7 @@ from scipy.special import factorial
 from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.rigid import Balance
-from wearlab.dynamics.system import Frozen, System
+from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
 GRID = 0.05
@@ -83,21 +83,22 @@ def propagator_of(system: System, balance: Balance | None, tables: StageTables, 
     rounded = np.exp(GRID * np.round(np.log(np.maximum(tables.mean_stiffness, 1e-300)) / GRID))
     numbers = (system.mesh_damping, rounded, np.unique(tables.width * period))
     given = (*matrices, np.array([load for load in loads if load is not None]), *numbers)
-    return _propagator(tuple(Frozen(x) for x in given))
+    return _propagator(*((np.shape(x), np.asarray(x, float).tobytes()) for x in given))
 
 
 @lru_cache(maxsize=16)
-def _propagator(given: tuple[Frozen, ...]) -> Propagator:
-    """Return the tables, by the exponential of a state whose inputs are polynomials, over half a step.
+def _propagator(*given: tuple[tuple[int, ...], bytes]) -> Propagator:
+    """Return the tables, from matrices by shape and bytes: by an exponential over half a step.
 
-    The state (q, h/2 q̇) is followed by the inputs and their derivatives by the time in half steps: what is
-    linear in all of these is advanced by one matrix, whose powers reach the later stages.
+    Inputs are polynomials of the time. The state (q, h/2 q̇) is followed by the inputs and their derivatives
+    by the time in half steps: one matrix advances all of these, and its powers reach the later stages.
 
     References
     ----------
     Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring, as SciPy has it.
     """
-    mass, stiffness, damping, vector, load, mesh_damping, mean, h = (frozen.array for frozen in given)
+    arrays = (np.frombuffer(content).reshape(shape) for shape, content in given)
+    mass, stiffness, damping, vector, load, mesh_damping, mean, h = arrays
     meshes, half = len(mean), 0.5 * h[:, None, None]
     d, inverse = vector[:meshes], np.linalg.inv(mass)
     k, c = normalised(mass, stiffness, damping, d, mesh_damping, mean)

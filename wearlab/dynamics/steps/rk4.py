@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import by_type, jit_inner
-from wearlab.dynamics.steps.kernel import VECTORS, Dense, Diagonal, Propagated, add, put, structure_of, take
-from wearlab.dynamics.steps.mesh_law import END, MIDST, START
+from wearlab.dynamics.steps.kernel import Dense, Diagonal, Propagated, add, put, structure_of, take
+from wearlab.dynamics.steps.mesh_law import END, MIDST, START, motion_of
 from wearlab.dynamics.steps.propagator import exact_step
 
 
@@ -87,52 +87,38 @@ def dense_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    structure, mesh, load = kernel.structure, kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load[0]
-    n, h = len(structure.push), kernel.flanks.tables.width[step] * kernel.flanks.period
-    work = structure.work.reshape((VECTORS, n))
-    q0, v0, q, v = work[0], work[1], work[2], work[3]
-    first, second, third, fourth = work[4], work[5], work[6], work[7]
-    for row in range(n):
-        at = i + np.uint64(row) * w
-        q0[row], v0[row] = states[at], states[at + np.uint64(n) * w]
-    half, quarter = 0.5 * h, 0.25 * h * h
-    _dense_acceleration(structure, mesh, load, START, q0, v0, first, w)
-    for row in range(n):
-        q[row], v[row] = q0[row] + half * v0[row], v0[row] + half * first[row]
-    _dense_acceleration(structure, mesh, load, MIDST, q, v, second, w)
-    for row in range(n):
-        q[row], v[row] = q0[row] + half * v0[row] + quarter * first[row], v0[row] + half * second[row]
-    _dense_acceleration(structure, mesh, load, MIDST, q, v, third, w)
-    for row in range(n):
-        q[row] = q0[row] + h * v0[row] + 2.0 * quarter * second[row]
-        v[row] = v0[row] + h * third[row]
-    _dense_acceleration(structure, mesh, load, END, q, v, fourth, w)
-    for row in range(n):
-        middles, to = second[row] + third[row], j + np.uint64(row) * w
-        states[to] = q0[row] + h * v0[row] + h * h / 6.0 * (first[row] + middles)
-        states[to + np.uint64(n) * w] = v0[row] + h / 6.0 * (first[row] + 2.0 * middles + fourth[row])
+    rows, h = 2 * len(kernel.structure.push), kernel.flanks.tables.width[step] * kernel.flanks.period
+    work = kernel.structure.work.reshape((4, rows))
+    first, trial, slope, after = work[0], work[1], work[2], work[3]
+    for row in range(rows):
+        first[row] = after[row] = states[i + np.uint64(row) * w]
+        slope[row] = 0.0
+    for evaluation in range(4):
+        stage = (evaluation + 1) // 2
+        for row in range(rows):
+            trial[row] = first[row] + 0.5 * stage * h * slope[row]
+        _dense_slope(kernel, stage, trial, slope, w)
+        for row in range(rows):
+            after[row] += (h / 3.0 if stage == MIDST else h / 6.0) * slope[row]
+    for row in range(rows):
+        states[j + np.uint64(row) * w] = after[row]
 
 
 @jit_inner
-def _dense_acceleration(
-    structure: Any, mesh: Any, load: Any, stage: int, q: Any, v: Any, a: Any, w: Any
-) -> None:
-    """Write the acceleration at a stage into ``a`` (n,)."""
-    n = len(structure.push)
-    channels = len(structure.direction) // n
+def _dense_slope(kernel: Any, stage: int, y: Any, slope: Any, w: Any) -> None:
+    """Write ẏ (2n,) of a state at a stage into ``slope``."""
+    given, mesh, load = kernel.series, kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load[0]
+    n, channels = len(given.push), len(given.per_force)
     for row in range(n):
-        a[row] = load[np.uint64(stage * n + row) * w]
+        slope[row], slope[n + row] = y[n + row], load[np.uint64(stage * n + row) * w]
         for col in range(n):
-            a[row] -= structure.stiffness[row, col] * q[col] + structure.damping[row, col] * v[col]
+            slope[n + row] -= given.stiffness[row, col] * y[col] + given.damping[row, col] * y[n + col]
     for c in range(channels):
-        place, speed = 0.0, 0.0
-        for row in range(n):
-            place += structure.direction[c * n + row] * q[row]
-            speed += structure.direction[c * n + row] * v[row]
+        place, speed = motion_of(kernel.structure, c, np.uint64(1), y, np.uint64(0))
         at = stage * channels + c
         force = mesh[at] * place + mesh[3 * channels + at] * speed
         for row in range(n):
-            a[row] -= structure.per_force[c * n + row] * force
+            slope[n + row] -= given.per_force[c, row] * force
 
 
 def _accelerations(kernel: Any, step: Any, w: Any, half: Any) -> None:
