@@ -7,11 +7,10 @@ from wearlab.dynamics.spur import (
     GearSupport,
     Meshing,
     PairedGear,
-    effective_mass,
     spur_3dof,
     torsional,
 )
-from wearlab.dynamics.supports import damping_by_ratio
+from wearlab.dynamics.supports import damping_by_ratio, effective_mass
 from wearlab.dynamics.system import System
 
 INERTIA, RADIUS = (7.3e-3, 3.1e-3), (0.07, 0.05)
@@ -66,7 +65,7 @@ def test_damping_ratios() -> None:
     damping = np.diag(spur_3dof(gears, Meshing(), 0.0).damping)
     np.testing.assert_allclose(damping[:2], 2 * 0.03 * np.sqrt(1e8 * 2.0))
     np.testing.assert_allclose(damping[2:], 2 * 0.03 * np.sqrt(4e6 * 1.5))
-    assert effective_mass((2.0, 2.0), (1.0, 1.0)) == pytest.approx(1.0)
+    assert effective_mass(2.0, 2.0) == pytest.approx(1.0)
     assert damping_by_ratio(0.07, 3e8, 0.7) == pytest.approx(2 * 0.07 * np.sqrt(3e8 * 0.7))
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.periodic import Periodic, settling_periods
+from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.shooting import Shooting
+from wearlab.dynamics.steps.count import settling_periods
 from wearlab.life.coupling import BLOCK, scatter
 from wearlab.scene import Scene
 from wearlab.scene.build import build

@@ -70,7 +70,7 @@ def course(problem: Steady, known: Reference) -> Course:
     stiffness = tables.stiffness.sum(axis=3)
     mean = np.einsum("s,sm->m", tables.width, stiffness[:, 1])
     tight = problem.with_steps(len(tables.width) // 4, Periodic())
-    near = problem.solve_near(tight)
+    near = problem.solve(tight, kinds=problem.near)
     warm = near.state[0, 0]
     colds = [starting_state(system, mean), starting_state(system, stiffness[0, 0])]
     left = [transient(problem, known, cold) for cold in colds]

@@ -126,7 +126,7 @@ def ours(given: Course, targets: tuple[float, ...]) -> dict[float, list[Contesta
     for steps in STEPS:
         with suppress(GearError):
             vibration = problem.with_steps(steps, Periodic())
-            near = problem.solve_near(vibration)
+            near = problem.solve(vibration, kinds=problem.near)
             cold, warm = (partial(problem.solve, vibration, start) for start in (None, near))
             errors = [relative_error(problem.force_of(vibration, one()), force) for one in (cold, warm)]
             count = len(cold().tables.width)

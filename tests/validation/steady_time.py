@@ -59,7 +59,7 @@ def steady_time(scene: Scene, error: float = ERROR, budget: float = 1.0) -> Stea
         if found > error:
             continue
         for _ in range(2):  # the first may compile
-            near = problem.solve_near(vibration)
+            near = problem.solve(vibration, kinds=problem.near)
             begun = time.perf_counter()
             started = problem.solve(vibration, near)
             first = time.perf_counter() - begun

@@ -1,6 +1,5 @@
 """The steady state of a scene as a problem, and a tight reference of it that a second method confirms."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -12,7 +11,6 @@ from wearlab.accuracy.equation import Motion, motion, motion_within
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
-from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.rigid import balance_of, true_derivative
 from wearlab.dynamics.steps import count, kernel
 from wearlab.dynamics.system import System
@@ -72,10 +70,6 @@ class Steady:
         """Return the response, tables included, slow errors left out; ``kinds`` [of the first state]."""
         free = vibration if vibration.slow is None else replace(vibration, slow=None)
         return free.solve(kinds or self.kinds, None if start is None else (start,))[0]
-
-    def solve_near(self, vibration: Vibration, start: Response | None = None) -> Response:
-        """Return the response of the neighbouring wear state."""
-        return self.solve(vibration, start, self.near)
 
     def force_of(self, vibration: Vibration, response: Response, phase: Array | None = None) -> Array:
         """Return the elastic forces of all meshes, (n_periods, n_mesh · n_phases) [N]."""
@@ -192,20 +186,17 @@ def reference(problem: Steady, *, checked: bool = True) -> Reference:
     return Reference(force, start, response, relative_error(other, force), largest)
 
 
-def tight_steps(problem: Steady, tolerance: float = TIGHT) -> int:
-    """Return the steps a mesh period that make the error of the default method about ``tolerance``."""
-    if kernel.is_small(problem.vibration.system):
-        return transient_steps(problem, tolerance)
-    return _steps(problem, count.exact_steps_per_period, tolerance)
+def tight_steps(problem: Steady, tolerance: float = TIGHT, *, exact: bool | None = None) -> int:
+    """Return the steps a mesh period that make the error of the default method about ``tolerance``.
 
-
-def transient_steps(problem: Steady, tolerance: float) -> int:
-    """Return the steps a mesh period that make the error of an integration by RK4 about ``tolerance``."""
-    return _steps(problem, count.steps_per_period, tolerance)
-
-
-def _steps(problem: Steady, rule: Callable[..., int], tolerance: float) -> int:
+    Parameters
+    ----------
+    problem, tolerance : the steady state, relative error wanted [1]
+    exact : whether steps are exact, None: as the default method's are; False: those of RK4
+    """
     vibration, segments = problem.vibration, len(problem.parts.edges) - 1
+    exact = not kernel.is_small(vibration.system) if exact is None else exact
+    rule = count.exact_steps_per_period if exact else count.steps_per_period
     return rule(vibration.system, stiffest_meshes(problem), vibration.period, tolerance, segments)
 
 
@@ -219,8 +210,11 @@ def stiffest_meshes(problem: Steady) -> Array:
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:
     """Return the mesh forces (n_periods, n_mesh · n_phases) [N] of the orbit that DOP853 closes nearby."""
-    rows, periods = 2 * len(given.push), response.period
-    derivative = period_derivative(problem.vibration.system, response)
+    rows, periods, derivative = 2 * len(given.push), response.period, response.derivative
+    assert derivative is not None  # what shooting finds has one
+    balance = balance_of(problem.vibration.system, response.mesh_period)
+    if balance is not None:
+        derivative = true_derivative(problem.vibration.system, balance, derivative)
     scale = np.abs(response.state).max(axis=(0, 1))
     state = response.state[0, 0].copy()
     for _ in range(MOST_CLOSINGS):
@@ -232,19 +226,6 @@ def second_method(problem: Steady, given: Motion, response: Response) -> Array:
         matrix = np.eye(rows) - derivative * scale / scale[:, None]
         state = state + scale * np.linalg.lstsq(matrix, missing / scale, rcond=1e-9)[0]
     return problem.force_of_states(states)
-
-
-def period_derivative(system: System, response: Response) -> Array:
-    """Return the derivative of the map over all periods of a response, (2n, 2n)."""
-    balance = balance_of(system, response.mesh_period)
-    if response.derivative is not None:
-        given = response.derivative
-        return given if balance is None else true_derivative(system, balance, given)
-    shooting = Shooting(system, response.tables, response.mesh_period)
-    derivative = np.eye(shooting.rows)
-    for period in range(response.period):
-        derivative = shooting.path_of(response.state[period, 0].copy())[1] @ derivative
-    return derivative
 
 
 def over_periods(

@@ -20,7 +20,6 @@ from wearlab.accuracy.steady import (
     steady,
     stiffest_meshes,
     tight_steps,
-    transient_steps,
 )
 from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
@@ -152,8 +151,7 @@ def steps_curve(problem: Steady, answer: Reference, ladder: tuple[int, ...] = ST
 
 
 def _steps_rung(problem: Steady, answer: Reference, vibration: Vibration) -> Rung:
-    response = problem.solve(vibration)
-    near = problem.solve_near(vibration)
+    response, near = problem.solve(vibration), problem.solve(vibration, kinds=problem.near)
     both = response, problem.solve(vibration, near)
     return Rung(
         len(response.tables.width),
@@ -185,7 +183,7 @@ def adaptive_curve(problem: Steady, answer: Reference) -> WorkPrecision:
 
     def rung_of(relative: float) -> Rung:
         method = RungeKutta45(relative=relative, tolerance=max(SETTLED, SHARE * relative))
-        vibration = problem.with_steps(transient_steps(problem, relative), method)
+        vibration = problem.with_steps(tight_steps(problem, relative, exact=False), method)
         return _integrated_rung(problem, answer, vibration, relative)
 
     rungs = climbed(RELATIVE, rung_of, answer.disagreement)
@@ -213,16 +211,10 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
     yield _knob(scene, "numerics.tolerance", TOLERANCES, truth)
     if scene.mesh.of(scene.gears.descriptor.sections[0]).excitation.chosen == "fourier":
         report("harmonics")
-        yield harmonics_curve(fine)
-
-
-def harmonics_curve(scene: Scene) -> WorkPrecision:
-    """Return the curve over the harmonics of stiffness and error together, against very many."""
-    truth = _solved(with_harmonics(scene, MOST_HARMONICS))[1]
-    rungs = tuple(_knob_rung(with_harmonics(scene, count), count, truth) for count in HARMONICS)
-    return WorkPrecision(
-        "harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, "error_harmonics alike"
-    )
+        truth = _solved(with_harmonics(fine, MOST_HARMONICS))[1]
+        rungs = tuple(_knob_rung(with_harmonics(fine, count), count, truth) for count in HARMONICS)
+        fixed = "error_harmonics alike"
+        yield WorkPrecision("harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, fixed)
 
 
 def with_harmonics(scene: Scene, count: int) -> Scene:
@@ -250,8 +242,7 @@ def _solved(scene: Scene) -> tuple[Steady, Array, Response]:
     """Return problem, force and response; of a scene, at its own settings."""
     problem = steady(scene)
     response = problem.solve(problem.vibration)
-    force = problem.force_of(problem.vibration, response)
-    return problem, force, response
+    return problem, problem.force_of(problem.vibration, response), response
 
 
 def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:

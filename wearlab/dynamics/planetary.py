@@ -89,7 +89,8 @@ def assemble(
     W23 Eqs. 1–14; J. Lin, R. G. Parker, J. Vib. Acoust. 121 (1999) 316, Eqs. 1–9.
     """
     for given in (rigid.bodies, held, torques.given):
-        _known(given, MEMBERS)
+        if unknown := sorted(set(given) - set(MEMBERS)):
+            raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(MEMBERS)}")
     bodies, angles = rigid.bodies, rigid.angles
     planet, planets, names = bodies["planet"], len(angles), coordinates(len(angles))
     on_pin = held.get("planet", FREE)
@@ -217,28 +218,6 @@ def _rotation(mass: Sequence[float], angles: Array, inner: float) -> tuple[Array
     return gyroscopic, centripetal
 
 
-def _known(given: Mapping[str, Any], allowed: Sequence[str]) -> None:
-    unknown = sorted(set(given) - set(allowed))
-    if unknown:
-        raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(allowed)}")
-
-
-class MeshVectors(NamedTuple):
-    """Vectors of the 2N meshes, sun–planet first, (2N, 3(N + 3)).
-
-    Parameters
-    ----------
-    names : of the meshes
-    direction : d [1]
-    friction_constant, friction_slope : f0 [1], f1 [1/m], see `wearlab.dynamics.system.System`
-    """
-
-    names: tuple[str, ...]
-    direction: Array
-    friction_constant: Array
-    friction_slope: Array
-
-
 def coordinates(planets: int) -> tuple[str, ...]:
     """Return the names of the 3(N + 3) coordinates: ``sun.x, sun.y, sun.u, ring.x, … planet-N.u``.
 
@@ -250,15 +229,15 @@ def coordinates(planets: int) -> tuple[str, ...]:
     return tuple(f"{member}.{axis}" for member in members for axis in "xyu")
 
 
-def mesh_vectors(rigid: RigidSet) -> MeshVectors:
-    """Return the vectors of all meshes.
+def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]:
+    """Return names of the 2N meshes, sun–planet first, and their vectors d, f0, f1, (2N, 3(N + 3)) each.
 
     With ``n = (−sin ψ, cos ψ)``, ψ_s = ψ_n − α_s and ψ_r = ψ_n + α_r, the force direction on the planet:
     ``δ_sn = n_s·(x_s − x_n) + u_s + u_n − e``, ``δ_rn = n_r·(x_r − x_n) + u_r − u_n − e`` (W23 Eqs. 3–6).
     Friction acts along e ⊥ n; the path position s grows towards recess while the sun drives, and the arms
     are ``ρ = r_b tan α ± s``.
     """
-    planet_angles, base_radius = rigid.angles, rigid.base_radius
+    planet_angles = rigid.angles
     alpha_sun, alpha_ring = (float(rigid.pressure_angle[mesh]) for mesh in MESHES)
     planets = len(planet_angles)
     size = 3 * (planets + 3)
@@ -274,6 +253,7 @@ def mesh_vectors(rigid: RigidSet) -> MeshVectors:
             # The sun pushes the planet, the planet the ring: friction turns with who pushes.
             f0[mesh, own : own + 2], f0[mesh, other : other + 2] = -spin * across, spin * across
             f0[mesh, own + U], f0[mesh, other + U] = arm, spin * arm
-            f1[mesh, own + U], f1[mesh, other + U] = 1.0 / base_radius[member], -1.0 / base_radius["planet"]
+            f1[mesh, own + U] = 1.0 / rigid.bodies[member].radius
+            f1[mesh, other + U] = -1.0 / rigid.bodies["planet"].radius
     names = [f"{kind}-{n + 1}" for kind in ("sun-planet", "planet-ring") for n in range(planets)]
-    return MeshVectors(tuple(names), d, f0, f1)
+    return tuple(names), d, f0, f1

@@ -67,7 +67,7 @@ def planetary_torsional(
         damping=supports.damping_of(springs, len(names)),
         stiffness=supports.stiffness_of(springs, len(names)),
         load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
-        **planetary.meshes_of(rigid.ring_at_rest, meshing, friction, _turning(angles)),
+        **planetary.meshes_of(rigid, meshing, friction, _turning(angles)),
         balance=np.eye(planets + 2)[1] if free else None,
         supports=springs,
     )

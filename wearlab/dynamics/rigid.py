@@ -9,6 +9,7 @@ from scipy.linalg import eigh
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
+from wearlab.dynamics.supports import effective_mass
 from wearlab.dynamics.system import System
 from wearlab.mesh.gear_set import Body, mesh_load
 
@@ -111,11 +112,6 @@ class RigidSet(NamedTuple):
         return np.asarray(self.planet_angles, float)
 
     @property
-    def base_radius(self) -> dict[str, float]:
-        """Base radii of the gears [m]."""
-        return {name: self.bodies[name].radius for name in ("sun", "ring", "planet")}
-
-    @property
     def ring_at_rest(self) -> "RigidSet":
         """The same set, its ring too heavy to turn."""
         ring = self.bodies["ring"]._replace(inertia=np.inf)
@@ -135,10 +131,8 @@ def effective_masses(rigid: RigidSet) -> dict[str, float]:
     ----------
     L16 Eq. 3, for either kind of mesh.
     """
-    return {
-        mesh: 1.0 / sum(1.0 / rigid.bodies[member].equivalent for member in mesh.split("_"))
-        for mesh in MESHES
-    }
+    equivalent = {member: body.equivalent for member, body in rigid.bodies.items()}
+    return {mesh: effective_mass(*(equivalent[member] for member in mesh.split("_"))) for mesh in MESHES}
 
 
 def balanced_torques(rigid: RigidSet, sun_torque: float) -> dict[str, float]:
@@ -215,11 +209,9 @@ def balance_of(system: System, period: float) -> Balance | None:
     loads = shapes @ system.mass if system.balance is None else system.balance[None, :]
     accelerations = loads @ np.linalg.inv(system.mass).T
     scale = max(period, 1e-9) ** 2 * np.abs(accelerations).max(axis=1, keepdims=True)
-    index = _pivots(shapes)
-    count = len(shapes)
-    momentum, pushed = shapes @ system.mass, accelerations / scale
+    momentum, pushed, size = shapes @ system.mass, accelerations / scale, np.zeros(len(shapes))
     gain = np.einsum("ri,ri->r", momentum, pushed)
-    return Balance(index, pushed, np.zeros(count), np.zeros(count), shapes, momentum, gain)
+    return Balance(_pivots(shapes), pushed, size, size.copy(), shapes, momentum, gain)
 
 
 @jit_inner

@@ -6,7 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.supports import damping_by_ratio, damping_of, damping_or_ratio, grounded, stiffness_of
+from wearlab.dynamics.supports import (
+    damping_by_ratio,
+    damping_of,
+    damping_or_ratio,
+    effective_mass,
+    grounded,
+    stiffness_of,
+)
 from wearlab.dynamics.system import System
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.mesh.gear_set import mesh_load
@@ -104,17 +111,6 @@ mesh_damping_of = damping_by_ratio
 """The name by which plug-ins know it."""
 
 
-def effective_mass(inertia: tuple[float, float], base_radius: tuple[float, float]) -> float:
-    """Return the torsional effective mass of a mesh, ``1/m_c = r1²/I1 + r2²/I2`` [kg] (L16 Eq. 3).
-
-    Parameters
-    ----------
-    inertia : I of the driving and the driven gear [kg m²]
-    base_radius : their base radii [m]
-    """
-    return 1.0 / sum(r**2 / i for r, i in zip(base_radius, inertia, strict=True))
-
-
 def torsional(
     gears: tuple[PairedGear, PairedGear],
     mesh: Meshing,
@@ -206,7 +202,7 @@ def _rotation(
     if not both and all(gear.turns_freely for gear in gears):
         # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
         # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).
-        m_c = 1.0 / (1.0 / m1 + 1.0 / m2)
+        m_c = effective_mass(m1, m2)
         return [_Coordinate("mesh.x", m_c, 0.0, 0.0, 1.0, force, variation * m_c / m1)]
     return [
         _moving(gear, "u", sense, sense * force, changes)
@@ -270,7 +266,7 @@ def arguments_of(model: Any, motion: InMotion) -> PairArguments:
     )
     damping = mesh.damping
     if damping is None:
-        mass = effective_mass((first.inertia, second.inertia), (first.base_radius, second.base_radius))
+        mass = effective_mass(first.equivalent, second.equivalent)
         damping = damping_by_ratio(mesh.damping_ratio, float(motion.stiffness[0]), mass)
     waves = motion.operation.fluctuation
     return (

@@ -72,6 +72,16 @@ def damping_by_ratio(ratio: float, stiffness: float, mass: float) -> float:
     return 2.0 * ratio * float(np.sqrt(stiffness * mass))
 
 
+def effective_mass(*equivalent: float) -> float:
+    """Return the torsional effective mass of a mesh between bodies of masses I/r², ``1/m = Σ r²/I`` [kg].
+
+    References
+    ----------
+    L16 Eq. 3.
+    """
+    return 1.0 / sum(1.0 / mass for mass in equivalent)
+
+
 def damping_or_ratio(
     damping: float | None, ratio: float | None, stiffness: float | None, mass: float
 ) -> float:

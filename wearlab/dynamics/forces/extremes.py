@@ -57,30 +57,21 @@ def _over_periods(response: Response) -> Extremes:
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
     kept = len(response.state)
     blocks = [_of_periods(response, slice(at, min(at + block, kept))) for at in range(0, kept, block)]
-    share = np.array([min(block, kept - at) / kept for at in range(0, kept, block)])
-    return Extremes(
-        np.min([extreme.least for extreme in blocks], axis=0),
-        np.max([extreme.largest for extreme in blocks], axis=0),
-        np.max([extreme.largest_normal for extreme in blocks], axis=0),
-        share @ np.array([extreme.separated for extreme in blocks]),
-    )
+    share = [min(block, kept - at) / kept for at in range(0, kept, block)]
+    least, largest, normal, separated = (np.array(values) for values in zip(*blocks, strict=True))
+    return Extremes(least.min(axis=0), largest.max(axis=0), normal.max(axis=0), share @ separated)
 
 
 def _of_periods(response: Response, kept: slice) -> Extremes:
-    forces, width = forces_within(response, FRACTIONS, kept), response.tables.width
-    ends = []
-    for signal in (forces.elastic, forces.normal):
-        closely = [
-            forces_at(response, step, fraction, slice(kept.start + turn, kept.start + turn + 1))
-            for turn, step, fraction in nearest(signal)
-        ]
-        each = [(near.elastic if signal is forces.elastic else near.normal)[0] for near in closely]
-        ends.append(
-            (
-                np.min([signal.min(axis=(0, 1, 2)), *(force.min(axis=0) for force in each)], axis=0),
-                np.max([signal.max(axis=(0, 1, 2)), *(force.max(axis=0) for force in each)], axis=0),
-            )
-        )
+    forces, width, ends = forces_within(response, FRACTIONS, kept), response.tables.width, []
+    for name in ("elastic", "normal"):
+        signal = getattr(forces, name)
+        looks = [signal]
+        for turn, step, fraction in nearest(signal):
+            own = slice(kept.start + turn, kept.start + turn + 1)
+            looks.append(getattr(forces_at(response, step, fraction, own), name))
+        every = np.concatenate([look.reshape(-1, signal.shape[-1]) for look in looks])
+        ends.append((every.min(axis=0), every.max(axis=0)))
     apart = _positive_share(-forces.reserve).mean(axis=0)
     return Extremes(*ends[0], ends[1][1], width @ apart / width.sum())
 

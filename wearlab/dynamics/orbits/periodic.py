@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT
 from wearlab.dynamics.orbits.response import Response, Verdict
 from wearlab.dynamics.orbits.shooting import CLOSED, Orbit, Shooting
-from wearlab.dynamics.steps.count import slowest_decay
+from wearlab.dynamics.steps.count import settling_periods
 from wearlab.dynamics.system import System
 from wearlab.gears.specification import GearError
 from wearlab.mesh.stages import StageTables
@@ -30,8 +30,6 @@ DYING = 0.3
 """Spread of the later half of strobed states over that of the earlier, of a motion on its way to an orbit."""
 FURTHEST = 1.0
 """Deflection of a mesh that no teeth have: a motion that reaches it grows without bound [m]."""
-REMEMBERED = 1e-6
-"""Share of a motion that is left when it has died out."""
 
 
 class Unbounded(GearError):
@@ -173,17 +171,6 @@ class Periodic:
         unique = orbit.unique and (shooting.loaded or shooting.grounded)
         verdict = Verdict(True, orbit.largest < 1.0 - self.margin, unique, True)
         return shooting.response(orbit, verdict)
-
-
-def settling_periods(system: System, tables: StageTables, period: float) -> float:
-    """Return the mesh periods in which the slowest free motion of touching meshes dies out, inf undamped.
-
-    Parameters
-    ----------
-    system, tables, period : as for `Periodic.solve`; the mean mesh stiffness counts
-    """
-    slowest = slowest_decay(system, tables.mean_stiffness)
-    return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
 
 
 def dies_out(strobe: Array) -> bool:

@@ -173,40 +173,26 @@ def look_at(series: Any, terms: int, u: float, h: float, out: Any) -> None:
 
 
 @jit_inner(counted=False)
-def approach_law(flanks: Any, step: int, m: int, p: int, a: float, end: float) -> None:
-    """Write by how much a spring is pressed, ``d·q − w``, into the other half of the scratch, as a force.
-
-    Parameters
-    ----------
-    m, p : mesh and spring, or the back flank, p = n_pairs
-    a, end : fractions of the step at which the part begins and ends
-    """
-    tables, law = flanks.tables, flanks.scratch.law
-    for stage in range(3):
-        x = a + 0.5 * stage * (end - a)
-        place = mesh_law.within(tables.error[step, :, m], x)
-        if p == len(flanks.meshes.pairs):
-            place -= flanks.meshes.backlash[m]
-        else:
-            place += mesh_law.within(tables.gap[step, :, m, p], x)
-        law[1, stage, m, p, 0], law[1, stage, m, p, 1], law[1, stage, m, p, 2] = 1.0, 0.0, place
+def touching_at(flanks: Any, step: int, m: int, p: int, x: float) -> float:
+    """Return the place d·q from which a spring of mesh ``m``, or the back flank p = n_pairs, is pressed."""
+    place = mesh_law.within(flanks.tables.error[step, :, m], x)
+    if p == len(flanks.meshes.pairs):
+        return place - flanks.meshes.backlash[m]
+    return place + mesh_law.within(flanks.tables.gap[step, :, m, p], x)
 
 
 @jit_inner(counted=False)
-def course_of(kernel: Any, half: int, m: int, p: int, h: float, sign: float, terms: int) -> None:
+def course_of(series: Any, m: int, k: Any, b: Any, offset: Any, h: float, sign: float, terms: int) -> None:
     """Write ``± (k d·q + b d·q̇ − w)`` over a part of the step, positive before a change, as a polynomial.
 
     Parameters
     ----------
-    half : of the scratch, which has k, b and w at start, middle and end of the part
-    m, p : mesh and pair, or the back flank, p = n_pairs
+    m : mesh
+    k, b, offset : parabolas of stiffness, damping and w over the part
     h : duration of the part [s]
     sign : 1 where it is positive until the change, −1 where it is negative
     """
-    sensed, out, law = kernel.series.sensed, kernel.series.polynomial, kernel.flanks.scratch.law[half]
-    k = parabola(law[0, m, p, 0], law[1, m, p, 0], law[2, m, p, 0])
-    b = parabola(law[0, m, p, 1], law[1, m, p, 1], law[2, m, p, 1])
-    offset = parabola(law[0, m, p, 2], law[1, m, p, 2], law[2, m, p, 2])
+    sensed, out = series.sensed, series.polynomial
     for j in range(terms):
         total = 0.0
         for power in range(min(j, 2) + 1):
@@ -284,27 +270,26 @@ def next_change(
     ``flank`` are those that changed where the part begins.
     """
     earliest, found_mesh, found_flank = 2.0, NOTHING, NOTHING
-    meshes, s = kernel.flanks.meshes, kernel.flanks.scratch
-    pairs, h = len(meshes.pairs), (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
+    flanks, meshes, s = kernel.flanks, kernel.flanks.meshes, kernel.flanks.scratch
+    pairs, h = len(meshes.pairs), (end - a) * flanks.tables.width[step] * flanks.period
     for m in range(len(meshes.damping)):
-        backlash = meshes.backlash[m]
         for f in range(2 * (pairs + 1)):
             p = f % (pairs + 1)
             if f <= pairs:
-                absent = (
-                    not mesh_law.in_path(kernel.flanks.tables, step, m, p)
-                    if p < pairs
-                    else backlash == np.inf
-                )
-                if absent:
+                if p < pairs and not mesh_law.in_path(flanks.tables, step, m, p):
                     continue
-                approach_law(kernel.flanks, step, m, p, a, end)
-                sign = 1.0 if s.touch[m, p] == (p < pairs) else -1.0
-                course_of(kernel, NEXT, m, p, h, sign, terms)
+                if p == pairs and meshes.backlash[m] == np.inf:
+                    continue
+                k, b, sign = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0 if s.touch[m, p] == (p < pairs) else -1.0
+                first, last = touching_at(flanks, step, m, p, a), touching_at(flanks, step, m, p, end)
+                offset = parabola(first, touching_at(flanks, step, m, p, a + 0.5 * (end - a)), last)
             else:
-                if not meshes.gated[m] or s.law[0, 1, m, p, 0] == 0.0:
+                law = s.law[0, :, m, p]
+                if not meshes.gated[m] or law[1, 0] == 0.0:
                     continue
-                course_of(kernel, THIS, m, p, h, 1.0 if s.pushes[m, p] else -1.0, terms)
+                k, b = parabola(law[0, 0], law[1, 0], law[2, 0]), parabola(law[0, 1], law[1, 1], law[2, 1])
+                offset, sign = parabola(law[0, 2], law[1, 2], law[2, 2]), 1.0 if s.pushes[m, p] else -1.0
+            course_of(kernel.series, m, k, b, offset, h, sign, terms)
             u = first_root(kernel.series.polynomial, terms, m == mesh and f == flank)
             if u < earliest:
                 earliest, found_mesh, found_flank = u, m, f
@@ -324,26 +309,22 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
     ----------
     Leine & Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, ch. 7.
     """
-    meshes, tables, s, jump = (
-        kernel.flanks.meshes,
-        kernel.flanks.tables,
-        kernel.flanks.scratch,
-        kernel.series.jump,
-    )
+    flanks, jump = kernel.flanks, kernel.series.jump
+    meshes, tables, s = flanks.meshes, flanks.tables, flanks.scratch
     n, count, channels = len(kernel.structure.push), len(meshes.damping), len(meshes.channels)
     law, mesh = s.law[1, 0, m], s.mesh[1]
     place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
     for after in range(2):
         if after == 1:
             s.touch[m, p] = not s.touch[m, p]
-        mesh_law.flanks_at(kernel.flanks, step, WITHIN, x, m, law, s.rub[1, 0, m])
+        mesh_law.flanks_at(flanks, step, WITHIN, x, m, law, s.rub[1, 0, m])
         if after == 1:
-            mesh_law.see_push(kernel.flanks, m, place, speed, law)
-        mesh_law.channel_law(kernel.flanks, NEXT, 1)
+            mesh_law.see_push(flanks, m, place, speed, law)
+        mesh_law.channel_law(flanks, NEXT, 1)
         for c in range(m, channels, count):
             force = mesh[c] * place + mesh[3 * channels + c] * speed - s.force[c]
             jump[c] = force - jump[c] if after == 1 else force
-    length = tables.width[step] * kernel.flanks.period
+    length = tables.width[step] * flanks.period
     approach = speed - mesh_law.slope_within(tables.error[step, :, m], x) / length
     if p < len(meshes.pairs):
         approach -= mesh_law.slope_within(tables.gap[step, :, m, p], x) / length

@@ -7,10 +7,12 @@ import numpy as np
 from wearlab.arrays import Array, Complex
 from wearlab.dynamics.steps.propagator import companion, normalised
 from wearlab.dynamics.system import System
-from wearlab.mesh.stages import StageGrid, graded_grid
+from wearlab.mesh.stages import StageGrid, StageTables, graded_grid
 
 RIGID = 1e-5
 """Size of the eigenvalues of a free rotation, over the largest."""
+REMEMBERED = 1e-6
+"""Share of a motion that is left when it has died out."""
 STABLE, EXACT_LARGEST = 1.0, 2.0
 """Largest ω h of Runge–Kutta steps, whose stability asks ω h < 2.78, and of exact steps."""
 GRADED_FROM = 1000
@@ -28,18 +30,24 @@ def fastest_rate(system: System, mesh_stiffness: Array | float) -> float:
     return float(np.abs(_eigenvalues(system, mesh_stiffness)).max())
 
 
-def slowest_decay(system: System, mesh_stiffness: Array | float) -> float:
-    """Return the rate at which the most lightly damped vibration decays, all meshes in contact [1/s].
+def settling_periods(system: System, tables: StageTables, period: float) -> float:
+    """Return the mesh periods in which the slowest free motion of touching meshes dies out, inf undamped.
 
     Free rotations, which do not vibrate, are left out.
 
     Parameters
     ----------
-    system, mesh_stiffness : as for `fastest_rate`
+    system, tables, period : as for `wearlab.dynamics.orbits.periodic.Periodic.solve`; the mean mesh stiffness
+        counts
     """
-    eigenvalues = _eigenvalues(system, mesh_stiffness)
-    vibrating = eigenvalues[np.abs(eigenvalues) > RIGID * np.abs(eigenvalues).max()]
-    return max(0.0, float((-vibrating.real).min()))
+    slowest = float((-_vibrating(system, tables.mean_stiffness).real).min())
+    return float(-np.log(REMEMBERED) / (slowest * period)) if slowest > 0.0 else np.inf
+
+
+def _vibrating(system: System, mesh_stiffness: Array | float) -> Complex:
+    """Return the eigenvalues but those of free rotations [1/s]."""
+    rates = _eigenvalues(system, mesh_stiffness)
+    return rates[np.abs(rates) > RIGID * np.abs(rates).max()]
 
 
 def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
@@ -122,10 +130,9 @@ def graded_steps(
     steps : how many there are to be, all longer or shorter alike; None: as many as needed
     """
     equal = exact_steps_per_period(system, mesh_stiffness_max, period, tolerance, len(breaks))
-    rates = _eigenvalues(system, mesh_stiffness_max)
+    rates = _vibrating(system, mesh_stiffness_max)
     size = np.abs(rates)
-    vibrates = size > RIGID * size.max()
-    ratio = float((-rates.real[vibrates] / size[vibrates]).min())
+    ratio = float((-rates.real / size).min())
     if equal < GRADED_FROM or ratio <= 0.0:
         return None
     alike = np.log(1.0 / tolerance) * equal / (ratio * float(size.max()) * period)
