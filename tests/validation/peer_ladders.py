@@ -99,7 +99,7 @@ def peer_curves(problem: Steady, known: Reference, report: Callable[[str], None]
     for peer in peers():
         report(peer.name)
         yield peer_curve(given, peer)
-    if not given.motion.rubs and balance_of(known.response.system, problem.vibration.period) is None:
+    if not given.motion.rubs and not len(balance_of(known.response.system, problem.vibration.period).held):
         report(BALANCE)
         yield balance_curve(given)
 
@@ -151,7 +151,7 @@ def rung(given: Course, bound: Bound, tolerance: float) -> Rung | None:
 def closed_rung(given: Course, bound: Bound, tolerance: float) -> Rung:
     """Close the orbit by Newton's method around the integrator, cold and from the neighbour."""
     system = given.known.response.system
-    free = balance_of(system, given.problem.vibration.period) is not None
+    free = len(balance_of(system, given.problem.vibration.period).held) > 0
     close = partial(bound.close, periods=given.periods, tolerance=tolerance, scale=given.scale, free=free)
     found, marched = close(given.starts[0])
     if not np.isfinite(found).all():

@@ -153,7 +153,7 @@ def peers(given: Course, targets: tuple[float, ...]) -> Iterator[dict[float, lis
             bound.method = method
             for role, one in ((LANDING, _march), (CLOSING, _close)):
                 yield _laddered(targets, TOLERANCES, partial(one, given, bound, role))
-    if not given.motion.rubs and balance_of(given.known.response.system, given.motion.period) is None:
+    if not given.motion.rubs and not len(balance_of(given.known.response.system, given.motion.period).held):
         yield _laddered(targets, HARMONICS, partial(_balance, given))
 
 
@@ -189,7 +189,7 @@ def _march(given: Course, bound: Any, role: str, tolerance: float) -> Contestant
 
 def _close(given: Course, bound: Any, role: str, tolerance: float) -> Contestant | None:
     """Return Newton's method around the integrator, from the best static state."""
-    free = balance_of(given.known.response.system, given.motion.period) is not None
+    free = len(balance_of(given.known.response.system, given.motion.period).held) > 0
     action = partial(bound.close, given.starts[0], given.periods, tolerance, given.scale, free)
     state, marched = action()
     if not np.isfinite(state).all():

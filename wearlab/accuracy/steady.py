@@ -213,7 +213,7 @@ def second_method(problem: Steady, given: Motion, response: Response) -> Array:
     rows, periods, derivative = 2 * len(given.push), response.period, response.derivative
     assert derivative is not None  # what shooting finds has one
     balance = balance_of(problem.vibration.system, response.mesh_period)
-    if balance is not None:
+    if len(balance.held):
         derivative = true_derivative(problem.vibration.system, balance, derivative)
     scale = np.abs(response.state).max(axis=(0, 1))
     state = response.state[0, 0].copy()

@@ -179,14 +179,8 @@ class Balance(NamedTuple):
     gain: Array
 
 
-def no_balance(n: int) -> Balance:
-    """Return what the kernels take for a system of ``n`` coordinates that leaves no load to find."""
-    none, rows = np.empty(0), np.empty((0, n))
-    return Balance(np.empty(0, np.int64), rows, none, none, rows, rows, none)
-
-
-def balance_of(system: System, period: float) -> Balance | None:
-    """Return the loads to find, scaled to move the set by about a metre in a period; None: nothing is free.
+def balance_of(system: System, period: float) -> Balance:
+    """Return the loads to find, scaled to move the set by about a metre in a period, if any.
 
     Parameters
     ----------
@@ -200,7 +194,8 @@ def balance_of(system: System, period: float) -> Balance | None:
     """
     shapes = _free(system)
     if not len(shapes):
-        return None
+        none, rows = np.empty(0), np.empty((0, len(system.load)))
+        return Balance(np.empty(0, np.int64), rows, none, none, rows, rows, none)
     if system.balance is not None and len(shapes) > 1:
         raise ValueError(
             f"{len(shapes)} rotations are free and one load cannot balance them: ground a member, the ring "
@@ -246,9 +241,9 @@ def _pivots(shapes: Array) -> Index:
     return np.array(pivots)
 
 
-def solved_load(system: System, balance: Balance | None) -> System:
+def solved_load(system: System, balance: Balance) -> System:
     """Return the system with the loads that the shooting found."""
-    if balance is None or not len(balance.held):
+    if not len(balance.held):
         return system
     return system._replace(load=system.load + system.mass @ (balance.size @ balance.push))
 

@@ -117,24 +117,12 @@ def damping_of(supports: Sequence[Support], count: int) -> Array:
     return sum(each, start=np.zeros((count, count)))
 
 
-def support_force(support: Support, position: Array, velocity: Array) -> Array:
-    """Return the force of a support on its member, ``preload − k d·q − c r·q̇`` (n_kept, n_instants) [N].
-
-    Parameters
-    ----------
-    support : the support
-    position, velocity : (n_kept, n, n_instants) coordinates q [m] and q̇ [m/s]
-    """
-    given = support.stiffness * np.einsum("i,kij->kj", support.give, position)
-    return np.asarray(
-        support.preload - given - support.damping * np.einsum("i,kij->kj", support.slip, velocity)
-    )
-
-
 def bearing_forces(
     supports: Sequence[Support], members: Sequence[str], position: Array, velocity: Array
 ) -> Array:
     """Return the force of the bearings on each member, (n_members, 3, n_kept, n_instants) along `AXES` [N].
+
+    Every bearing exerts ``preload − k d·q − c r·q̇``, see `Support`.
 
     Parameters
     ----------
@@ -145,9 +133,10 @@ def bearing_forces(
     force = np.zeros((len(members), len(AXES), len(position), position.shape[-1]))
     for support in supports:
         if support.bears and support.member in members:
-            force[members.index(support.member), AXES.index(support.axis)] += support_force(
-                support, position, velocity
-            )
+            given = support.stiffness * np.einsum("i,kij->kj", support.give, position)
+            damped = support.damping * np.einsum("i,kij->kj", support.slip, velocity)
+            at = members.index(support.member), AXES.index(support.axis)
+            force[at] += support.preload - given - damped
     return force
 
 

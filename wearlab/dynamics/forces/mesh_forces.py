@@ -111,19 +111,13 @@ def mean_force_residual(
     means : of each, (n_mesh, (driving, driven)) mean moments over base radius [N]
     rubs : whether there is friction
     """
-    of_kind = [each.mean(axis=0) for each in means]
-    if not rubs:
-        residuals = [_relative(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
-        return max(residuals, key=abs)
-    loaded = kinds[0].loaded
-    residuals = [_relative(of_kind[0][loaded], loads[0])]
-    if len(kinds) > 1:
-        residuals.append(_relative(of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
-    return max(residuals, key=abs)
-
-
-def _relative(mean: float, load: float) -> float:
-    return mean / load - 1.0 if load > 0.0 else mean
+    of_kind, loaded = [each.mean(axis=0) for each in means], kinds[0].loaded
+    compared = [(float(mean.mean()), load) for mean, load in zip(of_kind, loads, strict=True)]
+    if rubs:
+        compared = [(of_kind[0][loaded], loads[0])]
+        if len(kinds) > 1:
+            compared.append((of_kind[1][1 - kinds[1].loaded], of_kind[0][1 - loaded]))
+    return max((mean / load - 1.0 if load > 0.0 else mean for mean, load in compared), key=abs)
 
 
 NODES = 4

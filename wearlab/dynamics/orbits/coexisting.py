@@ -146,8 +146,7 @@ class _Hunt(Shooting):
 
     def attractor(self, state: Array) -> Response | None:
         """Return the attractor that a motion from ``state`` (2n,) reaches, None when it is the one known."""
-        if self.balance is not None:
-            self.balance.size[:] = 0.0  # integration moves the loads that keep a free set at its speed
+        self.balance.size[:] = 0.0  # integration moves the loads that keep a free set at its speed
         done, look = 0, LONG
         while done < self.patience:
             away = self.known.away(state)
@@ -284,15 +283,10 @@ class Attractor:
         least = step_forces(response).elastic.min(axis=(0, 1, 2)) / response.tables.mean_stiffness
         self.permanent_contact = bool(least.min() > 0.0)
         self.spare = max(KEPT * float(least.min()), NEAR * self.deflection)
-        self._see_modes(response)
-
-    def _see_modes(self, response: Response) -> None:
-        """Prepare what deflection the modes of a state amount to at most."""
-        system = response.system
+        # what deflection the modes of a state amount to at most
         vibrating = response.modes.frequency > 0.0
         shapes = response.modes.shape[vibrating]
-        felt = np.abs(shapes @ system.direction.T).max(axis=1)
-        self.seen = felt[:, None] * (shapes @ system.mass)
+        self.seen = np.abs(shapes @ system.direction.T).max(axis=1)[:, None] * (shapes @ system.mass)
         self.rates = 2.0 * np.pi * response.modes.frequency[vibrating]
 
     def distance(self, state: Array) -> float:
@@ -307,15 +301,15 @@ class Attractor:
         return self.distance(state) <= NEAR
 
     def away(self, state: Array) -> float:
-        """Return how many times farther a strobed state is than where it is as good as back [1]."""
-        return self._swing(state) / self.spare if self.permanent_contact else self.distance(state) / NEAR
+        """Return how many times farther a strobed state is than where it is as good as back [1].
 
-    def _swing(self, state: Array) -> float:
-        """Return the amplitude of the deflection that the state adds, all modes in phase [m]."""
-        n = self.seen.shape[1]
-        apart = self.states - state
+        In permanent contact that is told by the deflection that the state adds, all modes in phase.
+        """
+        if not self.permanent_contact:
+            return self.distance(state) / NEAR
+        n, apart = self.seen.shape[1], self.states - state
         swings = np.hypot(apart[:, :n] @ self.seen.T, apart[:, n:] @ self.seen.T / self.rates)
-        return float(swings.sum(axis=1).min())
+        return float(swings.sum(axis=1).min()) / self.spare
 
     def periods_to(self, away: float) -> float:
         """Return the mesh periods in which the slowest vibration shrinks by so many times."""

@@ -151,6 +151,12 @@ def unit_of_speed(tables: StageTables, period: float) -> float:
     return float(2.0 * np.pi * len(tables.width) / (16.0 * period))
 
 
+def in_one_unit(strobe: Array, rate: float) -> Array:
+    """Return strobed states (n, 2n), velocities over a rate [1/s]."""
+    n = strobe.shape[1] // 2
+    return np.hstack([strobe[:, :n], strobe[:, n:] / rate])
+
+
 def remaining_change(strobe: Array, m: int, rate: float) -> float:
     """Return how far strobed states (n, 2n) still are from their limit over ``m`` periods, relative to size.
 
@@ -158,8 +164,7 @@ def remaining_change(strobe: Array, m: int, rate: float) -> float:
     ``D ρ^m/(1 − ρ^m)``. With ρ = 0.98 that is fifty times the last change: a test of the change alone would
     stop far too early.
     """
-    n = strobe.shape[1] // 2
-    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])
+    scaled = in_one_unit(strobe, rate)
     size = float(np.abs(scaled).max())
     change = np.abs(scaled[m:] - scaled[:-m]).max(axis=1)
     third = len(change) // 3
@@ -172,8 +177,7 @@ def remaining_change(strobe: Array, m: int, rate: float) -> float:
 
 def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
     """Return the least divisor of ``m`` after which settled states come back (its own test may lag)."""
-    n = strobe.shape[1] // 2
-    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])[-2 * m - 1 :]
+    scaled = in_one_unit(strobe, rate)[-2 * m - 1 :]
     size = float(np.abs(scaled).max())
     back = (np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size for d in range(1, m + 1))
     divisors = (d for d, same in enumerate(back, 1) if same and m % d == 0)

@@ -7,6 +7,7 @@ from itertools import islice
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.orbits.integrate import in_one_unit
 from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT
 from wearlab.dynamics.orbits.response import Response, Verdict
 from wearlab.dynamics.orbits.shooting import CLOSED, Orbit, Shooting
@@ -80,16 +81,13 @@ class Periodic:
             return self._integrated(shooting, None, start)
         orbit = None if start is None or start.period == 0 else self._near(shooting, start)
         if orbit is None:
-            if start is not None and start.period > 0 and self._ends(shooting):
+            # Near whose neighbour no orbit attracts, a large system is integrated from there.
+            if start is not None and not shooting.small and shooting.loaded and not shooting.singular:
                 return self._integrated(shooting, None, start)
             orbit = self._from_rest(shooting)
         if orbit is not None and orbit.largest <= 1.0 + self.margin:
             return self._respond(shooting, orbit)
         return self._integrated(shooting, orbit, start)
-
-    def _ends(self, shooting: Shooting) -> bool:
-        """Whether a large system near whose neighbour no orbit attracts is integrated from there."""
-        return not shooting.small and shooting.loaded and not shooting.singular
 
     def _near(self, shooting: Shooting, start: Response) -> Orbit | None:
         """Return the orbit that attracts near a neighbour's, None where there is none."""
@@ -185,9 +183,7 @@ def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:
     A state has come back when it differs by less than a thousandth of the spread of all states, or by a
     millionth of their size.
     """
-    n = strobe.shape[1] // 2
-    scaled = np.hstack([strobe[:, :n], strobe[:, n:] / rate])
-    last = scaled[-2 * longest :]
+    last = in_one_unit(strobe[-2 * longest :], rate)
     limit = 1e-3 * np.ptp(last, axis=0).max() + 1e-6 * np.abs(last).max()
     for m in range(1, longest + 1):
         if np.abs(last[m:] - last[:-m]).max() <= limit:

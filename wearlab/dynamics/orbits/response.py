@@ -18,17 +18,13 @@ from wearlab.mesh.stages import Springs, StageGrid, StageTables
 DEGREE = 8
 
 
-def _basis() -> Array:
-    """Return the coefficients (9, 9) of the polynomials that have one of the nine values each."""
-    rows = [
+BASIS = np.linalg.inv(
+    [
         polyval(end, polyder(np.eye(DEGREE + 1), m=order, axis=0), tensor=True)
         for end in (-1.0, 0.0, 1.0)
         for order in (0, 1, 2)
     ]
-    return np.asarray(np.linalg.inv(np.array(rows)), np.float64)
-
-
-BASIS = _basis()
+)
 """Row: power of the time from the middle in steps; column: value, slope, curvature at start, middle, end."""
 
 
@@ -130,10 +126,6 @@ class Verdict(NamedTuple):
             "not converged": not self.converged,
         }
         return tuple(word for word, holds in found.items() if holds)
-
-
-ATTRACTING, NEUTRAL = Verdict(True, True, True, True), Verdict(True, False, True, True)
-"""Of a unique periodic orbit that neighbouring motions approach, and of one that they may not."""
 
 
 class Counts(NamedTuple):

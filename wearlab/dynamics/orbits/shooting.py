@@ -30,7 +30,6 @@ NEARLY = 1e-4
 """Size of a last Newton step over that of the state with which a large system is as good as periodic: where a
 flank grazes, its map has steps that no pass gets below."""
 CLOSED = 1e-8
-CONVERGED, STALLED, SINGULAR = 0, 1, 2
 SMALL_STEP = 1e-7
 """Size of the last step over that of the state."""
 SAME_PATH = 1e-9
@@ -86,7 +85,7 @@ class Shooting:
         self.system, self.tables, self.period, self.closed = system, tables, period, closed
         self.small = is_small(system)
         self.integrator = OnTables(system, tables, period)
-        self.filled, self.balance = self.integrator.kernel.flanks.tables, self.integrator.kernel.balance
+        self.balance = self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = unit_of_speed(tables, period)
         self.scale = np.repeat([1.0, self.rate], self.rows // 2)
@@ -130,9 +129,9 @@ class Shooting:
         states = shooter.states(periods)
         exchange(self.balance, state)
         trial, step, path = state.copy(), np.zeros(rows), states[:, :, 0]
-        code, old_residual, error = STALLED, np.inf, np.inf
-        passes, halved, checks = 0, 0, 0
-        while passes < most:
+        old_residual, error, passes, halved, checks = np.inf, np.inf, 0, 0, 0
+        converged, self.singular = False, False
+        while passes < most and not converged:
             passes += 1
             changes = shooter.advance(states, trial, contact)
             tangents = states[:, :, 1 : 1 + rows]
@@ -148,7 +147,7 @@ class Shooting:
             factors, pivots, _ = dgetrf(matrix)
             least = np.abs(factors.diagonal()).min()
             if not LEAST_PIVOT * np.abs(matrix).max() < least < np.inf:
-                code, error = SINGULAR, np.inf
+                self.singular = True
                 break
             step = scale * dgetrs(factors, pivots, missed / scale)[0]
             error = self.distance(step)
@@ -157,12 +156,12 @@ class Shooting:
                 checks += 1
                 exact = self._follows(path, state + step)
             if exact or (contact != PERMANENT and error <= SMALL_STEP * self.distance(state)):
-                state += step
-                code = CONVERGED
-                break
+                converged = True
             trial = state + step
             old_residual = np.inf if contact == PERMANENT else residual
             halved, contact = 0, LOCATED
+        if converged:
+            state[:] = trial
         self.balance.size[:] = state[self.balance.held]
         state[self.balance.held] = self.balance.position
         more = rows / ROWS_PER_PASS
@@ -170,10 +169,9 @@ class Shooting:
         self.beside += more * passes * periods
         self.located += int((1.0 + more) * passes * changes)
         self.iterations += passes
-        self.singular = code == SINGULAR
-        if code == STALLED and not self.small and error <= NEARLY * self.distance(state):
-            code = CONVERGED
-        return self._orbit(periods, path, derivative) if code == CONVERGED else None
+        if not (converged or self.singular or self.small):
+            converged = error <= NEARLY * self.distance(state)
+        return self._orbit(periods, path, derivative) if converged else None
 
     def _follows(self, path: Array, start: Array) -> bool:
         """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""

@@ -16,7 +16,7 @@ from numba.cpython.unsafe.tuple import tuple_setitem
 
 from wearlab.arrays import Array, Flags
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.rigid import Balance, balance_of, no_balance, rigid_modes
+from wearlab.dynamics.rigid import Balance, balance_of, rigid_modes
 from wearlab.dynamics.steps.propagator import Propagator, propagator_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -296,7 +296,7 @@ def kernel_of(
     """
     tables, n, (meshes, pairs) = tables.filled, len(system.load), tables.stiffness.shape[2:]
     width = -(-(1 + 2 * n) // 4) * 4 if tangents else 1
-    matrices, balance = _matrices(system), balance_of(system, period) or no_balance(n)
+    matrices, balance = _matrices(system), balance_of(system, period)
     channels = len(matrices.per_force)
     series = matrices._replace(
         terms=np.zeros((TERMS, n, width)),
