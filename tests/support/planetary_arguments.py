@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from wearlab.dynamics.planetary import MemberTorques, assemble
-from wearlab.dynamics.planetary_torsional import planetary_torsional
+from wearlab.dynamics.planetary import MemberTorques, assemble, planetary_torsional
 from wearlab.dynamics.rigid import MESHES, RigidSet
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.supports import MemberSupport

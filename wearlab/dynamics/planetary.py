@@ -1,4 +1,4 @@
-"""Builder of the planetary model with translations and rotations, 3(N + 3) degrees of freedom (W23)."""
+"""Builders of the planetary models: 3(N + 3) degrees of freedom (W23), or rotations alone (B23)."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -7,10 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.rigid import MESHES, RigidSet, require_held
+from wearlab.dynamics import supports
+from wearlab.dynamics.models import InMotion
+from wearlab.dynamics.rigid import MESHES, RigidSet, balanced_torques, effective_masses, require_held
 from wearlab.dynamics.spur import Meshing
-from wearlab.dynamics.supports import FREE, MemberSupport, Support, damping_of, grounded, stiffness_of
 from wearlab.dynamics.system import System
+from wearlab.gears.train import Train
+from wearlab.mesh.gear_set import Body, mesh_load
 
 CENTRAL = ("sun", "ring", "carrier")
 U = 2
@@ -41,7 +44,7 @@ NO_TORQUES = MemberTorques()
 
 def assemble(
     rigid: RigidSet,
-    held: Mapping[str, MemberSupport],
+    held: Mapping[str, supports.MemberSupport],
     meshing: Mapping[str, Meshing] = NO_MESHING,
     torques: MemberTorques = NO_TORQUES,
     *,
@@ -93,7 +96,7 @@ def assemble(
             raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(MEMBERS)}")
     bodies, angles = rigid.bodies, rigid.angles
     planet, planets, names = bodies["planet"], len(angles), coordinates(len(angles))
-    on_pin = held.get("planet", FREE)
+    on_pin = held.get("planet", supports.FREE)
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)]
     inner = 1.0 - _pull(planet.mass, on_pin.radial_stiffness, carrier_speed)
@@ -101,7 +104,7 @@ def assemble(
     pull = planet.mass * carrier_speed**2 * bodies["carrier"].radius
     pins = tuple(_on_pins(angles, inner, on_pin, pull))
     unbalance = {f"carrier.{axis}": sum(pin.preload for pin in pins if pin.axis == axis) for axis in "xy"}
-    supports = (*_grounded(names, held, unbalance), *pins)
+    springs = (*_grounded(names, held, unbalance), *pins)
     load = np.zeros(len(names))
     for member, value in torques.given.items():
         load[names.index(f"{member}.u")] += value / bodies[member].radius
@@ -109,15 +112,15 @@ def assemble(
     system = System(
         coordinates=names,
         mass=np.diag(np.array(inertial, float).ravel()),
-        damping=damping_of(supports, len(names)),
-        stiffness=stiffness_of(supports, len(names)),
+        damping=supports.damping_of(springs, len(names)),
+        stiffness=supports.stiffness_of(springs, len(names)),
         load=load,
         **meshes_of(rigid, meshing, friction),
         gyroscopic=spin if turning else None,
         centripetal=swing if turning else None,
         rotation=float(carrier_speed),
         balance=None if solved is None else np.array([float(name == f"{solved}.u") for name in names]),
-        supports=supports,
+        supports=springs,
     )
     require_held(system)
     return system
@@ -151,22 +154,25 @@ def meshes_of(
 
 
 def _grounded(
-    names: Sequence[str], held: Mapping[str, MemberSupport], preload: Mapping[str, float]
-) -> Iterator[Support]:
+    names: Sequence[str], held: Mapping[str, supports.MemberSupport], preload: Mapping[str, float]
+) -> Iterator[supports.Support]:
     """Yield the supports between members and ground; a planet has one of its rotation alone."""
     for at, name in enumerate(names):
         turns, planet = at % 3 == U, at >= 3 * len(CENTRAL)
         if planet and not turns:
             continue
-        own = held.get("planet" if planet else name.rpartition(".")[0], FREE)
+        own = held.get("planet" if planet else name.rpartition(".")[0], supports.FREE)
         k = own.tangential_stiffness if turns else own.radial_stiffness
         c = own.tangential_damping if turns else own.radial_damping
         yield from (
-            support._replace(preload=preload.get(name, 0.0)) for support in grounded(names, name, k, c)
+            support._replace(preload=preload.get(name, 0.0))
+            for support in supports.grounded(names, name, k, c)
         )
 
 
-def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -> Iterator[Support]:
+def _on_pins(
+    angles: Array, inner: float, bearing: supports.MemberSupport, pull: float
+) -> Iterator[supports.Support]:
     """Yield the bearings of the planets on their pins, which the centrifugal force of a planet preloads.
 
     ``x_n − (x_c − (1 − σ) u_c sin ψ_n)`` and so on: pins turn on a radius smaller by σ, see `assemble`.
@@ -186,7 +192,7 @@ def _on_pins(angles: Array, inner: float, bearing: MemberSupport, pull: float) -
             slip[carrier + at], slip[3 * (planet + 3) + at], slip[carrier + U] = -1.0, 1.0, -ahead
             give = slip.copy()
             give[carrier + U] *= inner
-            yield Support(f"planet-{planet + 1}", axis, give, slip, k, c, -pull * float(outwards))
+            yield supports.Support(f"planet-{planet + 1}", axis, give, slip, k, c, -pull * float(outwards))
 
 
 def _pull(mass: float, radial_stiffness: float, carrier_speed: float) -> float:
@@ -257,3 +263,139 @@ def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]
             f1[mesh, other + U] = -1.0 / rigid.bodies["planet"].radius
     names = [f"{kind}-{n + 1}" for kind in ("sun-planet", "planet-ring") for n in range(planets)]
     return tuple(names), d, f0, f1
+
+
+def planetary_torsional(
+    rigid: RigidSet,
+    held: Mapping[str, supports.MemberSupport],
+    meshing: Mapping[str, Meshing],
+    sun_torque: float,
+    *,
+    friction: bool = True,
+) -> System:
+    """Build B23's model, rederived: sun, planets and carrier turn, the ring is fixed.
+
+    With u = r_b θ (carrier r_c θ), all angles counted alike (B23 counts the planets' clockwise):
+    ``(I_s/r_s²) ü_s + Σ W_sn + … = T_s/r_s``, ``(I_p/r_p²) ü_n + W_sn − W_rn + … = 0``,
+    ``(I_c/r_c² + N m_p) ü_c − Σ (W_sn cos α_s + W_rn cos α_r) + … = −T_c/r_c``, dots standing for friction.
+    It is the model with translations whose planets ride on the carrier, x_n = u_c (−sin ψ_n, cos ψ_n), so
+    meshes and friction are those of `wearlab.dynamics.planetary`.
+
+    The set is free to turn unless a tangential stiffness grounds it; the load torque T_c on the carrier is
+    then found: zero mean acceleration.
+
+    Parameters
+    ----------
+    rigid : members, pressure angles, planet angles; the ring's body stands still, a planet's mass rides on
+        the carrier
+    held : torsional supports of ``sun`` and ``carrier``; missing: free to turn
+    meshing : damping and backlash of ``sun_planet`` and ``planet_ring``; missing: none
+    sun_torque : T_s [N m]
+    friction : the meshes get friction vectors
+
+    References
+    ----------
+    B23 Eqs. 1–8.
+    """
+    bodies, angles = rigid.bodies, rigid.angles
+    planets = len(angles)
+    names = ("sun.u", "carrier.u", *(f"planet-{n + 1}.u" for n in range(planets)))
+    mass = np.full(planets + 2, bodies["planet"].equivalent)
+    mass[0] = bodies["sun"].equivalent
+    mass[1] = bodies["carrier"].equivalent + planets * bodies["planet"].mass
+    own = [(f"{member}.u", held.get(member, supports.FREE)) for member in ("sun", "carrier")]
+    springs = tuple(
+        support
+        for name, holding in own
+        for support in supports.grounded(
+            names, name, holding.tangential_stiffness, holding.tangential_damping
+        )
+    )
+    free = not any(holding.tangential_stiffness for _, holding in own)
+    system = System(
+        coordinates=names,
+        mass=np.diag(mass),
+        damping=supports.damping_of(springs, len(names)),
+        stiffness=supports.stiffness_of(springs, len(names)),
+        load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
+        **meshes_of(rigid, meshing, friction, _turning(angles)),
+        balance=np.eye(planets + 2)[1] if free else None,
+        supports=springs,
+    )
+    require_held(system)
+    return system
+
+
+def _turning(angles: Array) -> Array:
+    """Return the coordinates of the model with translations as the set turns, (3(N + 3), N + 2)."""
+    planets = len(angles)
+    turn = np.zeros((3 * (planets + 3), planets + 2))
+    turn[3 * CENTRAL.index("sun") + U, 0] = 1.0
+    turn[3 * CENTRAL.index("carrier") + U, 1] = 1.0
+    for planet, angle in enumerate(angles):
+        at = 3 * (planet + 3)
+        turn[at : at + 2, 1] = -np.sin(angle), np.cos(angle)
+        turn[at + U, 2 + planet] = 1.0
+    return turn
+
+
+def train_of(motion: InMotion) -> Train:
+    """Return the train of the set, which tells its speeds."""
+    gears, given = motion.gears.gears, motion.operation
+    sun, planet, ring = (gears[name].teeth for name in ("sun", "planet", "ring"))
+    return Train(sun, planet, ring, given.input, given.output, given.fixed)
+
+
+def rigid_set(motion: InMotion) -> RigidSet:
+    """Return the members of the set and where they touch."""
+    angles = {kind.section: kind.pair.working_pressure_angle for kind in motion.gears.kinds}
+    return RigidSet(motion.gears.bodies, angles, motion.gears.angles)
+
+
+def held(given: supports.OfMembers, rigid: RigidSet) -> dict[str, supports.MemberSupport]:
+    """Return what holds the members, torsional supports as springs at the members' radii."""
+    return {name: _support(support, rigid.bodies[name]) for name, support in given.given.items()}
+
+
+def _support(given: Any, body: Body) -> supports.MemberSupport:
+    radial, torsional, square = given.radial_stiffness, given.torsional_stiffness, body.radius**2
+    tangential = float((given.tangential_stiffness if torsional is None else torsional / square) or 0.0)
+    damping = None if given.torsional_damping is None else given.torsional_damping / square
+    ratio = given.damping_ratio
+    return supports.MemberSupport(
+        radial or 0.0,
+        tangential,
+        supports.damping_or_ratio(given.damping, ratio, radial, body.mass),
+        supports.damping_or_ratio(damping, ratio, tangential, body.equivalent),
+    )
+
+
+def torques(motion: InMotion, held: Mapping[str, supports.MemberSupport]) -> MemberTorques:
+    """Return the torques on the members that are not held, positive where they load drive flanks [N m].
+
+    Where it is not said, a torque on the output balances the input unless a torsional spring ties it to
+    ground. An output that nothing grounds gets the torque that keeps its speed.
+    """
+    given = motion.operation
+    tied = held.get(given.output, supports.FREE).tangential_stiffness > 0.0
+    loaded = not tied if given.output_loaded is None else given.output_loaded
+    idle = {given.fixed} if loaded else {given.fixed, given.output}
+    every = balanced_torques(rigid_set(motion), motion.gears.torque)
+    acting = {member: torque for member, torque in every.items() if member not in idle}
+    return MemberTorques(acting, str(given.output) if loaded and not tied else None)
+
+
+def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:
+    """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
+    half, mass = len(motion.stiffness) // 2, effective_masses(rigid)
+    means, always = (motion.stiffness[0], motion.stiffness[half]), motion.meshes[0].damps_always
+    return {
+        kind.section: Meshing(
+            supports.damping_by_ratio(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
+            if mesh.damping is None
+            else mesh.damping,
+            always,
+            mesh.normal_backlash,
+        )
+        for kind, mesh, mean in zip(motion.gears.kinds, motion.meshes, means, strict=True)
+    }

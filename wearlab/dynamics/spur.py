@@ -5,17 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from wearlab.dynamics import supports
 from wearlab.dynamics.models import InMotion
-from wearlab.dynamics.supports import (
-    damping_by_ratio,
-    damping_of,
-    damping_or_ratio,
-    effective_mass,
-    grounded,
-    stiffness_of,
-)
 from wearlab.dynamics.system import System
-from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.gear import Gear
 from wearlab.mesh.gear_set import mesh_load
 
 
@@ -70,11 +63,6 @@ class PairedGear(NamedTuple):
         """I/r_b², the inertia seen at the base radius [kg]."""
         return self.inertia / self.base_radius**2
 
-    @property
-    def turns_freely(self) -> bool:
-        """Whether nothing holds its rotation."""
-        return self.support.tangential_stiffness is None and self.support.torsional_damping is None
-
 
 class Meshing(NamedTuple):
     """What a mesh does beside its springs.
@@ -107,7 +95,7 @@ class PairFriction(NamedTuple):
     arm_slope: tuple[float, float] = (1.0, -1.0)
 
 
-mesh_damping_of = damping_by_ratio
+mesh_damping_of = supports.damping_by_ratio
 """The name by which plug-ins know it."""
 
 
@@ -133,7 +121,7 @@ def torsional(
     fluctuation : amplitude of the fluctuating input torque [N m] (L16 Eq. 9), None: none
     friction : lever arms of tooth friction, None: none
     """
-    return _system(gears, (), mesh, (torque, fluctuation), friction)
+    return _system(gears, [], mesh, torque, fluctuation, friction)
 
 
 def spur_3dof(
@@ -158,7 +146,7 @@ def spur_3dof(
         _moving(gear, "y", sign, -sign * gear.support.preload)
         for gear, sign in zip(gears, SENSES, strict=True)
     ]
-    return _system(gears, translations, mesh, (torque, fluctuation), friction)
+    return _system(gears, translations, mesh, torque, fluctuation, friction)
 
 
 class _Coordinate(NamedTuple):
@@ -189,36 +177,32 @@ def _moving(
     """Return a coordinate of a gear on its support."""
     mass = gear.equivalent if axis == "u" else gear.mass
     stiffness, given = (getattr(gear.support, key) for key in HELD_BY[axis])
-    damping = damping_or_ratio(given, gear.support.damping_ratio, stiffness, mass)
+    damping = supports.damping_or_ratio(given, gear.support.damping_ratio, stiffness, mass)
     return _Coordinate(f"{gear.name}.{axis}", mass, damping, stiffness or 0.0, direction, load, fluctuation)
-
-
-def _rotation(
-    gears: tuple[PairedGear, PairedGear], torque: float, fluctuation: float, both: bool
-) -> list[_Coordinate]:
-    """Return x alone where nothing holds the rotations, else (or when asked) both rotations."""
-    m1, m2 = (gear.equivalent for gear in gears)
-    force, variation = (mesh_load(each, gears[0].base_radius) for each in (torque, fluctuation))
-    if not both and all(gear.turns_freely for gear in gears):
-        # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
-        # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).
-        m_c = effective_mass(m1, m2)
-        return [_Coordinate("mesh.x", m_c, 0.0, 0.0, 1.0, force, variation * m_c / m1)]
-    return [
-        _moving(gear, "u", sense, sense * force, changes)
-        for gear, sense, changes in zip(gears, SENSES, (variation, 0.0), strict=True)
-    ]
 
 
 def _system(
     gears: tuple[PairedGear, PairedGear],
     translations: Sequence[_Coordinate],
     mesh: Meshing,
-    torques: tuple[float, float | None],
+    torque: float,
+    fluctuation: float | None,
     friction: PairFriction | None,
 ) -> System:
-    torque, fluctuation = torques
-    rotations = _rotation(gears, torque, fluctuation or 0.0, friction is not None)
+    """Return a pair that moves by these translations, along its axes where bearings give way, and turns."""
+    force, variation = (mesh_load(each, gears[0].base_radius) for each in (torque, fluctuation or 0.0))
+    holds = [(gear.support.tangential_stiffness, gear.support.torsional_damping) for gear in gears]
+    if friction is not None or any(hold != (None, None) for hold in holds):
+        rotations = [
+            _moving(gear, "u", sense, sense * force, changes)
+            for gear, sense, changes in zip(gears, SENSES, (variation, 0.0), strict=True)
+        ]
+    else:
+        # x = u1 − u2: ẍ = (T1/r1 − W)/m1 + (T2/r2 − W)/m2, and both loads equal T/r1; a fluctuation
+        # of the input torque alone enters through the driving gear's share m_c/m1 (L16 Eq. 5).
+        m1, m2 = (gear.equivalent for gear in gears)
+        m_c = supports.effective_mass(m1, m2)
+        rotations = [_Coordinate("mesh.x", m_c, 0.0, 0.0, 1.0, force, variation * m_c / m1)]
     axial = [
         _moving(gear, "z", sense * mesh.slope)
         for gear, sense in zip(gears, SENSES, strict=True)
@@ -228,19 +212,19 @@ def _system(
         *translations, *axial, *rotations, strict=True
     )
     each = zip(names, stiffness, damping, strict=True)
-    supports = tuple(support for name, k, c in each for support in grounded(names, name, k, c))
+    springs = tuple(support for name, k, c in each for support in supports.grounded(names, name, k, c))
     system = System(
         coordinates=names,
         mass=np.diag(np.array(mass, float)),
-        damping=damping_of(supports, len(names)),
-        stiffness=stiffness_of(supports, len(names)),
+        damping=supports.damping_of(springs, len(names)),
+        stiffness=supports.stiffness_of(springs, len(names)),
         direction=np.array([direction], float),
         load=np.array(load, float),
         mesh_damping=np.array([mesh.damping]),
         damping_always=mesh.damps_always,
         backlash=None if mesh.backlash is None else np.array([mesh.backlash]),
         fluctuation_direction=None if fluctuation is None else np.array(changes, float),
-        supports=supports,
+        supports=springs,
     )
     if friction is None:
         return system
@@ -253,28 +237,26 @@ def _system(
     return system._replace(friction_constant=constant, friction_slope=slope, balance=balance)
 
 
-PairArguments = tuple[tuple[PairedGear, PairedGear], Meshing, float, float | None, PairFriction | None]
-"""What both builders are told."""
-
-
-def arguments_of(model: Any, motion: InMotion) -> PairArguments:
-    """Return what both builders of :mod:`wearlab.dynamics.spur` are told."""
+def arguments_of(model: Any, motion: InMotion) -> tuple[Any, ...]:
+    """Return what `torsional` and `spur_3dof` are told; friction has arms that grow as curvatures do."""
     pair, mesh = motion.gears.kinds[0].pair, motion.meshes[0]
     first, second = (
         PairedGear(gear.inertia, gear.base_radius, gear.mass, _support(model, gear), gear.name)
         for gear in pair.gears
     )
-    damping = mesh.damping
+    damping, waves, friction = mesh.damping, motion.operation.fluctuation, None
     if damping is None:
-        mass = effective_mass(first.equivalent, second.equivalent)
-        damping = damping_by_ratio(mesh.damping_ratio, float(motion.stiffness[0]), mass)
-    waves = motion.operation.fluctuation
+        mass = supports.effective_mass(first.equivalent, second.equivalent)
+        damping = supports.damping_by_ratio(mesh.damping_ratio, float(motion.stiffness[0]), mass)
+    if model.friction is not None:
+        first_slope, second_slope = np.diff(pair.curvature(np.array([0.0, 1.0])), axis=1).ravel().tolist()
+        friction = PairFriction(pair.working_pressure_angle, (first_slope, second_slope))
     return (
         (first, second),
         Meshing(damping, mesh.damps_always, mesh.normal_backlash, motion.slope),
         motion.operation.torque,
         waves[0].amplitude if waves else None,
-        None if model.friction is None else _friction(pair),
+        friction,
     )
 
 
@@ -283,15 +265,9 @@ def _support(model: Any, gear: Gear) -> GearSupport:
     given, square = model.supports.get(gear.name), gear.base_radius**2
     if given is None:
         return NO_SUPPORT
-    support = GearSupport(**{key: getattr(given, key) for key in GearSupport._fields})
+    seen = {key: getattr(given, key) for key in GearSupport._fields}
     if given.torsional_stiffness is not None:
-        support = support._replace(tangential_stiffness=given.torsional_stiffness / square)
+        seen["tangential_stiffness"] = given.torsional_stiffness / square
     if given.torsional_damping is not None:
-        support = support._replace(torsional_damping=given.torsional_damping / square)
-    return support
-
-
-def _friction(pair: GearPair) -> PairFriction:
-    """Return where friction acts on a pair: arms that grow with s as the flanks' curvatures do."""
-    first, second = (curvature[1] - curvature[0] for curvature in pair.curvature(np.array([0.0, 1.0])))
-    return PairFriction(pair.working_pressure_angle, (float(first), float(second)))
+        seen["torsional_damping"] = given.torsional_damping / square
+    return GearSupport(**seen)

@@ -192,7 +192,15 @@ def gradient(
         "parameter_value": ("parameter", [parameter.value for parameter in numbers]),
         "parameter_unit": ("parameter", [parameter.unit for parameter in numbers]),
     }
-    return xr.Dataset(variables, coordinates | _labels(own.lived, own.lived.ends, own.values))
+    ends = own.lived.ends
+    known = {
+        "cycle": ("update", [0.0, own.lived.cycle][: len(ends.states)]),
+        "mesh": list(ends.parts.gears.mesh_names),
+        "phase": ends.parts.phase,
+        "flank": list(ends.parts.gears.flanks),
+    }
+    dims = {dim for value in own.values.values() if value.read is not None for dim in ("cycle", *value.dims)}
+    return xr.Dataset(variables, coordinates | {dim: labels for dim, labels in known.items() if dim in dims})
 
 
 class _Differences(NamedTuple):
@@ -243,17 +251,3 @@ def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:
     if len(set(names)) < len(names):
         raise GradientError(f"{what}: names one twice")
     return names
-
-
-def _labels(lived: LivedSteps, ends: Ends, values: dict[str, Value]) -> dict[str, Any]:
-    """Return the coordinates of the dimensions that values have."""
-    dims = {dim for value in values.values() for dim in value.dims}
-    coordinates: dict[str, Any] = {"cycle": ("update", [0.0, lived.cycle][: len(ends.states)])}
-    if all(value.read is None for value in values.values()):
-        return {}
-    known = {
-        "mesh": list(ends.parts.gears.mesh_names),
-        "phase": ends.parts.phase,
-        "flank": list(ends.parts.gears.flanks),
-    }
-    return coordinates | {dim: labels for dim, labels in known.items() if dim in dims}

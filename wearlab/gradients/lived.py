@@ -80,9 +80,14 @@ class HeldNumerics(NamedTuple):
         given = {"profile_points": self.profile_points, "steps_per_period": self.steps_per_period}
         held = scene.model_copy(update={"numerics": scene.numerics.model_copy(update=given)})
         try:
-            return held, _closing(build.build(held, self.reach))
+            parts = build.build(held, self.reach)
         except GearError as error:
             raise GradientError(f"no such gears: {error}") from error
+        moves = parts.vibration
+        if moves is not None and isinstance(moves.method, Periodic):  # orbits close to round-off
+            closing = replace(moves, method=replace(moves.method, closed=CLOSED))
+            parts = replace(parts, coupling=replace(parts.coupling, vibration=closing))
+        return held, parts
 
     def rougher(self, scene: Scene, factor: float) -> Scene:
         """Return the scene to a tolerance rougher by a factor, with fewer nodes and steps by its cube root.
@@ -102,26 +107,17 @@ class HeldNumerics(NamedTuple):
 
 def frozen(scene: Scene) -> HeldNumerics:
     """Return what the numerics of a scene come to."""
-    parts, steps = build.build(scene), scene.numerics.steps_per_period
+    parts, steps, reach = build.build(scene), scene.numerics.steps_per_period, []
     if parts.vibration is not None and steps is None:
         steps = len(parts.vibration.sampling.grid.width)
-    return HeldNumerics(build.mesh.profile_points(scene), steps, tuple(_reach(kind) for kind in parts.kinds))
-
-
-def _closing(parts: build.Parts) -> build.Parts:
-    """Return physics whose orbits close to round-off."""
-    moves = parts.vibration
-    if moves is None or not isinstance(moves.method, Periodic):
-        return parts
-    closing = replace(moves, method=replace(moves.method, closed=CLOSED))
-    return replace(parts, coupling=replace(parts.coupling, vibration=closing))
-
-
-def _reach(kind: build.KindParts) -> Extension:
-    """Return how far beyond A and E nodes reach, in base pitches."""
-    grid, pitch = kind.analysis.grid, kind.pair.base_pitch
-    before, after = grid.position[0] - grid.contact_position[0], grid.contact_position[-1] - grid.position[-1]
-    return Extension(float(before / pitch), float(after / pitch))
+    for kind in parts.kinds:
+        grid, pitch = kind.analysis.grid, kind.pair.base_pitch
+        before, after = (
+            grid.position[0] - grid.contact_position[0],
+            grid.contact_position[-1] - grid.position[-1],
+        )
+        reach.append(Extension(float(before / pitch), float(after / pitch)))
+    return HeldNumerics(build.mesh.profile_points(scene), steps, tuple(reach))
 
 
 class Ends(NamedTuple):
@@ -193,7 +189,7 @@ class LivedSteps:
             for kind, other in zip(own.kinds, parts.kinds, strict=True)
         )
         if own.vibration is not None and parts.vibration is not None:
-            ours, theirs = (each.vibration.sampling.grid.segment for each in (own, parts))  # type: ignore[union-attr]
+            ours, theirs = own.vibration.sampling.grid.segment, parts.vibration.sampling.grid.segment
             same = same and np.array_equal(ours, theirs)
         if not same:
             raise GradientError("nodes or steps come and go as this number moves: give another value of it")
@@ -207,16 +203,19 @@ class LivedSteps:
         def evaluate(of: Coupling, wear: Array) -> coupled.WearState:
             if isinstance(known, RecordedRate):
                 near, same = known.nearest(wear)
-                if same and _closed(near) and bool(near.responses) == (of.vibration is not None):
+                # whose orbits close as well as those of moved scenes will, which start from them
+                closed = all(response.residual <= CLOSED for response in near.responses)
+                if same and closed and bool(near.responses) == (of.vibration is not None):
                     states.append(near)
                     return near
             else:
                 near = known[len(states)]
             start = near.responses or next((state.responses for state in states[::-1] if state.responses), ())
             state = of.evaluate(of.split(wear), tuple(start) or None, near)
-            if any(response.period == 0 for response in state.responses):
+            here, there = ([response.period for response in each.responses] for each in (state, near))
+            if 0 in here:
                 raise GradientError("the response does not repeat on the way: it has no derivative")
-            if not isinstance(known, RecordedRate) and _periods(state) != _periods(near):
+            if not isinstance(known, RecordedRate) and here != there:
                 raise GradientError("the response changes its period as this number moves")
             states.append(state)
             return state
@@ -251,22 +250,10 @@ class LivedSteps:
         here = depth_at(steps[-1], self.cycle)[counts]
         deepest = int(np.argmax(here))
         change = depth_at(ends.steps[-1], self.cycle)[counts][deepest] - here[deepest]
-        return self.cycle - float(change / self._slope(steps[-1], counts, deepest))
-
-    def _slope(self, step: Step, counts: limits.Flanks, node: int) -> float:
-        half = 1e-4 * step.size
+        half, step = 1e-4 * steps[-1].size, steps[-1]
         before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
-        low, high = (depth_at(step, cycle)[counts][node] for cycle in (before, after))
-        return float((high - low) / (after - before))
-
-
-def _closed(state: coupled.WearState) -> bool:
-    """Whether orbits close as well as those of moved scenes will, which start from them."""
-    return all(response.residual <= CLOSED for response in state.responses)
-
-
-def _periods(state: coupled.WearState) -> list[int]:
-    return [response.period for response in state.responses]
+        low, high = (depth_at(step, cycle)[counts][deepest] for cycle in (before, after))
+        return self.cycle - float(change * (after - before) / (high - low))
 
 
 ROUNDING = 1e-15

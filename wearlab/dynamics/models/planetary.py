@@ -26,8 +26,7 @@ class PlanetaryDynamics(DynamicModel):
         """Return W23's model."""
         import numpy as np
 
-        from wearlab.dynamics import planetary
-        from wearlab.dynamics import planetary_torsional as of
+        from wearlab.dynamics import planetary as of
         from wearlab.dynamics.rigid import balance_of
         from wearlab.gears.specification import GearError
 
@@ -36,7 +35,7 @@ class PlanetaryDynamics(DynamicModel):
         speeds = of.train_of(motion).speeds(motion.operation.speed)
         turn = motion.gears.sense * np.sign(speeds.sun_relative)
         try:
-            system = planetary.assemble(
+            system = of.assemble(
                 rigid,
                 held,
                 of.meshing(motion, rigid),
@@ -84,13 +83,12 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         """Return B23's model of a set whose ring is at rest."""
         import numpy as np
 
-        from wearlab.dynamics import planetary_torsional as of
-        from wearlab.dynamics.planetary_torsional import planetary_torsional
+        from wearlab.dynamics import planetary as of
         from wearlab.gears.specification import GearError
 
         rigid = of.rigid_set(motion)
         try:
-            system = planetary_torsional(
+            system = of.planetary_torsional(
                 rigid,
                 of.held(self.supports, rigid),
                 of.meshing(motion, rigid.ring_at_rest),
