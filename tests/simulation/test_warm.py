@@ -7,7 +7,7 @@ import pytest
 from numba import types
 
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.period_map import over_periods
+from wearlab.dynamics.orbits.integrate import over_periods
 from wearlab.dynamics.steps.contact_change import step_with_changes
 from wearlab.simulation import warm
 from wearlab.simulation.warm import kinds_of

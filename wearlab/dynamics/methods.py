@@ -12,8 +12,7 @@ from scipy.integrate import RK45
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.orbits.integrate import RungeKutta4, UntilSteady
-from wearlab.dynamics.orbits.period_map import STEPS
+from wearlab.dynamics.orbits.integrate import STEPS, RungeKutta4, UntilSteady
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.steps import damping_law, mesh_law
 from wearlab.dynamics.steps.kernel import write

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, qr
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
@@ -206,7 +206,9 @@ def balance_of(system: System, period: float) -> Balance:
     scale = max(period, 1e-9) ** 2 * np.abs(accelerations).max(axis=1, keepdims=True)
     momentum, pushed, size = shapes @ system.mass, accelerations / scale, np.zeros(len(shapes))
     gain = np.einsum("ri,ri->r", momentum, pushed)
-    return Balance(_pivots(shapes), pushed, size, size.copy(), shapes, momentum, gain)
+    # One coordinate a shape, by which the shapes are told apart best
+    held = qr(shapes, mode="r", pivoting=True)[1][: len(shapes)].astype(np.int64)
+    return Balance(held, pushed, size, size.copy(), shapes, momentum, gain)
 
 
 @jit_inner
@@ -229,16 +231,6 @@ def _free(system: System) -> Array:
     if system.balance is None and system.stiffness.diagonal().all():
         return np.empty((0, len(system.load)))
     return rigid_modes(system)
-
-
-def _pivots(shapes: Array) -> Index:
-    """Return one coordinate a shape, those by which the shapes are told apart best."""
-    left, pivots = shapes.copy(), []
-    for row in range(len(shapes)):
-        at = int(np.abs(left[row]).argmax())
-        pivots.append(at)
-        left -= np.outer(left[:, at] / left[row, at], left[row])
-    return np.array(pivots)
 
 
 def solved_load(system: System, balance: Balance) -> System:

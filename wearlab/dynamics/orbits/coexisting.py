@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.period_map import LOCATED
+from wearlab.dynamics.orbits.integrate import LOCATED
 from wearlab.dynamics.orbits.periodic import Periodic, periods_of
 from wearlab.dynamics.orbits.response import Response, Verdict, step_forces
 from wearlab.dynamics.orbits.shooting import RHS_PER_STEP, Orbit, Shooting

@@ -7,8 +7,7 @@ from itertools import islice
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.orbits.integrate import in_one_unit
-from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT
+from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, in_one_unit
 from wearlab.dynamics.orbits.response import Response, Verdict
 from wearlab.dynamics.orbits.shooting import CLOSED, Orbit, Shooting
 from wearlab.dynamics.steps.count import settling_periods

@@ -3,13 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
 from wearlab.arrays import Array, Complex, Index
-from wearlab.compiled import jit
 from wearlab.dynamics.modes import Modes, modes
 from wearlab.dynamics.system import System
 from wearlab.mesh.force import Dashpot, Deflections, NormalForces, normal_forces
@@ -33,41 +32,22 @@ class Path(NamedTuple):
 
     Parameters
     ----------
-    coefficient : (n_powers, n_kept, n_steps / together, n_signals) of the powers of the time from the middle
-        of some steps, in halves of their number
-    length : (n_steps / together,) duration of one step [s]
-    together : steps of one polynomial
+    coefficient : (n_powers, n_kept, n_steps / 2, n_signals) of the powers of the time from the middle of two
+        steps, in steps
+    length : (n_steps / 2,) duration of one of them [s]
     """
 
     coefficient: Array
     length: Array
-    together: int = 2
 
     def at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
         """Return the signals and their rates at fractions of steps, both (n_kept, n, n_signals)."""
-        half = 0.5 * self.together
-        some, x = step // self.together, (step % self.together + fraction) / half - 1.0
-        value, rate = np.empty((2, self.coefficient.shape[1], len(x), self.coefficient.shape[3]))
-        evaluate(np.ascontiguousarray(self.coefficient), some, x, half * self.length, value, rate)
-        return value, rate
-
-
-@jit
-def evaluate(coefficient: Any, some: Any, x: Any, unit: Any, value: Any, rate: Any) -> None:
-    """Fill polynomials number ``some`` and their rates at ``x``, (n_kept, n, n_signals), by Horner's rule.
-
-    ``unit``: (n_polynomials,) duration that x counts [s]
-    """
-    powers, periods, _, signals = coefficient.shape
-    for period in range(periods):
-        for point in range(len(x)):
-            at, u = some[point], x[point]
-            for signal in range(signals):
-                total, slope = coefficient[powers - 1, period, at, signal], 0.0
-                for power in range(powers - 2, -1, -1):
-                    slope = slope * u + total
-                    total = total * u + coefficient[power, period, at, signal]
-                value[period, point, signal], rate[period, point, signal] = total, slope / unit[at]
+        two, x = step // 2, step % 2 + fraction - 1.0
+        value, rate = np.zeros((2, self.coefficient.shape[1], len(x), self.coefficient.shape[3]))
+        for coefficient in self.coefficient[::-1]:  # Horner's rule
+            rate = rate * x[:, None] + value
+            value = value * x[:, None] + coefficient[:, two]
+        return value, rate / self.length[two, None]
 
 
 def path(position: Array, velocity: Array, acceleration: Array, length: Array) -> Path:

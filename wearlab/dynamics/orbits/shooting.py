@@ -7,8 +7,7 @@ import numpy as np
 from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
 
 from wearlab.arrays import Array, Complex
-from wearlab.dynamics.orbits.integrate import OnTables, under_one_load, unit_of_speed
-from wearlab.dynamics.orbits.period_map import LOCATED, PERMANENT
+from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, OnTables, under_one_load, unit_of_speed
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
 from wearlab.dynamics.steps.kernel import is_small
