@@ -176,22 +176,19 @@ def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Repor
         if published[-1][1].seconds > ENOUGH:
             break
     yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')
-    finest = finest_settings(problem)
-    truth = lived(wearing(_with(scene, finest)), adaptive.Adaptive(), STEADY)
+    vibration = problem.parts.vibration
+    exact = vibration is not None and not is_small(vibration.system)
+    finest = {
+        "numerics.profile_points": FINEST_PROFILE,
+        "numerics.steps_per_period": FINEST_EXACT_STEPS if exact else FINEST_STEPS,
+    }
+    truth = lived(wearing(scene.replace(finest)), adaptive.Adaptive(), STEADY)
     knobs = [("numerics.profile_points", PROFILE_POINTS), ("numerics.tolerance", TOLERANCES)]
     if scene.dynamics is not None:
         knobs.insert(1, ("numerics.steps_per_period", STEPS))
     for key, values in knobs:
         report(f"life, {key.rpartition('.')[2]}")
         yield from _knob(scene, key, values, finest, truth)
-
-
-def finest_settings(problem: Wearing) -> dict[str, int]:
-    """Return the settings of the knobs that are not turned."""
-    vibration = problem.parts.vibration
-    exact = vibration is not None and not is_small(vibration.system)
-    steps = FINEST_EXACT_STEPS if exact else FINEST_STEPS
-    return {"numerics.profile_points": FINEST_PROFILE, "numerics.steps_per_period": steps}
 
 
 def _knob(
@@ -205,19 +202,13 @@ def _knob(
     cells = []
     for value in values:
         alone = name == "tolerance"
-        turned = (scene if alone else _with(scene, finest)).replace(key, value)
+        turned = (scene if alone else scene.replace(finest)).replace(key, value)
         with suppress(GearError):  # so few steps are refused
             cells.append(
                 (float(value), lived(wearing(turned), adaptive.Adaptive(), float(value) if alone else STEADY))
             )
     counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
     yield from (c for c in _both(name, name, "wearlab", cells, truth) if c.quantity == counts)
-
-
-def _with(scene: Scene, values: dict[str, int]) -> Scene:
-    for key, value in values.items():
-        scene = scene.replace(key, value)
-    return scene
 
 
 def _both(

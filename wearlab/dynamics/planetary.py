@@ -12,7 +12,6 @@ from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.rigid import MESHES, RigidSet, balanced_torques, effective_masses, require_held
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.system import System
-from wearlab.gears.train import Train
 from wearlab.mesh.gear_set import Body, mesh_load
 
 CENTRAL = ("sun", "ring", "carrier")
@@ -95,7 +94,9 @@ def assemble(
         if unknown := sorted(set(given) - set(MEMBERS)):
             raise ValueError(f"unknown member {unknown[0]!r}; members are {', '.join(MEMBERS)}")
     bodies, angles = rigid.bodies, rigid.angles
-    planet, planets, names = bodies["planet"], len(angles), coordinates(len(angles))
+    planet, planets = bodies["planet"], len(angles)
+    movers = (*CENTRAL, *(f"planet-{n + 1}" for n in range(planets)))
+    names = tuple(f"{mover}.{axis}" for mover in movers for axis in "xyu")
     on_pin = held.get("planet", supports.FREE)
     members = (*CENTRAL, *["planet"] * planets)
     inertial = [(body.mass, body.mass, body.equivalent) for body in (bodies[m] for m in members)]
@@ -224,17 +225,6 @@ def _rotation(mass: Sequence[float], angles: Array, inner: float) -> tuple[Array
     return gyroscopic, centripetal
 
 
-def coordinates(planets: int) -> tuple[str, ...]:
-    """Return the names of the 3(N + 3) coordinates: ``sun.x, sun.y, sun.u, ring.x, … planet-N.u``.
-
-    References
-    ----------
-    W23 Eqs. 7–14.
-    """
-    members = (*CENTRAL, *(f"planet-{n + 1}" for n in range(planets)))
-    return tuple(f"{member}.{axis}" for member in members for axis in "xyu")
-
-
 def mesh_vectors(rigid: RigidSet) -> tuple[tuple[str, ...], Array, Array, Array]:
     """Return names of the 2N meshes, sun–planet first, and their vectors d, f0, f1, (2N, 3(N + 3)) each.
 
@@ -337,13 +327,6 @@ def _turning(angles: Array) -> Array:
         turn[at : at + 2, 1] = -np.sin(angle), np.cos(angle)
         turn[at + U, 2 + planet] = 1.0
     return turn
-
-
-def train_of(motion: InMotion) -> Train:
-    """Return the train of the set, which tells its speeds."""
-    gears, given = motion.gears.gears, motion.operation
-    sun, planet, ring = (gears[name].teeth for name in ("sun", "planet", "ring"))
-    return Train(sun, planet, ring, given.input, given.output, given.fixed)
 
 
 def rigid_set(motion: InMotion) -> RigidSet:

@@ -47,19 +47,16 @@ _read: WeakKeyDictionary[Response, Extremes] = WeakKeyDictionary()
 
 def extremes(response: Response) -> Extremes:
     """Return the extreme forces of every mesh over the period, or over the kept periods, of a response."""
-    if response not in _read:
-        _read[response] = _over_periods(response)
-    return _read[response]
-
-
-def _over_periods(response: Response) -> Extremes:
+    if response in _read:
+        return _read[response]
     meshes, steps = len(response.system.direction), len(response.tables.width)
     block = max(1, AT_ONCE // (len(FRACTIONS) * steps * meshes))
     kept = len(response.state)
     blocks = [_of_periods(response, slice(at, min(at + block, kept))) for at in range(0, kept, block)]
     share = [min(block, kept - at) / kept for at in range(0, kept, block)]
     least, largest, normal, separated = (np.array(values) for values in zip(*blocks, strict=True))
-    return Extremes(least.min(axis=0), largest.max(axis=0), normal.max(axis=0), share @ separated)
+    whole = Extremes(least.min(axis=0), largest.max(axis=0), normal.max(axis=0), share @ separated)
+    return _read.setdefault(response, whole)
 
 
 def _of_periods(response: Response, kept: slice) -> Extremes:

@@ -29,10 +29,13 @@ class PlanetaryDynamics(DynamicModel):
         from wearlab.dynamics import planetary as of
         from wearlab.dynamics.rigid import balance_of
         from wearlab.gears.specification import GearError
+        from wearlab.gears.train import Train
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
-        speeds = of.train_of(motion).speeds(motion.operation.speed)
+        given, gears = motion.operation, motion.gears.gears
+        teeth = (gears[name].teeth for name in ("sun", "planet", "ring"))
+        speeds = Train(*teeth, given.input, given.output, given.fixed).speeds(given.speed)
         turn = motion.gears.sense * np.sign(speeds.sun_relative)
         try:
             system = of.assemble(

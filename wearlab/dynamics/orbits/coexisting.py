@@ -223,8 +223,13 @@ def releases(response: Response, deflection: float, first: int = 0) -> Iterator[
     ----------
     Roberts, The unreasonable effectiveness of quasirandom sequences, 2018: the plastic number.
     """
-    shapes, rates, largest = _driven(response, deflection)
-    n = shapes.shape[1]
+    system, every = response.system, response.modes
+    driven, n = every.excited() & (every.frequency > 0.0), len(system.load)
+    shapes, rates = every.shape[driven], 2.0 * np.pi * every.frequency[driven]
+    # A mode's mesh force equals the load's, or its energy that of the deflection under load, whichever is
+    # less: some hardly move the mesh.
+    felt = np.abs(shapes @ system.direction.sum(axis=0))
+    largest = np.minimum(deflection / felt, np.linalg.norm(shapes @ system.load / rates) / rates)
     mean = response.state[:, :-1].mean(axis=(0, 1))
     low, high = np.log(AMPLITUDE)
     number = first
@@ -237,21 +242,6 @@ def releases(response: Response, deflection: float, first: int = 0) -> Iterator[
         state[n:] -= np.sin(phase) * rates[mode] * moved
         yield state
         number += 1
-
-
-def _driven(response: Response, deflection: float) -> tuple[Array, Array, Array]:
-    """Return shapes (n_driven, n), rates [rad/s] and amplitudes of the modes that the mesh drives.
-
-    A mode has the amplitude by which its mesh force equals the load's, or its energy that of the deflection
-    under load, whichever is less: some hardly move the mesh.
-    """
-    system = response.system
-    every = response.modes
-    driven = every.excited() & (every.frequency > 0.0)
-    shapes, rates = every.shape[driven], 2.0 * np.pi * every.frequency[driven]
-    felt = np.abs(shapes @ system.direction.sum(axis=0))
-    held = np.linalg.norm(shapes @ system.load / rates)
-    return shapes, rates, np.minimum(deflection / felt, held / rates)
 
 
 NEAR = 1e-2
