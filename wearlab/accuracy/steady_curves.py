@@ -15,7 +15,6 @@ from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, climbed, t
 from wearlab.accuracy.steady import (
     Reference,
     Steady,
-    reference,
     relative_error,
     steady,
     stiffest_meshes,
@@ -259,17 +258,3 @@ def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
         for n in PHASE_POINTS
     )
     return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
-
-
-def steady_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...], float, float]:
-    """Return the curves of a scene's steady state, the disagreement of its reference, its multiplier.
-
-    Raises
-    ------
-    Unsuited
-        When the response is aperiodic or its slow errors turn.
-    """
-    problem = steady(scene)
-    report("reference")
-    answer = reference(problem)
-    return tuple(steady_curves(problem, answer, report)), answer.disagreement, answer.multiplier

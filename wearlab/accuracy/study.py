@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearlab.accuracy import lives, steady
 from wearlab.accuracy.ladder import Cost, Rung, WorkPrecision
-from wearlab.accuracy.steady_curves import missing_peers, peers, steady_study
+from wearlab.accuracy.steady_curves import missing_peers, peers, steady_curves
 from wearlab.scene import Scene
 from wearlab.simulation.label import CONVENTIONS, provenance
 
@@ -65,7 +65,11 @@ def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
         disagreement = {"life": apart, "wear_depth": apart}
     elif scene.dynamics is not None:
         try:
-            curves, disagreement["mesh_force"], multiplier = steady_study(scene, report)
+            problem = steady.steady(scene)
+            report("reference")
+            answer = steady.reference(problem)
+            curves = tuple(steady_curves(problem, answer, report))
+            disagreement["mesh_force"], multiplier = answer.disagreement, answer.multiplier
         except steady.Unsuited as unsuited:
             notes.append(f"steady state not studied: {unsuited}")
     return Study(label, scene, curves, disagreement, multiplier, tuple(notes))

@@ -177,29 +177,14 @@ def mode_kinds(system: System, modes: Modes) -> tuple[Kind, ...]:
     Lin & Parker, J. Vib. Acoust. 121 (1999) 316–321.
     """
     turns, shifts = system.central & system.turns, system.central & ~system.turns
+    apart = (turns.astype(float) - shifts)[:, None] * system.mass
+    ends = np.flatnonzero(np.diff(modes.frequency) > ALIKE * modes.frequency[1:]) + 1
     kinds: list[Kind] = []
-    for group in _groups(modes.frequency):
-        shapes = _separated(modes.shape[group], system.mass, turns, shifts)
-        kinds += [_kind(shape, system.mass, turns, shifts, modes.frequency[group[0]]) for shape in shapes]
+    for group in np.split(np.arange(len(modes.frequency)), ends):
+        shapes, frequency = modes.shape[group], modes.frequency[group[0]]
+        _, turn = np.linalg.eigh(shapes @ apart @ shapes.T)
+        kinds += [_kind(shape, system.mass, turns, shifts, frequency) for shape in turn.T @ shapes]
     return tuple(kinds)
-
-
-def _groups(frequency: Array) -> list[list[int]]:
-    groups: list[list[int]] = []
-    for index, value in enumerate(frequency):
-        if groups and value - frequency[groups[-1][-1]] <= ALIKE * value:
-            groups[-1].append(index)
-        else:
-            groups.append([index])
-    return groups
-
-
-def _separated(shapes: Array, mass: Array, turns: Flags, shifts: Flags) -> Array:
-    """Return combinations of equal modes with rotation and translation as far apart as they can be."""
-    share = np.where(turns, 1.0, 0.0) - np.where(shifts, 1.0, 0.0)
-    _, turn = np.linalg.eigh(shapes @ (share[:, None] * mass) @ shapes.T)
-    separated: Array = turn.T @ shapes
-    return separated
 
 
 def _kind(shape: Array, mass: Array, turns: Flags, shifts: Flags, frequency: float) -> Kind:

@@ -199,8 +199,8 @@ def gradient(
         "phase": ends.parts.phase,
         "flank": list(ends.parts.gears.flanks),
     }
-    dims = {dim for value in own.values.values() if value.read is not None for dim in ("cycle", *value.dims)}
-    return xr.Dataset(variables, coordinates | {dim: labels for dim, labels in known.items() if dim in dims})
+    along = {dim for value in own.values.values() if value.read is not None for dim in ("cycle", *value.dims)}
+    return xr.Dataset(variables, coordinates | {dim: labels for dim, labels in known.items() if dim in along})
 
 
 class _Differences(NamedTuple):

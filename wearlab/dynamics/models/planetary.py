@@ -34,8 +34,8 @@ class PlanetaryDynamics(DynamicModel):
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
         given, gears = motion.operation, motion.gears.gears
-        teeth = (gears[name].teeth for name in ("sun", "planet", "ring"))
-        speeds = Train(*teeth, given.input, given.output, given.fixed).speeds(given.speed)
+        sun, planet, ring = (gears[name].teeth for name in ("sun", "planet", "ring"))
+        speeds = Train(sun, planet, ring, given.input, given.output, given.fixed).speeds(given.speed)
         turn = motion.gears.sense * np.sign(speeds.sun_relative)
         try:
             system = of.assemble(

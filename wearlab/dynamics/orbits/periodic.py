@@ -119,7 +119,7 @@ class Periodic:
         ------
         Unbounded : the motion grows without bound
         """
-        state = np.zeros(shooting.rows) if start is None else start.end.copy()
+        state, n = np.zeros(shooting.rows) if start is None else start.end.copy(), shooting.rows // 2
         settled, large = start is not None and start.period == 0, not shooting.small
         averaged, transients = self.averaged, self.transients(shooting)
         averaged = min(averaged, AVERAGED_LARGE) if large else averaged
@@ -127,7 +127,7 @@ class Periodic:
         for count in (transients[0] // 5,) if settled else transients:
             shooting.integrate(state, count)
             strobe, orbit = shooting.integrate(state, max(averaged, 2 * longest), averaged)
-            deflection = strobe[:, : shooting.rows // 2] @ shooting.system.direction.T
+            deflection = strobe[:, :n] @ shooting.system.direction.T
             if not (np.abs(deflection) < FURTHEST).all():
                 raise Unbounded("scene.dynamics: the motion grows without bound")
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
@@ -136,7 +136,8 @@ class Periodic:
                     orbit_m = shooting.family(strobe[-1])
                 if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
                     return self._respond(shooting, orbit_m)
-            if large and settled and not dies_out(strobe):
+            early, late = (np.ptp(half, axis=0).max() for half in np.array_split(strobe[:, :n], 2))
+            if large and settled and late > DYING * early:
                 continue
             # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
             simple = shooting.shoot(1, strobe[-1].copy(), most=12)
@@ -144,9 +145,8 @@ class Periodic:
                 return self._respond(shooting, simple)
         if simple_orbit is not None and simple_orbit.largest <= 1.0 + self.margin:
             return self._respond(shooting, simple_orbit)
-        spread = float(np.ptp(strobe[:, : shooting.rows // 2], axis=0).max())
-        size = float(np.abs(strobe[:, : shooting.rows // 2]).max()) or 1.0
-        return shooting.aperiodic(orbit, spread / size)
+        size = float(np.abs(strobe[:, :n]).max()) or 1.0
+        return shooting.aperiodic(orbit, float(np.ptp(strobe[:, :n], axis=0).max()) / size)
 
     def transients(self, shooting: Shooting) -> list[int]:
         """Return the mesh periods to integrate between looks for a period, until a motion has died out.
@@ -168,12 +168,6 @@ class Periodic:
         unique = orbit.unique and (shooting.loaded or shooting.grounded)
         verdict = Verdict(True, orbit.largest < 1.0 - self.margin, unique, True)
         return shooting.response(orbit, verdict)
-
-
-def dies_out(strobe: Array) -> bool:
-    """Whether strobed states (n, 2n) scatter less and less."""
-    early, late = np.array_split(strobe[:, : strobe.shape[1] // 2], 2)
-    return bool(np.ptp(late, axis=0).max() <= DYING * np.ptp(early, axis=0).max())
 
 
 def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:
