@@ -158,17 +158,15 @@ def _grounded(
     names: Sequence[str], held: Mapping[str, supports.MemberSupport], preload: Mapping[str, float]
 ) -> Iterator[supports.Support]:
     """Yield the supports between members and ground; a planet has one of its rotation alone."""
-    for at, name in enumerate(names):
-        turns, planet = at % 3 == U, at >= 3 * len(CENTRAL)
+    for name in names:
+        member, _, axis = name.rpartition(".")
+        planet, turns = member.startswith("planet-"), axis == "u"
         if planet and not turns:
             continue
-        own = held.get("planet" if planet else name.rpartition(".")[0], supports.FREE)
+        own = held.get("planet" if planet else member, supports.FREE)
         k = own.tangential_stiffness if turns else own.radial_stiffness
         c = own.tangential_damping if turns else own.radial_damping
-        yield from (
-            support._replace(preload=preload.get(name, 0.0))
-            for support in supports.grounded(names, name, k, c)
-        )
+        yield from supports.grounded(names, name, k, c, preload.get(name, 0.0))
 
 
 def _on_pins(
@@ -290,18 +288,10 @@ def planetary_torsional(
     bodies, angles = rigid.bodies, rigid.angles
     planets = len(angles)
     names = ("sun.u", "carrier.u", *(f"planet-{n + 1}.u" for n in range(planets)))
-    mass = np.full(planets + 2, bodies["planet"].equivalent)
-    mass[0] = bodies["sun"].equivalent
-    mass[1] = bodies["carrier"].equivalent + planets * bodies["planet"].mass
-    own = [(f"{member}.u", held.get(member, supports.FREE)) for member in ("sun", "carrier")]
-    springs = tuple(
-        support
-        for name, holding in own
-        for support in supports.grounded(
-            names, name, holding.tangential_stiffness, holding.tangential_damping
-        )
-    )
-    free = not any(holding.tangential_stiffness for _, holding in own)
+    carrier = bodies["carrier"].equivalent + planets * bodies["planet"].mass
+    mass = np.array([bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets])
+    springs = tuple(_grounded(names, held, {}))
+    free = not any(held.get(member, supports.FREE).tangential_stiffness for member in ("sun", "carrier"))
     system = System(
         coordinates=names,
         mass=np.diag(mass),
@@ -318,14 +308,11 @@ def planetary_torsional(
 
 def _turning(angles: Array) -> Array:
     """Return the coordinates of the model with translations as the set turns, (3(N + 3), N + 2)."""
-    planets = len(angles)
+    planets, first = len(angles), 3 * len(CENTRAL)
     turn = np.zeros((3 * (planets + 3), planets + 2))
-    turn[3 * CENTRAL.index("sun") + U, 0] = 1.0
-    turn[3 * CENTRAL.index("carrier") + U, 1] = 1.0
-    for planet, angle in enumerate(angles):
-        at = 3 * (planet + 3)
-        turn[at : at + 2, 1] = -np.sin(angle), np.cos(angle)
-        turn[at + U, 2 + planet] = 1.0
+    turn[3 * CENTRAL.index("sun") + U, 0] = turn[3 * CENTRAL.index("carrier") + U, 1] = 1.0
+    turn[first::3, 1], turn[first + 1 :: 3, 1] = -np.sin(angles), np.cos(angles)
+    turn[first + U :: 3, 2:] = np.eye(planets)
     return turn
 
 

@@ -89,20 +89,22 @@ def damping_or_ratio(
     return float(damping) if damping is not None else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
 
 
-def grounded(coordinates: Sequence[str], name: str, stiffness: float, damping: float) -> tuple[Support, ...]:
+def grounded(
+    coordinates: Sequence[str], name: str, stiffness: float, damping: float, preload: float = 0.0
+) -> tuple[Support, ...]:
     """Return the support of one coordinate against ground; none where nothing holds it.
 
     Parameters
     ----------
     coordinates : names of all coordinates
     name : the coordinate, such as ``"ring.x"``
-    stiffness, damping : k [N/m], c [N s/m]
+    stiffness, damping, preload : k [N/m], c [N s/m], force at rest [N]
     """
     if stiffness == 0.0 and damping == 0.0:
         return ()
     own = np.array([float(coordinate == name) for coordinate in coordinates])
     member, _, axis = name.rpartition(".")
-    return (Support(member, axis, own, own, stiffness, damping),)
+    return (Support(member, axis, own, own, stiffness, damping, preload),)
 
 
 def stiffness_of(supports: Sequence[Support], count: int) -> Array:
