@@ -22,7 +22,8 @@ from wearlab.mesh.stages import StageTables
 __all__ = ["Method", "Newmark", "Periodic", "RungeKutta4", "RungeKutta45"]
 MOST_ITERATIONS = 12
 NODES, WEIGHTS = np.append(RK45.C, 1.0), np.zeros((7, 7))
-WEIGHTS[:6, :5], WEIGHTS[6, :6], ERROR = RK45.A, RK45.B, RK45.E
+WEIGHTS[:6, :5], WEIGHTS[6, :6] = RK45.A, RK45.B
+FOURTH = np.array([5179 / 57600, 0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40])
 LEAST_FRACTION = 1e-9
 
 
@@ -139,7 +140,8 @@ def adaptive_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
         for row in range(2 * n):
             change = 0.0
             for stage in range(7):
-                change += h * ERROR[stage] * slopes[stage, row]
+                weight = WEIGHTS[6, stage] - FOURTH[stage]
+                change += h * weight * slopes[stage, row]
             allowed = absolute * (1.0 if row < n else 1.0 / width)
             allowed += relative * max(abs(state[row]), abs(trial[row]))
             error = max(error, abs(change) / allowed)
