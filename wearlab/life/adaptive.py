@@ -63,41 +63,28 @@ class Adaptive:
         return AdaptiveStepper(node, rate, tolerance, scale)
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A step tried.
+def order_of(step: Step) -> int:
+    """Return the order of the method that took a step."""
+    return 4 if step.by == FOURTH_ORDER else 2
 
-    Parameters
-    ----------
-    step : as it goes into the record where it is accepted
-    size : ΔN [1]
-    ratio : its largest error over the allowed one [1]
-    order : of the method
-    """
 
-    step: Step
-    size: float
-    ratio: float
-    order: int
+def follows(step: Step) -> bool:
+    """Whether the error of a step is still small beside its wear."""
+    worn = float((step.end.depth - step.start.depth).max(initial=0.0))
+    return float(np.abs(step.error).max(initial=0.0)) <= LOST * worn
 
-    @property
-    def follows(self) -> bool:
-        """Whether the error is still small beside the wear of the step."""
-        worn = float((self.step.end.depth - self.step.start.depth).max(initial=0.0))
-        return float(np.abs(self.step.error).max(initial=0.0)) <= LOST * worn
 
-    @property
-    def change(self) -> float:
-        """Change of the rate over the step [m per cycle]."""
-        return float(np.linalg.norm(self.step.end.rate - self.step.start.rate))
+def change_over(step: Step) -> float:
+    """Return the change of the rate over a step [m per cycle]."""
+    return float(np.linalg.norm(step.end.rate - step.start.rate))
 
-    def across(self) -> tuple[Step, Jump]:
-        """Return the step as one across a jump, which lies anywhere in it, and the jump."""
-        start, end = self.step.start, self.step.end
-        secant = (end.depth - start.depth) / self.size
-        error = np.maximum(np.abs(self.step.error), self.size * np.abs(end.rate - start.rate))
-        jump = Jump(end.cycle, self.size, start.rate, end.rate)
-        return Step(start, end, (secant, secant), error, 1.0), jump
+
+def across(step: Step, size: float) -> tuple[Step, Jump]:
+    """Return a step of ΔN [1] as one across a jump, which lies anywhere in it, and the jump."""
+    start, end = step.start, step.end
+    secant = (end.depth - start.depth) / size
+    error = np.maximum(np.abs(step.error), size * np.abs(end.rate - start.rate))
+    return Step(start, end, (secant, secant), error, 1.0), Jump(end.cycle, size, start.rate, end.rate)
 
 
 def fitting(ratio: float, order: int) -> float:
@@ -154,43 +141,43 @@ class AdaptiveStepper:
         rejected = False
         while True:
             self.trying = size
-            tried = self._try(node, size)
+            step, ratio = self._try(node, size)
             if still is not None and self.rate.noise > self.heard:
                 self.rejected += 1
                 self.rate.recall(memory)
                 return self._held(node, largest, still), None
-            if tried.ratio <= 1.0 or (size <= floor and tried.follows):
-                self._went_on(tried, rejected=rejected)
-                return tried.across() if self._crosses_jump(tried, memory) else (tried.step, None)
-            if UNCHANGED * tried.change > self.ahead[1]:
-                self.ahead = tried.size, tried.change
+            if ratio <= 1.0 or (size <= floor and follows(step)):
+                self._went_on(size, ratio, order_of(step), rejected=rejected)
+                return across(step, size) if self._crosses_jump(step, size, memory) else (step, None)
+            if UNCHANGED * change_over(step) > self.ahead[1]:
+                self.ahead = size, change_over(step)
             rejected = True
             self.rejected += 1
             self.rate.recall(memory)
             if known.age > 0 and size * known.radius > LOOKED_AT:
                 known.look(self.rate, node, memory)
-            shorter = size * fitting(tried.ratio, tried.order)
+            shorter = size * fitting(ratio, order_of(step))
             floor = floor if floor < size else shorter
-            size = float(min(self._suited(max(shorter, floor), tried.order), 0.95 * size, known.reach))
+            size = float(min(self._suited(max(shorter, floor), order_of(step)), 0.95 * size, known.reach))
 
-    def _crosses_jump(self, tried: Trial, memory: Any) -> bool:
+    def _crosses_jump(self, step: Step, size: float, memory: Any) -> bool:
         """Whether the rate jumps inside an accepted step: it changes as in a longer one, and nowhere slowly.
 
         Parameters
         ----------
-        tried : the step
+        step, size : the step, and its ΔN [1]
         memory : of the rate at its start
         """
-        size, change = self.ahead
-        if tried.size > SHORTER * size or tried.change <= UNCHANGED * change:
+        (longer, changed), change = self.ahead, change_over(step)
+        if size > SHORTER * longer or change <= UNCHANGED * changed:
             return False
-        self.ahead, beyond, step, nearest = (0.0, 0.0), self.rate.remember(), tried.step, list[float]()
+        self.ahead, beyond, nearest = (0.0, 0.0), self.rate.remember(), list[float]()
         for share in PROBES:
             self.rate.recall(memory)
-            inside = self.rate(depth_at(step, step.start.cycle + share * tried.size))
+            inside = self.rate(depth_at(step, step.start.cycle + share * size))
             nearest.append(min(float(np.linalg.norm(inside - end.rate)) for end in step[:2]))
         self.rate.recall(beyond)
-        return max(nearest) <= CONTINUOUS * tried.change
+        return max(nearest) <= CONTINUOUS * change
 
     def shorten(self, size: float) -> None:
         """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
@@ -242,17 +229,17 @@ class AdaptiveStepper:
         self.known.age += 1
         return step
 
-    def _try(self, node: Node, size: float) -> Trial:
-        """Try a step of the fourth-order method, or of RKC2 where that is not stable."""
+    def _try(self, node: Node, size: float) -> tuple[Step, float]:
+        """Return a step of fourth order, or of RKC2 where that is not stable; its error over the allowed."""
         by: Scheme | str
         known = self.known
         if known.looked and size * known.radius > runge_kutta.REACH:
-            order, by = 2, runge_kutta.stages_for(size * known.radius, known.damping)
+            by = runge_kutta.stages_for(size * known.radius, known.damping)
             depth = runge_kutta.chebyshev_step(self.rate, node.depth, node.rate, size, by)
             end = Node(node.cycle + size, depth, self.rate(depth))
             error = runge_kutta.chebyshev_error(node.depth, depth, node.rate, end.rate, size)
         else:
-            order, by = 4, FOURTH_ORDER
+            by = FOURTH_ORDER
             found = runge_kutta.fourth_order_step(self.rate, node.depth, node.rate, size)
             known.told(self.rate, found.seen)
             end = Node(node.cycle + size, found.depth, found.rate)
@@ -261,13 +248,12 @@ class AdaptiveStepper:
         reached = max(float(end.depth.max(initial=0.0)), self.scale)
         allowed = SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
         step = Step(node, end, (node.rate, end.rate), error, growth(node, end), by)
-        return Trial(step, size, float(np.abs(error).max(initial=0.0)) / allowed, order)
+        return step, float(np.abs(error).max(initial=0.0)) / allowed
 
-    def _went_on(self, tried: Trial, *, rejected: bool) -> None:
+    def _went_on(self, size: float, ratio: float, order: int, *, rejected: bool) -> None:
         """Settle the next size by the error of an accepted step and how errors went lately."""
-        ratio = max(tried.ratio, 1e-10)
-        trend = min(1.0, (self.last_ratio / ratio) ** 0.1) if tried.order == self.last_order else 1.0
-        factor = min(fitting(ratio, tried.order) * trend, 1.0 if rejected else LARGEST_GROWTH)
-        self.next_size = tried.size * factor
-        self.last_ratio, self.last_order, self.most = ratio, tried.order, np.inf
+        ratio = max(ratio, 1e-10)
+        trend = min(1.0, (self.last_ratio / ratio) ** 0.1) if order == self.last_order else 1.0
+        self.next_size = size * min(fitting(ratio, order) * trend, 1.0 if rejected else LARGEST_GROWTH)
+        self.last_ratio, self.last_order, self.most = ratio, order, np.inf
         self.known.age += 1

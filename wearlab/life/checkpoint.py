@@ -14,7 +14,7 @@ import importlib
 import json
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, NamedTuple
@@ -268,11 +268,10 @@ class Checkpoint:
     @property
     def kept(self) -> Any:
         """What an earlier process kept of this life, None: nothing that can be read."""
-        image = self.recorder.kept.get(self.key)
-        try:
-            return None if image is None else decoded(image, self.shared)
-        except CheckpointError:
-            return None
+        if self.key in self.recorder.kept:
+            with suppress(CheckpointError):
+                return decoded(self.recorder.kept[self.key], self.shared)
+        return None
 
     def keep(self, reached: Reached, state: Callable[[], Any]) -> None:
         """Report an accepted state, which can be kept."""

@@ -140,19 +140,9 @@ class CountedRate:
         """Work done so far, 0 unless the rate says otherwise."""
         return float(getattr(self.rate, "work", 0.0))
 
-    @property
-    def share_of_work(self) -> float:
-        """Share of the evaluations or of the work allowed that is done, the larger of both [1]."""
-        work = (self.work - self.first_work) / (self.most_work - self.first_work)
-        return max(work, self.count / self.most)
-
     def grant(self, share: float) -> None:
         """Allow more work, a share of all that was allowed."""
         self.most_work += share * (self.most_work - self.first_work)
-
-    def affords(self, each: float) -> float:
-        """Return how many more evaluations the bounds allow of which each takes so much work."""
-        return min((self.most_work - self.work) / each, float(self.most - self.count))
 
     @property
     def noise(self) -> float:

@@ -293,14 +293,16 @@ class Work:
         self.dear = max(1.0, last, (rate.work - rate.first_work) / max(1, rate.count))
         self.before = rate.count, rate.work
         way = node.cycle / (node.cycle + left) if isfinite(left) else 1.0
-        self.late = self.late or rate.share_of_work > HEAD_START + (1.0 - HEAD_START) * way
+        done = (rate.work - rate.first_work) / (rate.most_work - rate.first_work)
+        self.late = self.late or max(done, rate.count / rate.most) > HEAD_START + (1.0 - HEAD_START) * way
         return self.late
 
     def affordable(self, rate: CountedRate, node: Node, left: float) -> tuple[float, bool]:
         """Return the step of one rate [cycles], and whether the work left pays for no shorter ones."""
         reached, fastest = _deepest(node), _fastest(node)
         way, depth = left * fastest if isfinite(left) else 0.0, max(reached, self.scale)
-        share = share_of_depth(way, depth, PLANNED * max(0.0, rate.affords(self.dear)))
+        rates = min((rate.most_work - rate.work) / self.dear, float(rate.most - rate.count))
+        share = share_of_depth(way, depth, PLANNED * max(0.0, rates))
         # The fastest place is another one every time: the deepest gets deeper at a third of its rate.
         deepens = (reached - self.first_depth) / node.cycle if reached > self.first_depth else fastest
         worn = float(np.clip(share, ROUGH_SHARE, MOST_HURRIED)) * depth
