@@ -86,7 +86,8 @@ def _described(parts: build.Parts, state: coupled.WearState, point: continuation
     elastic = force.flank_forces(state.flanks[0], where, motion, dashpot, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
-    poincare = _strobed(vibration, point)
+    direction, tables = vibration.system.direction[0], response.tables  # of the strobed states, at phase 0
+    moved, moving = (each @ direction for each in np.split(point.strobe, 2, axis=1))
     multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
@@ -99,18 +100,9 @@ def _described(parts: build.Parts, state: coupled.WearState, point: continuation
         "multiplier": multiplier,
         "dte_orders": order_amplitudes(transmission),
         "force_orders": order_amplitudes(elastic),
-        "poincare_deflection": poincare[0],
-        "poincare_rate": poincare[1],
+        "poincare_deflection": moved - tables.error[0, 0, 0],
+        "poincare_rate": moving - tables.error_rate[0, 0, 0] / response.mesh_period,
     }
-
-
-def _strobed(vibration: Vibration, point: continuation.Point) -> tuple[Array, Array]:
-    """Return δ and its rate at phase 0 of the strobed states, (n_strobe,) each."""
-    response, direction = point.response, vibration.system.direction[0]
-    n = len(direction)
-    error, rate = response.tables.error[0, 0, 0], response.tables.error_rate[0, 0, 0]
-    deflection = point.strobe[:, :n] @ direction - error
-    return deflection, point.strobe[:, n:] @ direction - rate / response.mesh_period
 
 
 def order_amplitudes(values: Array) -> Array:

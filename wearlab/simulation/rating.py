@@ -90,11 +90,9 @@ def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> dict[str, A
 def misalignment(scene: Scene, parts: Parts) -> float | None:
     """Return F_βx as said, or that of the mesh; None where neither is known [m]."""
     assert scene.rating is not None
-    if scene.rating.equivalent_misalignment is not None:
-        return scene.rating.equivalent_misalignment
-    of_mesh = scene.mesh.misalignment
-    if of_mesh is None:
-        return None
+    said, of_mesh = scene.rating.equivalent_misalignment, scene.mesh.misalignment
+    if said is not None or of_mesh is None:
+        return said
     pair = parts.kinds[0].pair
     return abs(of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque))
 

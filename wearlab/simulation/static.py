@@ -201,7 +201,8 @@ def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     values = _over_period(tangent, deflection, grid.phase + lag, grid.weight, parts.harmonics)
     for name, each in over_phases.items():
         values[name] = np.stack([grid.at_phases(one, stored) for one in each])
-    means = [mean_line_load(kind, one.loads.load) for one in own]
+    part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)  # of the width of a slice
+    means = [grid.weight @ (one.loads.load * part).sum(axis=1) for one in own]  # over the mesh period
     values |= {"line_load": np.stack([one.line_load for one in own]), "mean_line_load": np.stack(means)}
     if load > 0.0:
         window = normal_module(parts, kind)
@@ -210,19 +211,6 @@ def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
             "peak_line_load_factor": np.array([one.loads.load.max() * grid.face_width / load for one in own]),
         }
     return values
-
-
-def mean_line_load(kind: face.FaceKind, load: Array) -> Array:
-    """Return the load of all lines per face width, mean over the mesh period, (n_face,) [N/m].
-
-    Parameters
-    ----------
-    kind : of mesh
-    load : (n_phases, n_lines, n_face) line loads [N/m]
-    """
-    grid = kind.contact.grid
-    part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)
-    return np.asarray(grid.weight @ (load * part).sum(axis=1))
 
 
 def face_load_factor(width: Array, mean: Array, window: float) -> float:

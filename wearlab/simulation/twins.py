@@ -236,9 +236,10 @@ def force_errors(parts: Parts, state: WearState, twin: Rougher, worse: WearState
             for of, one in zip(physics, states, strict=True)
         )
         turns = len(own) if parts.vibration.hunting == 1 else 1  # hunting teeth say where it begins
-        off = [np.abs(np.roll(again, turn, axis=0) - own) for turn in range(turns)]
-        turn = int(np.argmin([of_meshes[:, :meshes].max() for of_meshes in off]))
-        error = weight * off[turn] + np.abs(np.roll(further - again, turn, axis=0))
+        off = [np.abs(np.roll(again, turn, axis=0) - own)[:, :meshes].max() for turn in range(turns)]
+        turn = int(np.argmin(off))
+        again, further = np.roll(again, turn, axis=0), np.roll(further, turn, axis=0)
+        error = weight * np.abs(again - own) + np.abs(further - again)
         read, twice = (extremes.extremes(one.responses[at]).largest for one in states[:2])
         largest = [error_of_largest(own[:, mesh].ravel(), error[:, mesh].ravel()) for mesh in range(meshes)]
         each = INSTANT_SHARE * error[:, :meshes].max(), max(*largest, weight * np.abs(read - twice).max())
