@@ -257,11 +257,8 @@ def _along(series: list[Series], dim: str) -> tuple[list[Series], list[str]]:
         if (first := next((known for known in same if _alike(groups[known], curves, spans)), label)) != label:
             dropped.append(label)
         same.setdefault(first, []).append(label.text)
-    notes = [
-        f"The same, drawn once as {first.text}: {', '.join(texts[1:])}."
-        for first, texts in same.items()
-        if len(texts) > 1
-    ]
+    told = [(first.text, ", ".join(texts[1:])) for first, texts in same.items() if len(texts) > 1]
+    notes = [f"The same, drawn once as {first}: {others}." for first, others in told]
     return [curve for curve in series if curve.key.get(dim) not in dropped], notes
 
 
@@ -270,15 +267,16 @@ def _alike(a: dict[object, list[Series]], b: dict[object, list[Series]], spans: 
     if {key: len(some) for key, some in a.items()} != {key: len(some) for key, some in b.items()}:
         return False
     couples = [couple for key in a for couple in zip(a[key], b[key], strict=True)]
+
+    def is_close(one: Array, other: Array, scale: Scale) -> bool:
+        seen = SEEN * spans.get(scale, 0.0)
+        return one.shape == other.shape and np.allclose(one, other, rtol=0.0, atol=seen, equal_nan=True)
+
     return all(
-        mine == others
-        and one.shape == two.shape
-        and np.allclose(one, two, rtol=0.0, atol=SEEN * spans.get(mine, 0.0), equal_nan=True)
+        (first.across, first.up) == (second.across, second.up)
+        and is_close(first.x, second.x, first.across)
+        and is_close(first.y, second.y, first.up)
         for first, second in couples
-        for one, mine, two, others in (
-            (first.x, first.across, second.x, second.across),
-            (first.y, first.up, second.y, second.up),
-        )
     )
 
 

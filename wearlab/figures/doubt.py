@@ -18,19 +18,17 @@ LOST = "contact lost"
 SEEN = 0.01  # of the range of the values: smaller errors are hidden by lines and marks
 MOST_NAMED = 6
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-DEPTH, FORCE, LARGEST, LIFE = (
-    f"error_estimate_{of}" for of in ("wear_depth", "mesh_force", "mesh_force_max", "life")
-)
 AT_INSTANTS = ("dynamic_mesh_force", "normal_mesh_force", "pair_force", "pair_normal_force", "mesh_force_min")
 FACTORS = ("dynamic_factor", "normal_force_factor")
-ESTIMATES = {
-    **dict.fromkeys(("wear_depth", "max_wear_depth", "flank_deviation"), DEPTH),
-    **dict.fromkeys(AT_INSTANTS, FORCE),
-    **dict.fromkeys((*FACTORS, "mesh_force_max"), LARGEST),
-    **dict.fromkeys(("life", "service_life", "remaining_useful_life"), LIFE),
-    "bearing_force": "error_estimate_bearing_force",
-    "calibrated_wear_coefficient": "error_estimate_wear_coefficient",
+ESTIMATED = {
+    "wear_depth": ("wear_depth", "max_wear_depth", "flank_deviation"),
+    "mesh_force": AT_INSTANTS,
+    "mesh_force_max": (*FACTORS, "mesh_force_max"),
+    "life": ("life", "service_life", "remaining_useful_life"),
+    "bearing_force": ("bearing_force",),
+    "wear_coefficient": ("calibrated_wear_coefficient",),
 }
+ESTIMATES = {name: f"error_estimate_{of}" for of, names in ESTIMATED.items() for name in names}
 """Variable → the estimate of its error; of a factor times the static force, of hours in cycles."""
 WITNESSES = ("verdict", "estimate_quality", "validity", "separation_fraction")
 """What a run says against itself."""

@@ -19,7 +19,7 @@ from wearlab.figures.kinds import cycles, update
 from wearlab.figures.plot import BESIDE, Plot, Series, grouped, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
-from wearlab.figures.runs import BASE, Picked, along_axes, axis_named, pick, read_runs, require
+from wearlab.figures.runs import BASE, Point, along_axes, axis_named, pick, read_runs, require
 from wearlab.nearest import choices
 from wearlab.schema import VARIABLES, origin_of
 from wearlab.sources import SHORT_ID, is_other_code
@@ -176,8 +176,8 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
     kind = kinds.KINDS[ask.kind]
     ask = replace(ask, note=claims.filled(ask.note, grid)) if ask.note else ask
     ask, one_case = _with_defaults(ask, kind, grid)
-    picked = pick(grid, ask, all_cases=kind.all_cases)
-    runs = _able(grid, ask, kind, picked)
+    points, missing = pick(grid, ask, all_cases=kind.all_cases)
+    runs = _able(grid, ask, kind, points)
     series = [_told(curve, run) for run in runs for curve in kind.curves(run, ask)]
     series = [curve for curve in series if len(curve.x)] or series
     if not series:
@@ -198,12 +198,12 @@ def plotted(grid: xr.Dataset, ask: Ask) -> tuple[Plot, list[Run], tuple[str, ...
         series, said = curves.of_samples(series, drawn, curves.ended_of((*ask.y, kind.y)[0]))
         notes += rare + said
     uncertain = doubt.note(runs, ask.y or ([kind.y] if kind.y else [*kind.needs, *kind.also]), series)
-    absent = f"Not drawn: {'; '.join(picked.missing)}." if picked.missing else ""
+    absent = f"Not drawn: {'; '.join(missing)}." if missing else ""
     notes = list(filter(None, [ask.note, absent, *notes, uncertain]))
     if ask.published is not None and all("source" not in curve.key for curve in series):
         hue = layout.laid_out(series, ask, kind, dims).roles.get("hue")
         series += published(ask.published, series, hue, ask)
-    return layout.compose(series, ask, kind, dims, notes), runs, picked.missing
+    return layout.compose(series, ask, kind, dims, notes), runs, tuple(missing)
 
 
 def _told(curve: Series, run: Run) -> Series:
@@ -263,9 +263,8 @@ def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> tuple[Ask, list[st
 
     A role for cases where there is but one, as in a file that drops the others, is left out, with a note.
     """
-    meant: Any = {
-        role: axis_named(grid, name) for role in (*layout.ROLES, "x") if (name := getattr(ask, role))
-    }
+    named = {role: getattr(ask, role) for role in (*layout.ROLES, "x")}
+    meant: Any = {role: axis_named(grid, name) for role, name in named.items() if name}
     ask = replace(ask, **meant)
     roles = (ask.hue, ask.rows, ask.cols)
     if kind.one_flank and "flank" in grid.coords and "flank" not in (*ask.select, *roles):
@@ -281,9 +280,7 @@ def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> tuple[Ask, list[st
     return replace(ask, **dict.fromkeys(alone)), said  # type: ignore[arg-type]
 
 
-def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
-    if not picked.points:
-        raise ask.wrong(f"none of its runs is there to be drawn: {'; '.join(picked.missing)}")
+def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> list[Run]:
     names = [*kind.needs, *kind.also, *ask.y, *([ask.x] if ask.x else [])]
     if not (ask.y or kind.needs):
         raise ask.wrong(f"y names no variable; {_near('', grid.data_vars)}")
@@ -305,9 +302,9 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, picked: Picked) -> list[Run]:
     if ask.x and ask.x not in grid.variables and ask.x not in grid.dims:
         raise ask.wrong(f"x = {ask.x!r} is not there; {_near(ask.x, grid.coords)}")
     ends = grid["end_reason"].isel if "end_reason" in grid.variables else None
-    ended = Counter(str(ends(point).values) for point, _, _ in picked.points) if ends else Counter()
+    ended = Counter(str(ends(point).values) for point, _, _ in points) if ends else Counter()
     del ended[""]
-    return require(read_runs(grid, picked, names, ask), needed, ask, ended)
+    return require(read_runs(grid, points, names, ask), needed, ask, ended)
 
 
 def _near(name: str, known: Iterable[object]) -> str:
@@ -360,9 +357,8 @@ def specified(given: dict[str, Any]) -> FigureSpec:
     if given["kind"] not in kinds.KINDS:
         raise FigureError(f"{WHERE}: {no_kind(str(given['kind']))}")
     try:
-        return FigureSpec.model_validate(
-            {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
-        )
+        told = {key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}
+        return FigureSpec.model_validate(told)
     except ValidationError as error:
         key = str(error.errors()[0]["loc"][0])
         raise FigureError(f"{WHERE}: {key} = {given[key]!r}: wanted: {known[key].description}") from None

@@ -247,9 +247,8 @@ class Run:
     place : its label along each grid dimension; where a case is broadcast, the case's own
     data : its variables, loaded, as long as the run is
     states : label of each wear state
-    units : unit of each sweep axis, and of each key that advances with one
-    beside : value of each key that advances with an axis
-    labels : what stands along each axis
+    along : its place along each axis, and the value of each key that advances with one
+    scales : what each of these shows
     own : of a case that is not swept, its own value of each key that is
     doubts : what it says against itself
     """
@@ -258,27 +257,14 @@ class Run:
     place: Mapping[str, wording.Label]
     data: xr.Dataset
     states: tuple[wording.Label, ...] = ()
-    units: Mapping[str, str] = field(default_factory=dict)
-    beside: Mapping[str, wording.Label] = field(default_factory=dict)
-    labels: Mapping[str, str] = field(default_factory=dict)
+    along: Mapping[str, wording.Label] = field(default_factory=dict)
+    scales: Mapping[str, Scale] = field(default_factory=dict)
     own: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
 
-    def along(self, name: str) -> wording.Label:
-        """Return the run's place along an axis, or the value of a key that advances with one."""
-        return self.place[name] if name in self.place else self.beside[name]
-
-    def is_along(self, name: str | None) -> bool:
-        """Say whether a name is that of an axis, or of a key that advances with one."""
-        return name in self.place or name in self.beside
-
-    def scale(self, name: str) -> Scale:
-        """Return what an axis of the grid shows."""
-        return Scale(self.labels.get(name, name.replace("_", " ")), self.units.get(name, "1"))
-
     def abscissa(self, name: str) -> tuple[float, float | None]:
         """Return the run's place along an axis, NaN for a case without a sweep, and its own value."""
-        value = self.along(name).value
+        value = self.along[name].value
         return (np.nan, self.own.get(name)) if isinstance(value, str) else (float(value), None)
 
 
@@ -319,9 +305,8 @@ def units_of(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: st
 def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
     """Return the one value (1,) of a run, or refuse several."""
     if values.size != 1:
-        raise ask.wrong(
-            f"{name} is not one number per run; choose one place along each of its dimensions in select"
-        )
+        remedy = "choose one place along each of its dimensions in select"
+        raise ask.wrong(f"{name} is not one number per run; {remedy}")
     return values.reshape(1), scale
 
 
@@ -387,9 +372,7 @@ def companion(
 
 def last_state(run: Run) -> Run:
     """Return the run at its last wear state alone."""
-    if "update" not in run.data.dims:
-        return run
-    return replace(run, data=run.data.isel(update=[-1]), states=run.states[-1:])
+    return replace(run, data=run.data.isel(update=[-1], missing_dims="ignore"), states=run.states[-1:])
 
 
 def thinned(run: Run, most: int = STATES_SHOWN) -> Run:

@@ -334,10 +334,8 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
 
 def numbers_and_names(labels: Iterable[Label]) -> tuple[list[Label], list[Label]]:
     """Return labels that are numbers, and those that are names."""
-    return (
-        [label for label in labels if not isinstance(label.value, str)],
-        [label for label in labels if isinstance(label.value, str)],
-    )
+    names = [label for label in labels if isinstance(label.value, str)]
+    return [label for label in labels if not isinstance(label.value, str)], names
 
 
 def named(index: int) -> Pen:

@@ -180,19 +180,14 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
         written = json.loads(told[QUESTION])
         if written["format"] != FORMAT:
             raise ValueError(f"question of format {written['format']!r}, this wearlab reads {FORMAT}")
-        table, points = dict(written["table"]), written["points"]
+        table = {key: value for key, value in dict(written["table"]).items() if key in KEYS}
         if table["kind"] not in kinds.KINDS:
             raise ValueError(f"no kind of figure: {table['kind']!r}")
-        return Question(
-            int(written["number"]),
-            {key: value for key, value in table.items() if key in KEYS},
-            None if points is None else Points(*map(str, points)),
-            from_record(written["campaign"]),
-            told.get("campaign_text", ""),
-            told.get("campaign_hash", ""),
-            {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()},
-            str(written.get("subject", "")),
-        )
+        points = None if written["points"] is None else Points(*map(str, written["points"]))
+        source, about = from_record(written["campaign"]), str(written.get("subject", ""))
+        text, fingerprint = told.get("campaign_text", ""), told.get("campaign_hash", "")
+        runs = {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()}
+        return Question(int(written["number"]), table, points, source, text, fingerprint, runs, about)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise FigureError(f"{file}: its question cannot be read ({error})") from None
 

@@ -190,10 +190,8 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
     """Draw the panels of a plot in somebody's axes, with the legend in the first; return their figure."""
     axes = list(np.ravel(ax))
     if len(axes) != len(plot.panels):
-        raise FigureError(
-            f"figure: it has {len(plot.panels)} panels and ax holds {len(axes)} axes: give as many, or "
-            "narrow the figure by select"
-        )
+        counts = f"it has {len(plot.panels)} panels and ax holds {len(axes)} axes"
+        raise FigureError(f"figure: {counts}: give as many, or narrow the figure by select")
     for own, panel in zip(axes, plot.panels, strict=True):
         _panel(own, panel, plot)
         room = int(own.get_window_extent().height / own.figure.dpi * 130 / matplotlib.rcParams["font.size"])

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import xarray as xr
 
 from wearlab.figures import doubt
 from wearlab.figures.kind import Ask, FigureError, Run
+from wearlab.figures.plot import Scale
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
@@ -106,16 +107,12 @@ COORDINATES = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Picked:
-    """What a selection of a grid holds: points with data, names of those without."""
-
-    points: tuple[tuple[dict[str, int], dict[str, Label], str], ...]
-    missing: tuple[str, ...]
+Point = tuple[dict[str, int], dict[str, Label], str]
+"""A run in a grid: its place, the labels there, its id."""
 
 
-def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
-    """Return the selected points of a grid, a broadcast case once.
+def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], list[str]]:
+    """Return the selected points of a grid that have data, a broadcast case once, and the names of others.
 
     Parameters
     ----------
@@ -131,7 +128,7 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
     ids, status = grid.run_id.values, grid.status.values
     wanted = [_wanted(grid, dim, ask, all_cases) for dim in dims]
     unsaid = () if "case" in (ask.hue, ask.rows, ask.cols, ask.x) else (BASE,)
-    picked: dict[object, tuple[dict[str, int], dict[str, Label], str]] = {}
+    picked: dict[object, Point] = {}
     missing: dict[str, None] = {}
     for point in itertools.product(*wanted):
         run_id = str(ids[point])
@@ -146,7 +143,9 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> Picked:
             missing[f"{', '.join(told) or run_id[:12]}: {status[point]}"] = None
     if not picked and not missing:
         raise ask.wrong(f"select = {dict(ask.select)} leaves no run")
-    return Picked(tuple(picked.values()), tuple(missing))
+    if not picked:
+        raise ask.wrong(f"none of its runs is there to be drawn: {'; '.join(missing)}")
+    return list(picked.values()), list(missing)
 
 
 def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
@@ -164,10 +163,8 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tu
 
     Such a case bears its own label along them; the base is called by what it is, where the grid says that.
     """
-    labels = {
-        dim: place(dim, grid[dim].values[index], grid[dim].attrs.get("units"))
-        for dim, index in zip(dims, point, strict=True)
-    }
+    at = zip(dims, point, strict=True)
+    labels = {dim: place(dim, grid[dim].values[i], grid[dim].attrs.get("units")) for dim, i in at}
     case = labels.get("case")
     if case is None or case.value == BASE:
         known = {"case": Label(BASE, str(grid["case"].attrs.get("base", BASE)))} if case else {}
@@ -181,39 +178,36 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tu
 PICKED = "picked"
 
 
-def read_runs(grid: xr.Dataset, picked: Picked, names: Iterable[str], ask: Ask) -> list[Run]:
+def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask) -> list[Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset. What any figure needs stays in a grid of
     which all runs are shown: it is read once for all its figures.
     """
-    if len(set(map(str, grid.run_id.values.flat)) - {""}) == len(picked.points):
+    if len(set(map(str, grid.run_id.values.flat)) - {""}) == len(points):
         always = [name for name in (*COORDINATES, *doubt.WITNESSES) if name in grid.variables]
         grid[always].load(scheduler="synchronous")
     grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
     names, axes, dims = list(names), along_axes(grid), [str(dim) for dim in grid.run_id.dims]
     wanted = dict.fromkeys((*names, *COORDINATES, *doubt.read_for(names), *axes, COUNT))
-    places = {dim: xr.Variable(PICKED, [point[dim] for point, _, _ in picked.points]) for dim in dims}
+    places = {dim: xr.Variable(PICKED, [point[dim] for point, _, _ in points]) for dim in dims}
     box = grid[[name for name in wanted if name in grid.variables]].isel(places)
     box = box.compute(scheduler="synchronous")
-    units = {name: str(grid[name].attrs.get("units", "1")) for name in axes}
     keys = {n: grid[n].attrs.get("key") for n in axes if grid[n].dtype.kind in "fiu"}
     words = {n: key_text(str(keys.get(n) or n)) for n in axes}  # numbers by the key they were given to
+    scales = {name: Scale(text, str(grid[name].attrs.get("units", "1"))) for name, text in words.items()}
     own = own_values(grid)
     runs = []
-    for number, (_, labels, run_id) in enumerate(picked.points):
+    for number, (_, labels, run_id) in enumerate(points):
         whole = box.isel({PICKED: number}, missing_dims="ignore")
-        beside = {
-            name: place(name, whole[name].values.item(), grid[name].attrs.get("units"))
-            for name in axes
-            if name not in dims
-        }
+        values = {name: whole[name].values.item() for name in axes if name not in dims}
+        beside = {name: place(name, value, grid[name].attrs.get("units")) for name, value in values.items()}
         case, given = labels.get("case"), dict[str, float]()
         if case is not None and (mine := own.get(str(case.value))) is not None:
             beside = dict.fromkeys(beside, case)
             given = {name: float(v) for name, v in mine.items() if isinstance(v, int | float)}
         full = _without_absent(whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims)
-        told = (units, beside, words, given, doubt.doubts(full))
+        told = ({**labels, **beside}, scales, given, doubt.doubts(full))
         runs.append(Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
     return _with_states(runs)
 
@@ -238,11 +232,8 @@ def _without_absent(data: xr.Dataset, dims: Iterable[str]) -> xr.Dataset:
     """Drop the places in the grid, variables that it only padded, mesh periods that no state reaches."""
     absent = [name for name, v in data.variables.items() if name not in data.dims and _is_void(v)]
     data = data.drop_vars([*absent, *dims, COUNT], errors="ignore")
-    held = [
-        v.notnull().any([dim for dim in v.dims if dim != "mesh_period"]).values
-        for name, v in data.variables.items()
-        if "mesh_period" in v.dims and name in data.data_vars
-    ]
+    along = [v.notnull() for v in data.data_vars.values() if "mesh_period" in v.dims]
+    held = [v.any([dim for dim in v.dims if dim != "mesh_period"]).values for v in along]
     return data.isel(mesh_period=np.any(held, axis=0)) if held else data
 
 
@@ -317,13 +308,12 @@ def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str,
     if able:
         return able
     absent = [name for name in names if not any(name in run.data.variables for run in runs)] or list(names)
+    lacking = f"no selected run has {' and '.join(absent)}"
     made = list(dict.fromkeys(origin_of(name)[1] for name in absent if name in VARIABLES))
     if set(absent) <= set(LIVES) and ended:
         by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
-        raise ask.wrong(
-            f"no selected run has {' and '.join(absent)}: all ended before the depth of "
-            f"wear.until ({by}); y = 'max_wear_depth' shows how far they came"
-        )
+        why = f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' shows how far they came"
+        raise ask.wrong(f"{lacking}: {why}")
     names = sorted({str(name) for run in runs for name in run.data.data_vars})
     known = f"it takes {' and '.join(made)}" if made else choices(absent[0], names)
-    raise ask.wrong(f"no selected run has {' and '.join(absent)}; {known}")
+    raise ask.wrong(f"{lacking}; {known}")

@@ -37,10 +37,8 @@ def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
     name = ask.x or "cycle"
     x, across = companion(run, name, piece.place, ask)
     if x.shape != np.shape(piece.values):
-        raise ask.wrong(
-            f"x = {name!r} is not one number per wear state; leave it out for the cycles, or "
-            "name what is, such as operating_hours or max_wear_depth"
-        )
+        remedy = "leave it out for the cycles, or name what is, such as operating_hours or max_wear_depth"
+        raise ask.wrong(f"x = {name!r} is not one number per wear state; {remedy}")
     return x, across
 
 
@@ -156,10 +154,10 @@ def line(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
-    if ask.x is not None and run.is_along(ask.x):
+    if ask.x is not None and ask.x in run.along:
         x, own = run.abscissa(ask.x)  # a point at this run's place along a sweep, joined to curves afterwards
         for piece in slices(thinned(run), name, ask):
-            yield piece.over(np.array([x]), run.scale(ask.x), "line-points", own=own)
+            yield piece.over(np.array([x]), run.scales[ask.x], "line-points", own=own)
         return
     dim, coordinate = _across(run, name, ask)
     run = run if dim == "update" else thinned(run)
@@ -230,9 +228,8 @@ def joined(series: list[Series], axis: str) -> list[Series]:
     groups = grouped(series, lambda curve: (tuple(sorted(curve.key.items())), curve.up, curve.look))
     places = np.concatenate([curve.x for curve in series])
     if not np.isfinite(places).any():
-        raise FigureError(
-            f'x = {axis!r} has names, not numbers: kind = "cases" draws a number beside each name'
-        )
+        said = f"x = {axis!r} has names, not numbers"
+        raise FigureError(f'{said}: kind = "cases" draws a number beside each name')
     curves = []
     for group in groups.values():
         whole = merged(group)

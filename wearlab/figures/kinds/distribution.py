@@ -119,10 +119,8 @@ def _quantile(values: Array, probability: float, top: float, first: Series, *, m
     line = np.full(2, mark.value), np.array([0.0, sides[1]])
     marks = (Mark(mark.value, name),) if marked else ()
     said = f"{name}: {_said(mark, first.across.units)}" if marked else ""
-    return [
-        Series(first.key, band, sides, first.across, COUNT, "area", said),
-        Series(first.key, *line, first.across, COUNT, "hairline", marks=marks),
-    ]
+    strip = Series(first.key, band, sides, first.across, COUNT, "area", said)
+    return [strip, Series(first.key, *line, first.across, COUNT, "hairline", marks=marks)]
 
 
 def _said(marked: Quantile, units: str) -> str:

@@ -58,6 +58,7 @@ def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
             yield from along_path(run, name, ask, {"variable": Label(float(order), name)})
 
 
+ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
 ENGAGEMENT = Scale("mesh cycles since the pair enters at A", "1")
 
 
@@ -79,17 +80,13 @@ def _flank(run: Run, index: Mapping[str, int]) -> int:
     if "mesh" not in run.data.coords or "flank" not in run.data.dims:
         return 0
     mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
-    named = [i for i, name in enumerate(run.data["flank"].values) if mesh.startswith(str(name))]
-    return named[0] if named else 0
+    return next((i for i, name in enumerate(run.data["flank"].values) if mesh.startswith(str(name))), 0)
 
 
 def _engaged(run: Run, ask: Ask, piece: Slice) -> tuple[Array, float, float, tuple[Mark, ...]]:
     """Return phases, contact ratio, the phase at which a pair of the mesh enters at A, and the points A–E."""
-    phase, _ = companion(run, "phase", piece.place, ask)
-    ratio, lag = (
-        float(companion(run, name, piece.place, ask)[0]) for name in ("contact_ratio", "mesh_phase_offset")
-    )
-    return phase, ratio, lag, path_marks(run, piece.place, ratio)
+    phase, ratio, lag = (companion(run, name, piece.place, ask)[0] for name in ENGAGED)
+    return phase, float(ratio), float(lag), path_marks(run, piece.place, float(ratio))
 
 
 def _curves(run: Run, ask: Ask) -> Iterator[Series]:
@@ -109,13 +106,12 @@ def _curves(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 TVMS = kind(
-    "tvms", "Time-varying mesh stiffness", ("mesh_stiffness", "phase", "contact_ratio", "mesh_phase_offset"),
-    ("phase",), roles=STATES, titled="{} through an engagement",
+    "tvms", "Time-varying mesh stiffness", ("mesh_stiffness", *ENGAGED), ("phase",), roles=STATES,
+    titled="{} through an engagement",
     shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
 )(_curves)  # fmt: skip
 STE = kind(
-    "ste", "Static transmission error under load",
-    ("static_transmission_error", "phase", "contact_ratio", "mesh_phase_offset"), ("phase",),
+    "ste", "Static transmission error under load", ("static_transmission_error", *ENGAGED), ("phase",),
     roles=STATES, titled="{} through an engagement",
     shows="static transmission error from the entry of a tooth pair at A to its exit at E",
 )(_curves)  # fmt: skip
@@ -147,10 +143,7 @@ def through_engagement(
     return at[at <= ratio], history[at <= ratio]
 
 
-@kind(
-    "load-share", "Load share of one tooth pair",
-    ("load_share", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "phase"), roles=STATES,
-)  # fmt: skip
+@kind("load-share", "Load share of one tooth pair", ("load_share", *ENGAGED), ("pair", "phase"), roles=STATES)
 def load_share(run: Run, ask: Ask) -> Iterator[Series]:
     """Share of the static mesh force that one tooth pair carries, from A to E."""
     run = thinned(run)
@@ -159,9 +152,8 @@ def load_share(run: Run, ask: Ask) -> Iterator[Series]:
 
 
 @kind(
-    "pair-force", "Dynamic force on one tooth pair",
-    ("pair_force", "phase", "contact_ratio", "mesh_phase_offset"), ("pair", "mesh_period", "phase"),
-    roles=ORBITS,
+    "pair-force", "Dynamic force on one tooth pair", ("pair_force", *ENGAGED),
+    ("pair", "mesh_period", "phase"), roles=ORBITS,
 )  # fmt: skip
 def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
     """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""

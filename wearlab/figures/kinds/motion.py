@@ -140,12 +140,12 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
     """
     name = ask.y[0]
     once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
-    if ask.x is not None and run.is_along(ask.x):
+    if ask.x is not None and ask.x in run.along:
         at, own = run.abscissa(ask.x)
         for piece in slices(thinned(run), name, ask, once):
             y = piece.values[np.isfinite(piece.values)]
             x = np.full(len(y), own if own is not None else at)
-            yield Series(piece.key, x, y, run.scale(ask.x), piece.scale, "points")
+            yield Series(piece.key, x, y, run.scales[ask.x], piece.scale, "points")
         return
     along = "response_speed" if "response_speed" in run.data[name].dims else "update"
     for piece in slices(run, name, ask, along, once):

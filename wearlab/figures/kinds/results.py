@@ -47,10 +47,8 @@ def listed(series: list[Series]) -> list[Series]:
     """
     names = tuple(dict.fromkeys(curve.key["run"].text for curve in series))
     if len(names) > MOST:
-        raise FigureError(
-            f"cases: {len(names)} runs cannot be told by name (at most {MOST}): narrow them with select, or "
-            "take histogram or scatter"
-        )
+        said = f"cases: {len(names)} runs cannot be told by name (at most {MOST})"
+        raise FigureError(f"{said}: narrow them with select, or take histogram or scatter")
     groups = grouped(series, lambda curve: tuple(item for item in curve.key.items() if item[0] != "run"))
     rows = []
     for key, group in groups.items():
@@ -90,12 +88,12 @@ def _results(run: Run, ask: Ask) -> Iterator[Slice]:
 
 
 def _told_apart(run: Run, ask: Ask) -> dict[str, wording.Label]:
-    return {n: run.along(n) for n in (ask.hue, ask.rows, ask.cols) if n is not None and run.is_along(n)}
+    return {n: run.along[n] for n in (ask.hue, ask.rows, ask.cols) if n is not None and n in run.along}
 
 
 def _inputs(run: Run) -> list[str]:
     """Return the axes, and what advances with them, those that only count runs apart."""
-    names = [name for name in dict.fromkeys((*run.place, *run.beside)) if name != "case"]
+    names = [name for name in run.along if name != "case"]
     return [name for name in names if name not in NUMBERED] or names
 
 
@@ -104,9 +102,9 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
     name = ask.x or next(iter(inputs), None)
     if name is None:
         raise ask.wrong(f"x must name an axis or a result; {choices('', run.data.data_vars)}")
-    if run.is_along(name):
+    if name in run.along:
         x, own = run.abscissa(name)
-        return np.array([x]), run.scale(name), own
+        return np.array([x]), run.scales[name], own
     if name not in run.data.variables:
         raise ask.wrong(f"x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
     return *lone(*companion(last_state(run), name, piece.place, ask), name, ask), None
@@ -122,8 +120,8 @@ def _gathered(series: list[Series]) -> list[Series]:
         whole = merged(group)
         if placed.size and np.isnan(whole.x).all():
             gathered += [horizontal(curve, placed) for curve in group]
-            continue
-        gathered.append(replace(whole.at(np.isfinite(whole.x) & np.isfinite(whole.y)), look=look))
+        else:
+            gathered.append(replace(whole.at(np.isfinite(whole.x) & np.isfinite(whole.y)), look=look))
     return gathered
 
 
@@ -133,14 +131,15 @@ def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
     Yield a run's inputs and its result as they are; `_ranged` puts them on their ranges.
     """
     names = _inputs(run)
-    if any(isinstance(run.along(name).value, str) for name in names):
+    if any(isinstance(run.along[name].value, str) for name in names):
         return  # a case beside the axes
     for piece in _results(run, ask):
         result = np.atleast_1d(piece.values)
         if not np.isfinite(result).all():
             continue
-        values = np.array([*(float(run.along(name).value) for name in names), float(result[0])])
-        marks = [Mark(float(at), "|".join(s)) for at, s in enumerate([*map(run.scale, names), piece.scale])]
+        values = np.array([*(float(run.along[name].value) for name in names), float(result[0])])
+        scales = [*(run.scales[name] for name in names), piece.scale]
+        marks = [Mark(float(at), "|".join(scale)) for at, scale in enumerate(scales)]
         key = {n: label for n, label in piece.key.items() if n not in run.place}
         text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
         key |= {"result": wording.Label(float(result[0]), text)}
@@ -198,8 +197,7 @@ def _case(run: Run, ask: Ask) -> Iterator[Series]:
     what, between, _ = label.partition(BETWEEN)
     what = what if between else "" if label == runs.BASE else label
     # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
-    everything = {**run.place, **run.beside}
-    axes = {} if what else {run.labels.get(n, n): x.value for n, x in everything.items() if n != "case"}
+    axes = {} if what else {run.scales[n].label: x.value for n, x in run.along.items() if n != "case"}
     key = {"influence": wording.Label(what, what)}
     yield Dependence(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points", places=axes)
 
@@ -230,13 +228,10 @@ def ranked(series: list[Series]) -> list[Series]:
         )
     order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
     first = series[0]
-    ranks = [
-        Series(
-            {}, groups[what], np.full(len(groups[what]), float(rank)), first.across, RANK, "line-points",
-            names=tuple(what.replace("_", " ") for what in order),
-        )
-        for rank, what in enumerate(order, 1)
-    ]  # fmt: skip
+    names, ranks = tuple(what.replace("_", " ") for what in order), []
+    for rank, what in enumerate(order, 1):
+        places = np.full(len(groups[what]), float(rank))
+        ranks.append(Series({}, groups[what], places, first.across, RANK, "line-points", names=names))
     if level:
         ends = np.array([0.5, len(order) + 0.5])
         words = "base" if len(base) == 1 else "mean of the base runs"

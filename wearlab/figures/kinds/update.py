@@ -167,9 +167,8 @@ def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
     """Return what is drawn of a sample: what was asked for, else the unknowns and the life."""
     known = [str(name) for name in data.data_vars]
     if unknown := [name for name in ask.y if name not in known]:
-        raise ask.wrong(
-            f"y = {unknown[0]!r} is nothing the update knows; {nearest.choices(unknown[0], known)}"
-        )
+        known_ones = nearest.choices(unknown[0], known)
+        raise ask.wrong(f"y = {unknown[0]!r} is nothing the update knows; {known_ones}")
     return list(ask.y) or [name for name in known if name not in NOT_DRAWN]
 
 
@@ -345,19 +344,16 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
         across = Scale(schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units)
         up = Scale(f"{spelled(name)}", str(observed[name].attrs["display_units"]))
         x = units.convert(place.values, str(place.attrs["units"]), across.units)
-        y, drawn = (
-            units.convert(one.values, str(observed[name].attrs["units"]), up.units)
-            for one in (observed[name], made[name])
-        )
+        unit = str(observed[name].attrs["units"])
+        y, drawn = (units.convert(each[name].values, unit, up.units) for each in (observed, made))
         expected = np.quantile(drawn.reshape(-1, drawn.shape[-1]), [0.05, 0.5, 0.95], axis=0)
         for at in np.unique(cycle):
             some = np.flatnonzero(cycle == at)
             some = some[np.argsort(x[some], kind="stable")]
-            days = update.calendar
+            days, (low, middle, high) = update.calendar, expected[:, some]
             day = None if days is None else calendar.day_text(float(days(at)))
             told = cycles(float(at)) if day is None else Label(float(at), day)
-            own, (low, middle, high) = update.of("variable", name), expected[:, some]
-            own = replace(own, key={**own.key, "inspection": told})
+            own = update.of("variable", name).of("inspection", *told)
             yield area(own, x[some], low, high, across, up)
             yield line(own, (x[some], across), (middle, up))
             yield line(own, (x[some], across), (y[some], up), "points")
@@ -387,9 +383,8 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     if np.isfinite(truth):
         ends = np.array([x[0], truth])
         for share in (1.0 - CONE, 1.0, 1.0 + CONE):
-            yield line(
-                update, (ends, CYCLES), (share * (truth - ends), REST), "reference", "what came, ±20 %"
-            )
+            rest_then, text = share * (truth - ends), "what came, ±20 %"
+            yield line(update, (ends, CYCLES), (rest_then, REST), "reference", text)
     stats = update["sample_stats"]
     for name, text, look in RULES:
         rule = predictions[name].values[held]
