@@ -57,9 +57,8 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
     shown = listing.ROWS if place.live else MOST_DRAWN
     sort = first.get("sort", "") if told.cases <= MOST_DRAWN else ""
-    heads, rows = (
-        sorted_cases(store, key, sort, number) if sort else cases(store, key, (number - 1) * shown, shown)
-    )
+    skip = (number - 1) * shown
+    heads, rows = sorted_cases(store, key, sort, number) if sort else cases(store, key, skip, shown)
     few = told.cases <= MOST_DRAWN and bool(told.counts.get("done"))
     chosen = listing.whole(first.get("figure", ""))
     drawn, others = _figures(store, key, place, chosen) if few else ([], [])
@@ -84,10 +83,8 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
 
 def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
     """Return headings and rows of some cases of a campaign, in their order."""
-    members = store.catalogue.read(
-        "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number LIMIT ? OFFSET ?",
-        [key, limit, skip],
-    )
+    question = "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number LIMIT ? OFFSET ?"
+    members = store.catalogue.read(question, [key, limit, skip])
     what = "a campaign in the catalogue"
     places = [database.understood(what, database.place, position) for _, _, position in members]
     axes = list(dict.fromkeys(name for place in places for name in place))
@@ -119,9 +116,8 @@ def sorted_cases(store: "Store", key: str, sort: str, number: int) -> tuple[Any,
     names = [name for name, _ in heads]
     if (name := sort.removeprefix("-")) in names:
         at, down = names.index(name), sort.startswith("-")
-        told = sorted(
-            (row for row in rows if row[1][at]), key=lambda row: _in_order(row[1][at]), reverse=down
-        )
+        told = [row for row in rows if row[1][at]]
+        told.sort(key=lambda row: _in_order(row[1][at]), reverse=down)
         rows = (*told, *(row for row in rows if not row[1][at]))
     return heads, rows[(number - 1) * listing.ROWS : number * listing.ROWS]
 
@@ -140,12 +136,9 @@ def _figures(
     grid = store.open(source)  # type: ignore[arg-type]
     asked = dict(enumerate(asked_of(source, grid), 1))
     at = min(chosen, len(asked))
-    shown = range(at, at + FIGURES) if place.live else asked.keys()
-    drawn = [
-        figures.shown(store, each, grid, place.files("campaign", f"key={key}&figure={number}"))
-        for number, each in asked.items()
-        if number in shown
-    ]
+    shown = [number for number in asked if not place.live or at <= number < at + FIGURES]
+    files = {number: place.files("campaign", f"key={key}&figure={number}") for number in shown}
+    drawn = [figures.shown(store, asked[number], grid, own) for number, own in files.items()]
     names = [(n, str(each.table.get("title") or each.table["kind"])) for n, each in asked.items()]
     return drawn, [pair for pair in names if pair[0] not in shown]
 

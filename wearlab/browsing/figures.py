@@ -14,6 +14,7 @@ from bokeh.models import Button, Div, Row, Slider
 from markupsafe import Markup
 
 from wearlab.browsing import interactive, recorded
+from wearlab.browsing.interactive import WIDE
 from wearlab.campaign.campaign import RecordedCampaign
 from wearlab.figures import FigureError, doubt, drawing, render, runs, wording
 from wearlab.figures.kinds import KINDS
@@ -199,7 +200,6 @@ def over_axes(source: RecordedCampaign, grid: "xr.Dataset") -> list[Question]:
 
 PAUSE = 100  # ms between two states that are made ahead
 MOST_AHEAD = 24
-WIDE = {"sizing_mode": "stretch_width"}
 PROBLEMS = (FigureError, StoreError, OSError, ValueError, KeyError)
 
 
@@ -336,12 +336,10 @@ class Follower:
 
     def plot(self, asked: Question, state: int) -> Plot | str:
         """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
-        count = self.grid.sizes.get("update", 1)
-        table = asked.table
-        if count > 1:
-            table = {**table, "select": {"update": [0, min(state, count - 1), count - 1]}}
+        last = self.grid.sizes.get("update", 1) - 1
+        select = {"select": {"update": [0, min(state, last), last]}} if last else {}
         try:
-            return drawing.seen(replace(asked, table=table), self.grid, self.store)[0]
+            return drawing.seen(replace(asked, table={**asked.table, **select}), self.grid, self.store)[0]
         except PROBLEMS as error:
             return str(error)
 

@@ -38,7 +38,8 @@ MOST_BARS = 60  # points: errors of more are a band
 HEIGHT = {"wide": 300, "square": 380}
 LETTERS = 44  # of an axis label in one line
 NARROWEST = 300  # pixels of a panel
-TOOLS = "pan,box_zoom,wheel_zoom,reset"
+WIDE: Any = {"sizing_mode": "stretch_width"}
+TOOLS: Any = {"tools": "pan,box_zoom,wheel_zoom,reset", "active_drag": "box_zoom"}
 
 
 class Handle(NamedTuple):
@@ -117,13 +118,9 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
         for each, _ in made[1:]:
             each.y_range = made[0][0].y_range
     title = f"<h3>{escape(plain(plot.title))}</h3>" if titled and plot.title else ""
-    wrapped: dict[str, Any] = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
-    return DrawnFigure(
-        Div(text=title, sizing_mode="stretch_width", visible=bool(title)),
-        Div(text=legend_html(plot), sizing_mode="stretch_width"),
-        Row(children=[each for each, _ in made], **wrapped),
-        tuple(handles for _, handles in made),
-    )
+    heading, legend = Div(text=title, visible=bool(title), **WIDE), Div(text=legend_html(plot), **WIDE)
+    panels = Row(children=[each for each, _ in made], styles={"flex-wrap": "wrap"}, **WIDE)
+    return DrawnFigure(heading, legend, panels, tuple(handles for _, handles in made))
 
 
 def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
@@ -136,11 +133,10 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
         y_axis_label="" if panel.names else fill(plain(panel.y_label), LETTERS),
         height=HEIGHT[plot.shape] if not panel.names else max(200, 90 + 26 * len(panel.names)),
         min_width=NARROWEST,
-        sizing_mode="stretch_width",
         styles={"flex": f"1 1 {NARROWEST}px"},
         html_attributes={"role": "group", "aria-label": plain(panel.title or plot.title) or "Figure"},
-        tools=TOOLS,
-        active_drag="box_zoom",
+        **TOOLS,
+        **WIDE,
         **kinds,
     )
     drawn.toolbar.logo = None

@@ -44,11 +44,8 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
     scene, written = json.loads(entry.scene or "{}"), reported.written_in(store, entry.id)
-    facts = {
-        name: value if isinstance(value, list) else [value]
-        for name, value in reported.facts(store, entry).items()
-        if name not in TOLD_ABOVE
-    }
+    facts = [(name, v if isinstance(v, list) else [v]) for name, v in reported.facts(store, entry).items()]
+    known = [(name, values) for name, values in facts if any(v not in (None, "") for v in values)]
     return {
         "id": entry.id,
         "title": provenance.name_of(store, entry.id).replace("*", "·") or f"Run {entry.id[:10]}",
@@ -65,7 +62,7 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
             (path, reported.in_file_units(path, value, written))
             for path, value in sorted(reported.flat(scene))
         ],
-        "facts": {name: values for name, values in facts.items() if any(v not in (None, "") for v in values)},
+        "facts": {name: values for name, values in known if name not in TOLD_ABOVE},
         "citation": citation(store, entry),
         "remarked": remarks.remarks_on(store.catalogue, [entry.id]),
         "stored": reported.groups(stored),
@@ -102,11 +99,9 @@ def changes(store: "Store", entry: "Entry", written: reported.Written) -> list[t
 
     Beside it stand the value of that case and the run's own.
     """
-    rows = store.catalogue.read(
-        f"SELECT run FROM members WHERE campaign = {CAMPAIGN_OF_RUN} ORDER BY number LIMIT 1",
-        [entry.id],
-    )
-    base = next(iter(store.entries(row[0] for row in rows).values()), None)
+    question = f"SELECT run FROM members WHERE campaign = {CAMPAIGN_OF_RUN} ORDER BY number LIMIT 1"
+    runs = [run for (run,) in store.catalogue.read(question, [entry.id])]
+    base = next(iter(store.entries(runs).values()), None)
     if base is None:
         return []
     first, own = base.values, entry.values
@@ -136,12 +131,9 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
     results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
     labels = labels_of(store, entries, keys)
-    ranked = _ranked([entry.summary.get("life") for entry in entries])
+    named, ranked = zip(entries, labels, strict=True), _ranked([e.summary.get("life") for e in entries])
     return {
-        "runs": [
-            (entry.id, label, verdict(store, entry), doubts(entry, told=entry.summary.get("verdict")))
-            for entry, label in zip(entries, labels, strict=True)
-        ],
+        "runs": [(e.id, label, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, label in named],
         "asked": [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys],
         "came": [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)],
         "lives": told(store, entries, labels, keys),
@@ -319,10 +311,8 @@ def why(own: WornPlace, other: WornPlace) -> list[str]:
     ]
     if own.dynamic and other.dynamic:
         (first, last), (others_first, others_last) = own.dynamic, other.dynamic
-        told.append(
-            f"Its dynamic factor goes from {first:.3g} unworn to {last:.3g} worn, "
-            f"that of the next from {others_first:.3g} to {others_last:.3g}."
-        )
+        others = f"that of the next from {others_first:.3g} to {others_last:.3g}"
+        told.append(f"Its dynamic factor goes from {first:.3g} unworn to {last:.3g} worn, {others}.")
     return told
 
 
@@ -379,10 +369,8 @@ def longest(
         f"The longest life is {long:.4g} cycles, of {labels[first]}: {long / short:.3g} times the shortest, "
         f"of {labels[last]}."
     ]
-    if len(order) < len(lives):
-        told.append(
-            f"{len(lives) - len(order)} of these runs reached no limit of wear: they may live longer."
-        )
+    if others := len(lives) - len(order):
+        told.append(f"{others} of these runs reached no limit of wear: they may live longer.")
     places = [at for _, at in order]
     if len(keys) <= MOST_TOLD:
         told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))

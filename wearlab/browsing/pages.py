@@ -284,7 +284,6 @@ def _chosen(store: Store, title: str | None) -> recorded.Told:
     if not found:
         raise StoreError(f"campaign {title!r} is not in this store; {choices(title, titles)}")
     if title is None and len(found) > 1:
-        raise StoreError(
-            f"this store has {len(found)} campaigns: choose one by --campaign; {choices('', titles)}"
-        )
+        several = f"this store has {len(found)} campaigns"
+        raise StoreError(f"{several}: choose one by --campaign; {choices('', titles)}")
     return found[0]

@@ -129,12 +129,9 @@ def campaign_of(store: "Store", key: str) -> RecordedCampaign:
         if record:
             figures = tuple(_figures(record.get("figures") or ()))
             return replace(from_record(record), title=title, reference=reference, figures=figures)
-        members = store.catalogue.read(
-            "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number", [key]
-        )
-        cases = [
-            (str(run), str(label), dict(json.loads(position or "{}"))) for run, label, position in members
-        ]
+        question = "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number"
+        rows = store.catalogue.read(question, [key])
+        cases = [(str(run), str(label), dict(json.loads(place or "{}"))) for run, label, place in rows]
     except (ValueError, TypeError, AttributeError) as error:
         raise StoreError(f"{title}: what the catalogue says of it cannot be understood ({error})") from error
     return _from_places(store, title, reference, cases)
@@ -210,22 +207,20 @@ def _numbers(
     plain = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
     if not plain or name in RESERVED or not name.isidentifier():
         return None
-    unit, shown = _units(key)
-    numbers = [_short(v, unit, shown) for v in values]
-    ordered = sorted(set(numbers))
-    if len(ordered) < len(numbers):
+    told = [_shown(key, value) for value in values]
+    ordered = sorted({number for number, _ in told})
+    if len(ordered) < len(told):
         return None
-    places = [{name: ordered.index(number)} for number in numbers]
-    return (Axis(name, tuple(ordered), shown or None, key),), places
+    places = [{name: ordered.index(number)} for number, _ in told]
+    return (Axis(name, tuple(ordered), told[0][1] or None, key),), places
 
 
-def _units(key: str) -> tuple[str, str]:
+def _shown(key: str, value: Any) -> tuple[float, str]:
+    """Return a number of a scene and its unit as files write them."""
     known = scene_key(key, False)
-    return known.unit, known.display_unit or known.unit
-
-
-def _short(value: Any, unit: str, shown: str) -> float:
-    return float(f"{convert(float(value), unit, shown) if shown and shown != unit else value:.9g}")
+    unit = known.display_unit or known.unit
+    number = convert(float(value), known.unit, unit) if unit != known.unit else value
+    return float(f"{number:.9g}"), unit
 
 
 def labels_of(store: "Store", entries: "Sequence[catalogue.Entry]", keys: Sequence[str]) -> list[str]:
@@ -246,19 +241,17 @@ def value_of_key(key: str, value: Any) -> str:
         return "none"
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
-    unit, shown = _units(key)
-    return shown_unit(f"{_short(value, unit, shown):.6g} {shown}".strip())
+    number, unit = _shown(key, value)
+    return shown_unit(f"{number:.6g} {unit}".strip())
 
 
 def progress(store: "Store") -> dict[str, Any]:
     """Return the runs under way, how far their lives are, and how far their campaigns are."""
     under_way = _under_way(store)  # first: a run that begins meanwhile is then told, and not missed
-    rows = store.catalogue.read(
-        "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
-    )
+    question = "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
     present = datetime.now(UTC)
     told = []
-    for run_id, owner, started in rows:
+    for run_id, owner, started in store.catalogue.read(question):
         reached = store.checkpoints.reached(run_id) if store.files.is_name(str(run_id)) else None
         told.append(
             {

@@ -60,9 +60,8 @@ class Window:
         try:
             sockets = bind_sockets(self.port, HOST)
         except (OSError, OverflowError) as error:
-            raise BrowseError(
-                f"port {self.port}: cannot be used ({getattr(error, 'strerror', None) or error})"
-            ) from error
+            reason = getattr(error, "strerror", None) or error
+            raise BrowseError(f"port {self.port}: cannot be used ({reason})") from error
         self.port = sockets[0].getsockname()[1]
         pool = ThreadPoolExecutor(1, "wearlab-draw")
         followed, patterns = {"/figure": follow(self.store)}, pages.patterns(self.store, pool)
