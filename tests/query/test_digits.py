@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from wearlab.query import Key, Vocabulary, holds, read_condition
+from wearlab.query import Key, Vocabulary, read_condition
 from wearlab.query.evaluate import COMPARED, edges, index_of_quantity, met
 from wearlab.shop.materials import SCALES
 from wearlab.units import KINDS, UnitError, convert, quantity, rounded
@@ -41,7 +41,7 @@ def _own(unit):
 
 def asked(name, condition, value):
     vocabulary = Vocabulary([Key("x", "number", KINDS[name].unit, name)])
-    return holds(read_condition(condition, vocabulary), {"x": value})
+    return read_condition(condition, vocabulary).holds({"x": value})
 
 
 @pytest.mark.parametrize(("name", "unit"), UNITS)

@@ -2,7 +2,7 @@ from array import array
 
 import pytest
 
-from wearlab.query import Key, QueryError, Vocabulary, holds, read_column, read_condition
+from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.query.grammar import LONGEST, tokens
 from wearlab.query.keys import flat, quantity_at, scene_key
 
@@ -25,7 +25,7 @@ VOCABULARY = Vocabulary(
 
 
 def answer(text):
-    return holds(read_condition(text, VOCABULARY), VALUES)
+    return read_condition(text, VOCABULARY).holds(VALUES)
 
 
 def refused(text):
@@ -133,7 +133,7 @@ def test_first_cycle_binds_its_inner_unit():
             "depth()": array("d", [0.0, 40e-6]).tobytes(),
             "cycle()": array("d", [0.0, 2 * cycle]).tobytes(),
         }
-        assert holds(condition, line) is met
+        assert condition.holds(line) is met
     column = read_column("first_cycle(depth > 0.02 mm)", VOCABULARY)
     assert column.key.name == "depth" and column.limit == pytest.approx(20e-6)
     assert read_column("torque", VOCABULARY).name == "operation.torque"

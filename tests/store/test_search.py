@@ -104,7 +104,7 @@ def test_torque_is_that_of_the_operation_whatever_else_has_one(asked):
 
 
 def test_conditions_are_asked_everywhere_alike(asked):
-    from wearlab.query import holds, read_condition
+    from wearlab.query import read_condition
     from wearlab.query.keys import flat
     from wearlab.store.search import CatalogueSearch
 
@@ -117,7 +117,7 @@ def test_conditions_are_asked_everywhere_alike(asked):
         tree = read_condition(where, vocabulary)
         entries = asked.store.entries().values()
         values = [dict(flat(json.loads(e.scene))) | e.summary for e in entries]
-        assert asked(where) == [i + 1 for i, known in enumerate(values) if holds(tree, known)]
+        assert asked(where) == [i + 1 for i, known in enumerate(values) if tree.holds(known)]
 
 
 def test_columns_order_and_limit(asked):

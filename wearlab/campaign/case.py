@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab import nearest, schema, units
-from wearlab.campaign.inheritance import CampaignError
-from wearlab.query import Key, QueryError, Vocabulary, holds, keys, read_condition
+from wearlab.campaign.inheritance import CampaignError, is_list_of
+from wearlab.query import Key, QueryError, Vocabulary, keys, read_condition
 from wearlab.scene import Scene, merge, problems
 
 VERDICTS = (
@@ -59,7 +59,7 @@ def merged(base: merge.Table | None, own: merge.Table | None) -> merge.Table | N
     return own if changes else merge.merge(base, own)
 
 
-def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
+def read_expectation(given: Any) -> Expectation | None:
     """Return the expectation of a table, None when there is none.
 
     Raises
@@ -70,13 +70,13 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
     if given is None:
         return None
     if not isinstance(given, dict):
-        raise CampaignError(f"{where}: {problems.shown(given)} is no table: write [expect]")
+        raise CampaignError(f"expect: {problems.shown(given)} is no table: write [expect]")
     faults: list[str] = []
     verdict, reason = given.get("verdict"), given.get("end_reason")
     if verdict is not None and verdict not in VERDICTS:
-        faults.append(f"{where}.verdict: {problems.not_a_choice(verdict, VERDICTS)}")
+        faults.append(f"expect.verdict: {problems.not_a_choice(verdict, VERDICTS)}")
     if reason is not None and not isinstance(reason, str):
-        faults.append(f"{where}.end_reason: {problems.shown(reason)} is no text, such as 'cycles' or 'depth'")
+        faults.append(f"expect.end_reason: {problems.shown(reason)} is no text, such as 'cycles' or 'depth'")
     values: dict[str, Wanted] = {}
     for name, value in given.items():
         if name in ("verdict", "end_reason"):
@@ -84,9 +84,9 @@ def read_expectation(given: Any, where: str = "expect") -> Expectation | None:
         try:
             values[name] = _wanted(name, value)
         except ValueError as error:
-            faults.append(f"{where}.{name}: {error}")
+            faults.append(f"expect.{name}: {error}")
     if verdict in WITHOUT_DATA and (values or reason):
-        faults.append(f"{where}: a case that is {verdict} has no data to compare: give the verdict alone")
+        faults.append(f"expect: a case that is {verdict} has no data to compare: give the verdict alone")
     if faults:
         raise CampaignError(faults)
     return Expectation(verdict, reason, values)
@@ -238,7 +238,7 @@ class _Values:
 def read_conditions(given: Any) -> tuple[str, ...]:
     """Return the conditions of ``exclude``, one text or a list of them."""
     texts = [given] if isinstance(given, str) else given
-    if not isinstance(texts, list) or not all(isinstance(text, str) and text.strip() for text in texts):
+    if not is_list_of(texts, str) or not all(map(str.strip, texts)):
         raise CampaignError(f"exclude: {problems.shown(given)} is no condition, such as 'speed_ratio > 1.2'")
     return tuple(texts)
 
@@ -259,7 +259,7 @@ def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tu
     kept, excluded = [], []
     for case, known in zip(cases, values, strict=True):
         asked: Any = _Values(case.scene, known, derivation)
-        met = next((text for text, tree in zip(conditions, bound, strict=True) if holds(tree, asked)), None)
+        met = next((text for text, tree in zip(conditions, bound, strict=True) if tree.holds(asked)), None)
         if met is None:
             kept.append(case)
         else:

@@ -306,15 +306,9 @@ def check_record(campaign: Any, record: ClaimRecord, stale: str = "") -> tuple[l
             checked.append(Checked(claim, None, stale or "not measured, or by another formula; measure anew"))
         else:
             checked.append(Checked(claim, one.measured, one.reason))
-    return checked, [
-        *record.unfilled,
-        *(
-            f"{where}: {found[0]}: not measured; measure anew"
-            for where, note in _notes(campaign)
-            for found in _placeholders(note)
-            if found[0] not in record.numbers
-        ),
-    ]
+    asked = ((where, found[0]) for where, note in _notes(campaign) for found in _placeholders(note))
+    lacking = [f"{where}: {place}" for where, place in asked if place not in record.numbers]
+    return checked, [*record.unfilled, *(f"{line}: not measured; measure anew" for line in lacking)]
 
 
 def stale(campaign: Any, record: ClaimRecord) -> str:

@@ -22,11 +22,6 @@ class CampaignError(Refusal):
     """A campaign file is refused whole; its problems say file and path first."""
 
 
-def plain_table(table: Mapping[str, Any]) -> Table:
-    """Return a mapping in which arrays are lists, NumPy's numbers Python's, and paths texts."""
-    return {str(key): _plain(value) for key, value in table.items()}
-
-
 def is_list_of(value: Any, kind: type) -> bool:
     """Whether a value is a list, all of whose elements are of a kind."""
     return isinstance(value, list) and all(isinstance(element, kind) for element in value)
@@ -53,14 +48,15 @@ def tried(faults: list[str], read: Callable[..., Any], *arguments: Any) -> Any:
         return None
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value in which mappings are tables, arrays lists, numbers of NumPy Python's, paths texts."""
     if isinstance(value, Mapping):
-        return plain_table(value)
+        return {str(key): plain(inner) for key, inner in value.items()}
     if isinstance(value, PathLike):
         return fspath(value)
     if hasattr(value, "tolist"):  # an array, or one of its numbers
         value = value.tolist()
-    return [_plain(element) for element in value] if isinstance(value, list | tuple) else value
+    return [plain(element) for element in value] if isinstance(value, list | tuple) else value
 
 
 DEEPEST = 50  # tables within tables

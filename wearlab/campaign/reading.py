@@ -68,7 +68,7 @@ def load(path: str | Path | Mapping[str, Any]) -> campaign.Campaign:
         When anything in it is wrong; every fault is one line with file, path, value and remedy.
     """
     if isinstance(path, Mapping):
-        file, inherited = None, inheritance.over_parents(inheritance.plain_table(path), TABLE, Path.cwd())
+        file, inherited = None, inheritance.over_parents(inheritance.plain(path), TABLE, Path.cwd())
     else:
         file = Path(path).expanduser().resolve()
         inherited = inheritance.inherit(file)

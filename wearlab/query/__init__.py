@@ -1,7 +1,6 @@
 """Conditions on runs: a small grammar of comparisons with units, bound to keys and asked of values."""
 
-from wearlab.query.evaluate import holds
 from wearlab.query.grammar import read_column, read_condition
 from wearlab.query.keys import Key, QueryError, Vocabulary
 
-__all__ = ["Key", "QueryError", "Vocabulary", "holds", "read_column", "read_condition"]
+__all__ = ["Key", "QueryError", "Vocabulary", "read_column", "read_condition"]

@@ -134,21 +134,17 @@ class FirstCycle(NamedTuple):
 
 
 class BoundCondition(NamedTuple):
-    """A condition that was read: the keys that it names, and whether it holds of values."""
-
-    keys: tuple[Key, ...]
-    holds: Holds
-
-
-def holds(condition: BoundCondition, values: Mapping[str, Any]) -> bool | None:
-    """Return whether a condition holds; None when a value it depends on is missing.
+    """A condition that was read.
 
     Parameters
     ----------
-    condition : as `wearlab.query.read_condition` returns it
-    values : by full name, SI; a tuple has several values, of which one has to meet a comparison
+    keys : that it names
+    holds : values by full name, SI → whether it holds, None when a value it depends on is missing; a tuple
+        has several values, of which one has to meet a comparison
     """
-    return condition.holds(values)
+
+    keys: tuple[Key, ...]
+    holds: Holds
 
 
 def joined(parts: Sequence[Holds], decisive: bool, values: Mapping[str, Any]) -> bool | None:

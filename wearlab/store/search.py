@@ -1,7 +1,7 @@
 """Questions to the catalogue: what can be asked for, and the runs that meet a condition.
 
 What a question names is read for some thousand runs at once, one key after the other; the condition is then
-asked of each run, by `wearlab.query.holds` as everywhere. So no more of a large catalogue is in memory than
+asked of each run, by its `holds` as everywhere. So no more of a large catalogue is in memory than
 which runs were found, by what they are sorted, and what is to be shown of them.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
 
-from wearlab.query import Key, QueryError, Vocabulary, evaluate, holds, read_column, read_condition
+from wearlab.query import Key, QueryError, Vocabulary, evaluate, read_column, read_condition
 from wearlab.query.evaluate import BoundCondition, FirstCycle
 from wearlab.sources import present_hashes
 from wearlab.store import catalogue, database, remarks
@@ -160,7 +160,7 @@ class CatalogueSearch:
         known: list[tuple[Any, tuple[int, str]]] = []
         missing: list[tuple[Any, tuple[int, str]]] = []
         for run, values in zip(runs, self._values(keys, runs), strict=True):
-            if condition is None or holds(condition, values):
+            if condition is None or condition.holds(values):
                 rank = None if by is None else _rank(evaluate.value_of(by, values))
                 (missing if rank is None else known).append((rank, run))
         known.sort(key=lambda pair: pair[0], reverse=descending)

@@ -84,9 +84,8 @@ def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
     from wearlab.comparison import runs
 
     campaigns = "pair" in comparison.dims
-    names = (comparison.attrs["campaign_a"], comparison.attrs["campaign_b"]) if campaigns else (
-        comparison.attrs["run_a"], comparison.attrs["run_b"])  # fmt: skip
-    say(f"A  {names[0]}\nB  {names[1]}\n")
+    a, b = (comparison.attrs[f"{'campaign' if campaigns else 'run'}_{side}"] for side in "ab")
+    say(f"A  {a}\nB  {b}\n")
     rows = runs.scene_rows(comparison)
     if rows:
         title = "Asked differently, in every pair" if campaigns else "Asked differently"
@@ -124,9 +123,7 @@ def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:
         **{name: description.plain(comparison[name].values) for name in NUMBERS if name in comparison},
     }
     if "pair" in comparison.dims:
-        content["pairs"] = [
-            {"name": str(name), "runs": comparison["run_id"].values[i].tolist()}
-            for i, name in enumerate(comparison["pair"].values)
-        ]
+        names, ids = (comparison[name].values.tolist() for name in ("pair", "run_id"))
+        content["pairs"] = [{"name": n, "runs": runs} for n, runs in zip(names, ids, strict=True)]
         content |= {side: loads(comparison.attrs.get(side, "[]")) for side in ("only_a", "only_b")}
     return {**content, "files": written}
