@@ -263,11 +263,16 @@ def tell(content: Any, as_json: bool, *lines: str) -> None:
             say(line)
 
 
-def show_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: str | None = None) -> None:
+def show_table(
+    heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: str | None = None, empty: str = ""
+) -> None:
     """Write a table, as wide as the terminal; columns without any entry are left out.
 
-    A file or a pipe gets one line a row, and so does what fills many screens.
+    A file or a pipe gets one line a row, and so does what fills many screens. Where there are no rows, ``empty``
+    is said instead.
     """
+    if empty and not rows:
+        return complain(empty)
     used = [i for i, _ in enumerate(heads) if any(row[i] for row in rows)]
     lines = [[row[i] for i in used] for row in (heads, *rows)]
     if not sys.stdout.isatty() or len(rows) > MOST_STYLED:

@@ -19,6 +19,7 @@ HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
     *("expected", "measured"),
 )
+NONE = "no such runs"
 USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
 
 
@@ -66,7 +67,7 @@ def ls(
     if format is output.Format.JSON:
         output.show_json(rows)
     else:
-        _show_rows(HEADS, [_cells(row) for row in rows])
+        output.show_table(HEADS, [_cells(row) for row in rows], empty=NONE)
 
 
 def _show_columns(store: Store, answer: "Table", state: str | None, form: output.Format) -> None:
@@ -88,20 +89,13 @@ def _show_columns(store: Store, answer: "Table", state: str | None, form: output
         output.show_json({"columns": units, "rows": answer.to_rows(si=True)})
     else:
         heads, rows = answer.displayed()
-        _show_rows(heads, [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows])
+        cells = [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows]
+        output.show_table(heads, cells, empty=NONE)
 
 
 def _in_state(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[Any, ...]:
     """Return a row whose state is that of its process, too."""
     return tuple(state if at in places else value for at, value in enumerate(row))
-
-
-def _show_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Show a table, or say that it is empty."""
-    if rows:
-        output.show_table(heads, rows)
-    else:
-        output.complain("no such runs")
 
 
 def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
@@ -321,7 +315,6 @@ def _remarks(store: Store, run: str, campaign: bool, what: str, as_json: bool) -
     remarks = [remark for remark in store.remarks(run, campaign=campaign) if remark.what == what]
     if as_json:
         output.show_json([{what: r.text, "by": r.who, "when": r.when} for r in remarks])
-    elif remarks:
-        output.show_table((what, "by", "when"), [(r.text, r.who, r.when[:19]) for r in remarks])
     else:
-        output.complain(f"no {what}s")
+        rows = [(r.text, r.who, r.when[:19]) for r in remarks]
+        output.show_table((what, "by", "when"), rows, empty=f"no {what}s")

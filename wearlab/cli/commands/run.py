@@ -101,18 +101,15 @@ def list_updates(store: Store, as_json: bool) -> None:
 
     kept = updates.kept_updates(store).values()
     if as_json:
-        output.show_json([one._asdict() for one in kept])
-    elif kept:
-        rows = []
-        for one in kept:
-            for case, summary in one.summary.items():
-                now, low, middle, high = (f"{summary[key]:.4g}" for key in ("now", *REMAINING))
-                cycles = (now, middle, f"{low} to {high}")
-                rows.append((one.id[:10], one.title, case, *cycles, str(len(one.runs)), one.recorded[:19]))
-        heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
-        output.show_table(heads, rows)
-    else:
-        output.complain("no updates: wearlab update FILE makes one")
+        return output.show_json([one._asdict() for one in kept])
+    rows = []
+    for one in kept:
+        for case, summary in one.summary.items():
+            now, low, middle, high = (f"{summary[key]:.4g}" for key in ("now", *REMAINING))
+            cycles = (now, middle, f"{low} to {high}")
+            rows.append((one.id[:10], one.title, case, *cycles, str(len(one.runs)), one.recorded[:19]))
+    heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
+    output.show_table(heads, rows, empty="no updates: wearlab update FILE makes one")
 
 
 def show_update(store: Store, update: "updates.KeptUpdate", as_json: bool) -> output.Status | None:
