@@ -75,6 +75,7 @@ def _second(number: int, frame: FrameType | None) -> None:
 
 
 Content = TypeVar("Content")
+Rows = Sequence[Sequence[str]]
 STORE = Path("wearlab-store")
 ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
 """The store of the command, in which runs of plug-ins have left what these declare."""
@@ -263,13 +264,11 @@ def tell(content: Any, as_json: bool, *lines: str) -> None:
             say(line)
 
 
-def show_table(
-    heads: Sequence[str], rows: Sequence[Sequence[str]], *, title: str | None = None, empty: str = ""
-) -> None:
+def show_table(heads: Sequence[str], rows: Rows, *, title: str | None = None, empty: str = "") -> None:
     """Write a table, as wide as the terminal; columns without any entry are left out.
 
-    A file or a pipe gets one line a row, and so does what fills many screens. Where there are no rows, ``empty``
-    is said instead.
+    A file or a pipe gets one line a row, and so does what fills many screens. ``empty`` is said where there
+    are no rows.
     """
     if empty and not rows:
         return complain(empty)
@@ -290,7 +289,7 @@ def show_table(
     Console(highlight=False).print(table)
 
 
-def _show_plain(lines: Sequence[Sequence[str]], title: str | None) -> None:
+def _show_plain(lines: Rows, title: str | None) -> None:
     lines = [[cell.replace("\n", " ") for cell in line] for line in lines]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in [[title]] * bool(title) + lines:
