@@ -9,12 +9,12 @@ from wearlab.campaign import distributions
 from wearlab.campaign.inheritance import CampaignError, is_list_of, listed
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
-from wearlab.units import UnitError, convert, is_number, is_quantity, split
+from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split
 
 RESERVED = {dimension.name for dimension in DIMENSIONS} | set(VARIABLES) | {"case"}
 GENERATORS = ("linspace", "logspace", "integers")
+SPREAD = frozenset((*GENERATORS, *distributions.DISTRIBUTIONS))
 OWN_WORDS = ("name", "labels", "sample")
-DIGITS = 12
 MOST_CASES = 100_000
 
 
@@ -130,9 +130,7 @@ def swept_keys(table: dict[str, Any], above: str = "") -> dict[str, Any]:
     """Return dotted keys to lists or generators, however the file nested them."""
     flattened: dict[str, Any] = {}
     for key, value in table.items():
-        if isinstance(value, dict) and not any(
-            word in value for word in (*GENERATORS, *distributions.DISTRIBUTIONS)
-        ):
+        if isinstance(value, dict) and SPREAD.isdisjoint(value):
             flattened |= swept_keys(value, f"{above}{key}.")
         else:
             flattened[f"{above}{key}"] = value
@@ -204,7 +202,7 @@ def _numbers(generator: str, given: Any, where: str) -> tuple[float, ...]:
         raise CampaignError(f"{where}.logspace: both ends of {shown(given)} must be greater than 0")
     shares = [i / (n - 1) if n > 1 else 0.0 for i in range(int(n))]
     spaced = [low + (high - low) * x if generator == "linspace" else low * (high / low) ** x for x in shares]
-    return tuple(float(f"{x:.{DIGITS}g}") for x in spaced)
+    return tuple(map(rounded, spaced))
 
 
 def _coordinate(written: tuple[Any, ...], key: str, where: str) -> Coordinate:

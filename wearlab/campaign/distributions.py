@@ -12,7 +12,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.campaign.inheritance import CampaignError
 from wearlab.scene.problems import not_a_choice, shown
-from wearlab.units import UnitError, convert, is_number, is_quantity, split
+from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split
 
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
 LEAST_KEPT = 1e-9  # probability that a truncation must leave
@@ -271,7 +271,6 @@ def coupled(points: Array, correlations: tuple[Correlation, ...], keys: list[str
 
 INDICES = "sobol-indices"
 METHODS = ("sobol", "latin-hypercube", "random", INDICES)
-DIGITS = 12
 
 
 class Sample(NamedTuple):
@@ -340,8 +339,7 @@ def _pairs(sample: Sample, width: int) -> Array:
 
 def written(value: float, unit: str | None) -> float | str:
     """Return a value as a campaign file would write it."""
-    short = float(f"{value:.{DIGITS}g}")
-    return short if unit is None else f"{short!r} {unit}"
+    return rounded(value) if unit is None else f"{rounded(value)!r} {unit}"
 
 
 def _points(method: str, n: int, width: int, seed: int) -> Array:

@@ -79,10 +79,8 @@ def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key:
     if not is_number(wanted):
         return None
     gaps = [abs(value - wanted) if is_number(value) else math.inf for value in values]
-    nearest = min(range(len(gaps)), key=gaps.__getitem__, default=None)
-    if nearest is None or not gaps[nearest] <= 2.0 * HALF_A_DIGIT * abs(wanted):
-        return None  # both the axis and what is asked may have been rounded
-    return nearest
+    near = min(gaps, default=math.inf)  # both the axis and what is asked may have been rounded
+    return gaps.index(near) if near <= 2.0 * HALF_A_DIGIT * abs(wanted) else None
 
 
 def _in_units(label: Any, units: str, key: str) -> Any:
