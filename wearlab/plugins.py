@@ -216,14 +216,14 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
     """
     trust, plugins = _TRUST.get() or Trust(), tuple(read(path) for path in named)
     for plugin in plugins:
+        record = trust.declared and trust.declared / f"{plugin.sha256}.json"
         if trust.runs:
             bring(plugin)
-            continue
-        record = None if trust.declared is None else trust.declared / f"{plugin.sha256}.json"
-        if record is None or not record.is_file():
+        elif record is not None and record.is_file():
+            stand_in(record.read_text())
+        else:
             said = f"Python code that would be run: look at it, then add {CONSENT}"
             raise PluginError(f"{plugin.name} is {said}")
-        stand_in(record.read_text())
     return plugins
 
 
@@ -298,17 +298,16 @@ def brought() -> list[tuple[str, type[Variant]]]:
 
 def declaration(plugin: Plugin) -> dict[str, Any]:
     """Return what there is to know of a plug-in that was run, as JSON can hold it."""
-    return {
+    told: dict[str, Any] = {
         "format": FORMAT,
         "name": plugin.name,
         "sha256": plugin.sha256,
         "source": plugin.source,
-        "variants": [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]],
-        **{
-            word: [sort.declared(value) for value in sort.held.get(plugin.sha256, {}).values()]
-            for word, sort in Sort.all.items()
-        },
     }
+    told["variants"] = [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]]
+    for word, sort in Sort.all.items():
+        told[word] = [sort.declared(value) for value in sort.held.get(plugin.sha256, {}).values()]
+    return told
 
 
 def _declared(name: str, part: type[Variant]) -> dict[str, Any]:
