@@ -188,11 +188,7 @@ def drawn(
 @contextmanager
 def reporting(what: str) -> Iterator[None]:
     """Say on a terminal what is being done, once it has taken a second."""
-
-    def tell() -> None:
-        print(f"{what} …", file=sys.stderr, flush=True)
-
-    timer = threading.Timer(PATIENCE, tell)
+    timer = threading.Timer(PATIENCE, print, [f"{what} …"], {"file": sys.stderr, "flush": True})
     timer.daemon = True
     if sys.stderr is not None and sys.stderr.isatty():
         timer.start()

@@ -91,18 +91,11 @@ def check(
     status = output.Status.WELL if all(one["expected"] for one in refused) else output.Status.TROUBLE
     runs = len({case.id for case in campaign.cases})
     if json:
-        output.show_json(
-            {
-                "title": campaign.title,
-                "cases": len(campaign.cases),
-                "runs": runs,
-                "axes": [{"name": a.name, "values": list(a.values), "units": a.units} for a in campaign.axes],
-                "parts": {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()},
-                "gears": {label: [list(row) for row in rows] for label, (_, rows) in built.items()},
-                "refused": refused,
-                "warnings": list(campaign.warnings),
-            }
-        )
+        told: dict[str, Any] = {"title": campaign.title, "cases": len(campaign.cases), "runs": runs}
+        told["axes"] = [{"name": a.name, "values": a.values, "units": a.units} for a in campaign.axes]
+        told["parts"] = {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()}
+        told["gears"] = {label: rows for label, (_, rows) in built.items()}
+        output.show_json(told | {"refused": refused, "warnings": campaign.warnings})
         return status
     output.say(campaign.title)
     for axis in campaign.axes:
