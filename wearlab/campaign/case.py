@@ -178,12 +178,13 @@ class Derivation:
         from wearlab.gears.specification import GearError
         from wearlab.scene.build import sets
 
+        lacks_speed = name != "contact_ratio" and scene.operation.speed is None
+        if lacks_speed or (name == "speed_ratio" and scene.dynamics is None):
+            return None
         try:
             gears = sets.build_set(scene)
             if name == "contact_ratio":  # the smallest where a set has meshes of several kinds
                 return min(float(kind.pair.contact_ratio) for kind in gears.kinds)
-            if scene.operation.speed is None or (name == "speed_ratio" and scene.dynamics is None):
-                return None
             frequency = float(gears.mesh_frequency)
             if name == "mesh_frequency":
                 return frequency
