@@ -188,7 +188,7 @@ class Derivation:
             frequency = float(gears.mesh_frequency)
             if name == "mesh_frequency":
                 return frequency
-            first = self._first_excited(scene.replace("operation.speed", "1 rpm"))
+            first = self._first_excited(scene)
             return None if first is None else frequency / first
         except GearError:
             return None
@@ -197,7 +197,7 @@ class Derivation:
         """Return the lowest natural frequency that the mesh excites [Hz]."""
         from wearlab.scene.build import build, build_modes
 
-        same = scene.canonical()
+        same = scene.replace("operation.speed", "1 rpm").canonical()
         if same not in self._critical:
             modes = build_modes(build(scene)).modes
             excited = modes.frequency[modes.excited()]
