@@ -1,7 +1,6 @@
 """Workers that die while they are asked by name, and what is asked of them then."""
 
 import threading
-from collections import deque
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -10,7 +9,7 @@ import pytest
 from fake_campaign import SIMULATE, sweep
 
 from wearlab.runner import RunnerError
-from wearlab.runner.cluster import Cluster, _Flight
+from wearlab.runner.cluster import Cluster
 from wearlab.runner.worker import Task
 from wearlab.store.outcome import Outcome
 
@@ -97,9 +96,8 @@ def test_results_that_went_with_their_worker(raised: Exception, waits: int, susp
     future = type("Future", (), words)()
     added: list[Any] = []
     flow = SimpleNamespace(next_batch=lambda: [future], has_ready=lambda: True, add=added.append)
-    flight = _Flight(deque(), flow)
     task = Task(sweep(1).cases[0].id, sweep(1).cases[0].scene)
-    flight.in_progress, flight.named = {"a": [task]}, {future: []}
-    client = SimpleNamespace(status="running", scheduler_info=dict)
-    assert Cluster(client, SIMULATE)._returned(flight) == []
-    assert (len(added), len(flight.in_progress), len(flight.suspects)) == (waits, waits, suspects)
+    cluster = Cluster(SimpleNamespace(status="running", scheduler_info=dict), SIMULATE)
+    cluster.flow, cluster.in_progress, cluster.named = flow, {future: [task]}, {future: []}
+    assert cluster._returned() == []
+    assert (len(added), len(cluster.in_progress), len(cluster.suspects)) == (waits, waits, suspects)

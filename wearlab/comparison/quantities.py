@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -56,38 +55,32 @@ def _peak(values: xr.DataArray) -> xr.DataArray:
 
 def _orders(force: xr.DataArray) -> xr.DataArray:
     """Return the amplitudes at whole multiples of the mesh frequency, 1 to ``ORDERS``."""
-    return _spectrum(force, _whole_orders, "order").assign_coords(order=np.arange(1, ORDERS + 1))
+    return _spectra(force).isel(order=slice(ORDERS)).assign_coords(order=np.arange(1, ORDERS + 1))
 
 
 def _between_orders(force: xr.DataArray) -> xr.DataArray:
     """Return the RMS of what lies between those multiples: subharmonics and what is not periodic."""
-    return _spectrum(force, _rest)
+    return _spectra(force).isel(order=ORDERS)
 
 
-def _spectrum(force: xr.DataArray, reduced: Callable[[Array, int], Array], *along: str) -> xr.DataArray:
-    """Reduce the Fourier amplitudes of each response, as many mesh periods long as it is."""
+def _spectra(force: xr.DataArray) -> xr.DataArray:
+    """Return the spectrum of each response, as many mesh periods long as it is."""
     if "mesh_period" not in force.dims:
         force = force.expand_dims("mesh_period")
-    dims: dict[str, Any] = {"input_core_dims": [WAVE], "output_core_dims": [along]}
-    made = xr.apply_ufunc(partial(_of_one, reduced), force, vectorize=True, keep_attrs=False, **dims)
-    return cast(xr.DataArray, made)
+    dims: dict[str, Any] = {"input_core_dims": [WAVE], "output_core_dims": [["order"]]}
+    return cast(xr.DataArray, xr.apply_ufunc(_spectrum, force, vectorize=True, keep_attrs=False, **dims))
 
 
-def _of_one(reduced: Callable[[Array, int], Array], waves: Array) -> Array:
+def _spectrum(waves: Array) -> Array:
+    """Return the amplitudes of (periods, phases) at mesh orders, then the RMS of all between these."""
     held = waves[np.isfinite(waves).all(axis=-1)]
     if not len(held):
-        return reduced(np.full(ORDERS + 1, np.nan), 1)
-    return reduced(2.0 * np.abs(np.fft.rfft(held.ravel())) / held.size, len(held))
-
-
-def _whole_orders(amplitude: Array, periods: int) -> Array:
-    whole = amplitude[periods::periods][:ORDERS]
-    return np.pad(whole, (0, ORDERS - len(whole)), constant_values=np.nan)
-
-
-def _rest(amplitude: Array, periods: int) -> Array:
-    between = np.arange(len(amplitude)) % periods != 0
-    return np.sqrt(0.5 * np.sum(amplitude[between] ** 2) + 0.0 * amplitude[0])
+        return np.full(ORDERS + 1, np.nan)
+    amplitude = 2.0 * np.abs(np.fft.rfft(held.ravel())) / held.size
+    whole = amplitude[len(held) :: len(held)][:ORDERS]
+    between = amplitude[np.arange(len(amplitude)) % len(held) != 0]
+    whole = np.pad(whole, (0, ORDERS - len(whole)), constant_values=np.nan)
+    return np.append(whole, np.sqrt(0.5 * np.sum(between**2)))
 
 
 STE, FORCE = "static_transmission_error", "dynamic_mesh_force"

@@ -18,8 +18,10 @@ SAME = 1e-9  # two positions that differ by less, relative to the longest, are o
 LABELLED = ("flank", "mesh", "member")
 ONE_SIDED = 1e-9  # of the path: the node before a step of the wear lies so much before the one after it
 
+Stands = tuple[Array, NDArray[np.intp]]
 
-def positions(run: xr.Dataset, on: str, name: str) -> tuple[Array, NDArray[np.intp]]:
+
+def positions(run: xr.Dataset, on: str, name: str) -> Stands:
     """Return where a run's wear states stand, strictly ascending, and which states these are.
 
     Parameters
@@ -63,17 +65,18 @@ def common(a: Array, b: Array, on: str) -> Array:
     return np.asarray(inside[apart])
 
 
-def at_positions(values: xr.DataArray, given: Array, states: NDArray[np.intp], wanted: Array) -> xr.DataArray:
+def at_positions(values: xr.DataArray, stands: Stands, wanted: Array) -> xr.DataArray:
     """Return values at wanted positions, linear between stored states; the dim ``state`` comes first.
 
     Parameters
     ----------
     values : with the dim ``update``, or without it: the same at every state
-    given, states : (n,) positions of the run's states, and their indices
+    stands : (n,) positions of the run's states, and their indices
     wanted : (m,) positions, within those given
     """
     if "update" not in values.dims:
         return values.expand_dims(state=len(wanted))
+    given, states = stands
     stored = values.transpose("update", ...).isel(update=states)
     above = np.clip(np.searchsorted(given, wanted), min(1, len(given) - 1), len(given) - 1)
     below = np.maximum(above - 1, 0)
@@ -178,45 +181,57 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     ------
     CompareError : nothing in common
     """
-    (given_a, states_a), (given_b, states_b) = (
-        positions(r, on, s) for r, s in zip((a, b), SIDES, strict=True)
-    )
-    wanted = common(given_a, given_b, on)
-    errors: dict[str, xr.DataArray] = {}
+    stands = [positions(run, on, side) for run, side in zip((a, b), SIDES, strict=True)]
+    wanted = common(stands[0][0], stands[1][0], on)
+    made: dict[str, Any] = {}
     relative: dict[str, Array] = {}
     for quantity in QUANTITIES:
         if quantity.source not in a or quantity.source not in b:
             continue
-        both = same_nodes(
-            at_positions(_of(quantity, a), given_a, states_a, wanted),
-            at_positions(_of(quantity, b), given_b, states_b, wanted),
-        )
-        errors |= _side_by_side(quantity, *both)
-        relative[quantity.name] = _relative(*(run.values for run in both))
+        values = (_of(quantity, run) for run in (a, b))
+        own, other = same_nodes(*(at_positions(*each, wanted) for each in zip(values, stands, strict=True)))
+        both = np.stack([own.values, other.transpose(*own.dims).values])
+        named, words = attributes(quantity), f"{quantity.long_name}: B − A"
+        made[quantity.name] = xr.DataArray(both, own.coords, ("run", *own.dims), attrs=named)
+        less = own.copy(data=both[1] - both[0])
+        made[f"{quantity.name}_difference"] = less.assign_attrs({**named, "long_name": words})
+        relative[quantity.name] = _relative(own.values, other.values)
     if not relative:
         raise CompareError("the runs have no variable in common that is compared")
-    made = xr.Dataset(errors | _scalars(a, b))
-    made = made.assign_coords({"run": list(SIDES), **_position_coordinates(a, b, wanted, on)})
-    return _with_summary(made, relative, wanted, on, tolerance).assign_attrs(_said(a, b, on, tolerance))
+    for name in (name for name in SCALARS if name in a and name in b):
+        both = np.array([float(a[name]), float(b[name])])
+        made[name] = ("run", both, declared(name))
+        made[f"{name}_difference"] = ((), both[1] - both[0], declared(name))
+    aligned = declared("cycle" if on == CYCLE else "max_wear_depth")
+    places: dict[str, Any] = {"run": list(SIDES), "cycle": ("state", wanted, aligned)}
+    if on != CYCLE:
+        pairs = zip((a, b), stands, strict=True)
+        cycles = [at_positions(run["cycle"], each, wanted).values for run, each in pairs]
+        places["cycle"] = (("run", "state"), np.stack(cycles), declared("cycle"))
+        places["aligned_depth"] = ("state", wanted, aligned)
+    table = np.stack(list(relative.values()))
+    first = np.array([first_above(wanted, row, tolerance) for row in table])
+    said = {"long_name": f"{aligned['long_name']} at which the runs first differ by more than the tolerance"}
+    largest = np.max(table, axis=1, initial=0.0, where=np.isfinite(table))
+    summary = {
+        "relative_difference": (("quantity", "state"), table, RELATIVE),
+        "largest_relative_difference": ("quantity", largest, RELATIVE | {"long_name": LARGEST}),
+        "first_difference": ("quantity", first, {**aligned, **said}),
+    }
+    places |= {"quantity": list(relative), **described(list(relative))}
+    return xr.Dataset(made | summary, places, _said(a, b, on, tolerance))
 
 
 def _of(quantity: Quantity, run: xr.Dataset) -> xr.DataArray:
     values = run[quantity.source]
-    here = (
-        {"path_position": run["path_position"]} if "profile" in values.dims and "path_position" in run else {}
-    )
     kept = [n for n in values.coords if n in values.dims]
-    return quantity.of(values.reset_coords(drop=True).assign_coords({n: run[n] for n in kept} | here))
+    if "profile" in values.dims and "path_position" in run:
+        kept.append("path_position")
+    return quantity.of(values.reset_coords(drop=True).assign_coords({n: run[n] for n in kept}))
 
 
-def _side_by_side(quantity: Quantity, a: xr.DataArray, b: xr.DataArray) -> dict[str, xr.DataArray]:
-    b = b.transpose(*a.dims)
-    both = xr.DataArray(np.stack([a.values, b.values]), dims=("run", *a.dims), coords=a.coords)
-    named = attributes(quantity)
-    less = (a.copy(data=b.values - a.values)).assign_attrs(
-        {**named, "long_name": f"{quantity.long_name}: B − A"}
-    )
-    return {quantity.name: both.assign_attrs(named), f"{quantity.name}_difference": less}
+RELATIVE = {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"}
+LARGEST = "relative difference, largest of all states"
 
 
 def _relative(a: Array, b: Array) -> Array:
@@ -228,47 +243,6 @@ def _relative(a: Array, b: Array) -> Array:
     held = np.isfinite(apart)
     largest = np.where(held.any(axis=1), np.max(apart, axis=1, initial=0.0, where=held), np.nan)
     return largest / scale if scale > 0.0 else np.where(np.isnan(largest), np.nan, 0.0)
-
-
-def _scalars(a: xr.Dataset, b: xr.Dataset) -> dict[str, xr.DataArray]:
-    made = {}
-    for name in SCALARS:
-        if name in a and name in b:
-            both = np.array([float(a[name]), float(b[name])])
-            made[name] = xr.DataArray(both, dims="run", attrs=declared(name))
-            made[f"{name}_difference"] = xr.DataArray(both[1] - both[0], attrs=declared(name))
-    return made
-
-
-def _position_coordinates(a: xr.Dataset, b: xr.Dataset, wanted: Array, on: str) -> dict[str, xr.DataArray]:
-    """Return what the states are aligned on, and the cycle of each run there."""
-    own = declared("cycle" if on == CYCLE else "max_wear_depth")
-    stand = xr.DataArray(wanted, dims="state", attrs=own)
-    if on == CYCLE:
-        return {on: stand}
-    sides = zip((a, b), SIDES, strict=True)
-    cycles = [at_positions(run["cycle"], *positions(run, on, side), wanted).values for run, side in sides]
-    each = xr.DataArray(np.stack(cycles), dims=("run", "state"), attrs=declared("cycle"))
-    return {"aligned_depth": stand, "cycle": each}
-
-
-RELATIVE = {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"}
-LARGEST = "relative difference, largest of all states"
-
-
-def _with_summary(
-    made: xr.Dataset, relative: dict[str, Array], wanted: Array, on: str, tolerance: float
-) -> xr.Dataset:
-    table = np.stack(list(relative.values()))
-    largest = np.array([np.max(r, initial=0.0, where=np.isfinite(r)) for r in table])
-    first = np.array([first_above(wanted, row, tolerance) for row in table])
-    own = declared("cycle" if on == CYCLE else "max_wear_depth")
-    words = {"long_name": f"{own['long_name']} at which the runs first differ by more than the tolerance"}
-    return made.assign(
-        relative_difference=(("quantity", "state"), table, RELATIVE),
-        largest_relative_difference=(("quantity",), largest, RELATIVE | {"long_name": LARGEST}),
-        first_difference=(("quantity",), first, {**own, **words}),
-    ).assign_coords({"quantity": list(relative), **described(list(relative))})
 
 
 def first_above(position: Array, values: Array, tolerance: float) -> float:

@@ -25,12 +25,10 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 def model_errors(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
     """Return the known errors of the models of runs, each with its count."""
-    counted = Counter(
-        line
-        for entry in entries.values()
-        for line in dict.fromkeys(str(entry.summary.get("model_error") or "").split("\n"))
-        if line
-    )
+    counted: Counter[str] = Counter()
+    for entry in entries.values():
+        lines = str(entry.summary.get("model_error") or "").split("\n")
+        counted.update(filter(None, dict.fromkeys(lines)))
     return tuple(counted.most_common(MOST_LINES))
 
 
@@ -49,16 +47,12 @@ def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
         alike.setdefault(NUMBER.sub("#", line), []).append(line)
     counted: Counter[str] = Counter()
     for some in alike.values():
-        for words, those in _ranged(some).items():
-            counted[words] = len(set().union(*(lines[line] for line in those)))
+        numbers = zip(*(NUMBER.findall(line) for line in some), strict=True)
+        if sum(len(set(same)) > 1 for same in numbers) == 1:
+            counted[doubt.in_one(some, NUMBER)] = len(set().union(*(lines[line] for line in some)))
+        else:
+            counted.update({line: len(lines[line]) for line in some})
     return tuple(counted.most_common(MOST_LINES))
-
-
-def _ranged(lines: list[str]) -> dict[str, list[str]]:
-    """Return what to say of lines that are equal but for their numbers, and of which lines it is said."""
-    numbers = zip(*(NUMBER.findall(line) for line in lines), strict=True)
-    one = sum(len(set(same)) > 1 for same in numbers) == 1
-    return {doubt.in_one(lines, NUMBER): lines} if one else {line: [line] for line in lines}
 
 
 BROAD = 1000  # pixels: several columns of panels take a whole row
@@ -86,29 +80,26 @@ def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
         return
     grid = store.open(campaign)
     for number, spec in enumerate(campaign.figures, 1):
-        title = str(getattr(spec, "title", None) or spec.kind)
-        note = ""
+        title, note = str(getattr(spec, "title", None) or spec.kind), ""
         try:
             asked = question.question(campaign, spec, number)
             note = claims.filled(str(asked.table.get("note", "")), grid)
             image, small = drawing.both_widths(asked, grid, store)
             broad = int.from_bytes(image[16:20], "big") > BROAD
             yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
-        except (kind.FigureError, StoreError) as error:
-            yield Drawn(title, "", note, str(error))
         except Exception as error:  # a fault of ours in one figure stops no page
-            yield Drawn(title, "", note, drawing.fault(f"figure {number} ({spec.kind})", error))
+            said = isinstance(error, kind.FigureError | StoreError)
+            fault = str(error) if said else drawing.fault(f"figure {number} ({spec.kind})", error)
+            yield Drawn(title, "", note, fault)
 
 
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
 MOST_FAILURES = 100
 MOST_SETS = 4  # gear sets told on one page
+Comparisons = dict[tuple[str, str, str], outcome.Comparison]
 PROVENANCE = {
-    "commit": "commit",
-    "dirty": "uncommitted edits",
-    "packages": "packages",
-    "machine": "machine",
-    "model_version": "model version",
+    **{"commit": "commit", "dirty": "uncommitted edits", "packages": "packages"},
+    **{"machine": "machine", "model_version": "model version"},
 }
 
 
@@ -166,8 +157,7 @@ def _measured(campaign: Campaign, store: Store) -> dict[str, Any]:
         own = updates.updates_of(store, inference.subject_of(campaign))
     except measurements.UpdateError as error:
         return found | {"measured": (f"! {error}",)}
-    tree = updates.read_update(store, own[0].id) if own else None
-    if tree is None:
+    if not own or (tree := updates.read_update(store, own[0].id)) is None:
         said = "! no update of these measurements as they stand is kept: wearlab update FILE makes it"
         return found | {"measured": (said,)}
     text = report_text.text_of(tree)[1:]
@@ -185,22 +175,17 @@ def _values(values: Sequence[Any], units: str | None) -> str:
     return f"{', '.join(shown)} {units or ''}".rstrip()
 
 
-def _comparisons(campaign: Campaign, store: Store) -> dict[tuple[str, str, str], outcome.Comparison]:
+def _comparisons(campaign: Campaign, store: Store) -> Comparisons:
     """Return how cases compare with what is expected of them, by run, label and place."""
-    comparisons: dict[tuple[str, str, str], outcome.Comparison] = {}
-    for member in store.catalogue.members():
-        if member.comparison is not None and member.campaign == campaign.title:
-            key = (member.run, member.label, json.dumps(member.position, sort_keys=True))
-            comparisons.setdefault(key, member.comparison)
-    return comparisons
+    return {
+        (member.run, member.label, json.dumps(member.position, sort_keys=True)): member.comparison
+        for member in reversed(store.catalogue.members())  # the latest counts
+        if member.comparison is not None and member.campaign == campaign.title
+    }
 
 
 def _row(
-    campaign: Campaign,
-    case: Case,
-    entry: Entry | None,
-    store: Store,
-    compared: Mapping[tuple[str, str, str], outcome.Comparison],
+    campaign: Campaign, case: Case, entry: Entry | None, store: Store, compared: Comparisons
 ) -> dict[str, Any]:
     """Return one case in the table of results; everything in words, but for the comparison."""
     where = outcome.place(campaign, case)
@@ -212,9 +197,7 @@ def _row(
         state="missing" if entry is None else store.state_of(entry),
         verdict=str(summary.get("verdict") or ""),
         result=", ".join(text.text for text in told),
-        error=", ".join(
-            f"{100 * text.error:.2g} % of the {text.of}" for text in told if text.error is not None
-        ),
+        error=", ".join(f"{100 * t.error:.2g} % of the {t.of}" for t in told if t.error is not None),
         seconds=outcome.seconds_text(entry.seconds if entry else None),
         run=case.id,
         note=f"{len(entry.warnings)} warnings" if entry and entry.warnings else "",
@@ -241,17 +224,16 @@ def _parts(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], tuple[str
 def _gears(campaign: Campaign) -> tuple[dict[str, Any], ...]:
     """Return the sheet of each gear set that can be built, and the cases that have it, "" for all."""
     sheets: dict[str, Sheet] = {}
-    names: dict[str, list[str]] = {}
+    names: dict[str, dict[str, None]] = {}
     for case in campaign.cases:
         key = case.scene.gears.model_dump_json()
         if key not in names and len(sheets) < MOST_SETS:
             with suppress(ValueError):
                 sheets[key] = sheet(case.scene)
-        names.setdefault(key, []).append(case.label)
+        names.setdefault(key, {})[case.label] = None
     several = len(sheets) > 1
     return tuple(
-        {"cases": ", ".join(dict.fromkeys(names[key])) if several else "", "sheet": sheet}
-        for key, sheet in sheets.items()
+        {"cases": ", ".join(names[key]) if several else "", "sheet": made} for key, made in sheets.items()
     )
 
 
@@ -260,13 +242,11 @@ def _failures(
 ) -> Iterator[dict[str, str]]:
     told: set[str] = set()
     for case, row in zip(campaign.cases, rows, strict=True):
-        if row["state"] == "done" or case.id in told:
-            continue
-        told.add(case.id)
-        entry = entries.get(case.id)
-        reason = (entry.reason if entry else None) or ""
-        told_of = {"case": _name(campaign, case), "run": case.id, "state": row["state"]}
-        yield told_of | {"headline": outcome.last_line(reason), "reason": reason.strip()}
+        if row["state"] != "done" and case.id not in told:
+            told.add(case.id)
+            reason = (entries[case.id].reason if case.id in entries else None) or ""
+            words = {"headline": outcome.last_line(reason), "reason": reason.strip()}
+            yield {"case": _name(campaign, case), "run": case.id, "state": row["state"], **words}
 
 
 def _name(campaign: Campaign, case: Case) -> str:
@@ -298,13 +278,10 @@ def _code(store: Store, entries: Mapping[str, Entry]) -> Iterator[dict[str, str]
             made.setdefault((entry.wearlab_version or "", entry.source_hash or ""), []).append(entry.id)
     for (version, source), ids in made.items():
         told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
-        try:
+        with suppress(StoreError):
             attributes = store.run(ids[0]).attrs
-        except StoreError:
-            attributes = {}
-        yield told | {
-            words: str(attributes[name]) for name, words in PROVENANCE.items() if name in attributes
-        }
+            told |= {words: str(attributes[name]) for name, words in PROVENANCE.items() if name in attributes}
+        yield told
 
 
 FOLDER = Path(__file__).parent
@@ -342,9 +319,7 @@ def as_file(page: str, suffix: str) -> bytes:
     ------
     ReportError : WeasyPrint is not installed
     """
-    if suffix.lower() != ".pdf":
-        return page.encode()
-    return bytes(_printer()(string=page).write_pdf())
+    return page.encode() if suffix.lower() != ".pdf" else bytes(_printer()(string=page).write_pdf())
 
 
 def _printer() -> Any:
@@ -380,8 +355,8 @@ def page(told: Mapping[str, Any]) -> str:
 
     environment = Environment(
         loader=FileSystemLoader(FOLDER),
-        autoescape=True,
         undefined=StrictUndefined,
+        autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
     )

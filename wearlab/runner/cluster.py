@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from wearlab.runner import local
 from wearlab.runner.report import RunnerError
@@ -143,7 +143,7 @@ Settle = Callable[[list[Outcome], Sequence[Task]], list[Task]]
 
 
 class Cluster:
-    """A pool that computes cases.
+    """A pool that computes cases: batches under way, and what still waits for its turn.
 
     Parameters
     ----------
@@ -162,6 +162,14 @@ class Cluster:
     ) -> None:
         self.client, self.simulate, self.crew, self.resumed = client, simulate, crew, resumed
         self.code = None if crew is None else source_hash()
+        self.pace, self.flow = Pace(), cast(Any, None)
+        self.waiting: deque[Task] = deque()
+        self.in_progress: dict[Any, list[Task]] = {}  # by their futures
+        self.named: dict[Any, list[str]] = {}  # the workers that each was asked of; none: of anybody
+        self.returned: list[list[Task]] = []  # by a worker that was refused
+        self.suspects: deque[Task] = deque()
+        self.on_trial = False
+        self.deaths: Counter[str] = Counter()
 
     def workers(self) -> list[str]:
         """Return the addresses of the workers that may work."""
@@ -197,86 +205,28 @@ class Cluster:
         """
         from dask.distributed import as_completed
 
-        flight = _Flight(deque(tasks), as_completed())
+        self.waiting, self.flow = deque(tasks), as_completed()
         finished: list[Outcome] = []
         while True:
             fit = self.workers()
-            wanted = flight.next_batches(AHEAD * max(1, len(fit)))
+            wanted = self._next_batches(AHEAD * max(1, len(fit)))
             if finished or wanted:
-                asked = [task for batch in wanted for task in batch]
-                granted = {task.id for task in settle(finished, asked)}
+                granted = {task.id for task in settle(finished, [task for batch in wanted for task in batch])}
+                finished = []
                 for batch in wanted:
-                    self._send(flight, [task for task in batch if task.id in granted], fit)
-                if wanted and len(flight.in_progress) < AHEAD * len(fit) and flight.waiting:
-                    finished = []
+                    self._send([task for task in batch if task.id in granted], fit)
+                if wanted and len(self.in_progress) < AHEAD * len(fit) and self.waiting:
                     continue
-            for batch in flight.again():
-                self._send(flight, batch, fit)
-            if not flight.in_progress:
+            # once more: what came back, or one suspect when all else is done
+            again, self.returned = self.returned, []
+            self.on_trial = not again and not self.in_progress and bool(self.suspects)
+            for batch in [[self.suspects.popleft()]] if self.on_trial else again:
+                self._send(batch, fit)
+            if not self.in_progress:
                 return
-            finished = self._returned(flight)
+            finished = self._returned()
 
-    def _send(self, flight: "_Flight", batch: list[Task], fit: list[str]) -> None:
-        if batch:
-            choice = {} if self.crew is None else self.crew.choice(fit)
-            named: list[str] = choice.get("workers", [])
-            sent = list(map(self.resumed, batch))
-            future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
-            flight.in_progress[future.key] = batch
-            flight.named[future] = named
-            flight.flow.add(future)
-
-    def _returned(self, flight: "_Flight") -> list[Outcome]:
-        """Wait for batches and return the outcomes of all that came back."""
-        finished: list[Outcome] = []
-        alone = len(flight.in_progress) == 1 and flight.on_trial
-        wait_while_present(flight.flow, flight.named, self.workers, bounded=self.crew is None)
-        for future in flight.flow.next_batch():
-            result = result_of(future)
-            if isinstance(result, TimeoutError):  # it went with its worker, and is computed again
-                flight.flow.add(future)
-                continue
-            batch = flight.in_progress.pop(future.key)
-            flight.named.pop(future)
-            if not isinstance(result, BaseException):
-                finished += result
-                continue
-            error = result
-            if self.client.status != "running":
-                raise RunnerError(f"the scheduler went away ({error})") from error
-            if future.cancelled():  # asked of workers that have all gone
-                flight.returned.append(batch)
-            elif isinstance(error, OtherCode) and self.crew is not None:
-                self.crew.learn(*error.args)
-                flight.returned.append(batch)
-            elif alone and flight.is_given_up(batch[0], error):
-                finished.append(_lost(batch[0], error))
-            else:  # a case took its process down, and others with it: each is tried by itself
-                flight.suspects.extend(batch)
-        flight.pace.learn(finished)
-        return finished
-
-
-class _Flight:
-    """Batches under way, and what still waits for its turn."""
-
-    def __init__(self, waiting: deque[Task], flow: Any) -> None:
-        self.waiting, self.flow, self.pace = waiting, flow, Pace()
-        self.in_progress: dict[str, list[Task]] = {}
-        self.named: dict[Any, list[str]] = {}  # the workers that each was asked of; none: of anybody
-        self.returned: list[list[Task]] = []  # by a worker that was refused
-        self.suspects: deque[Task] = deque()
-        self.on_trial = False
-        self.deaths: Counter[str] = Counter()
-
-    def is_given_up(self, task: Task, error: BaseException) -> bool:
-        """Say whether a case computed by itself failed, not only its process, which others may kill."""
-        from dask.distributed import KilledWorker
-
-        self.deaths[task.id] += 1
-        return not isinstance(error, KilledWorker) or self.deaths[task.id] >= MOST_DEATHS
-
-    def next_batches(self, most: int) -> list[list[Task]]:
+    def _next_batches(self, most: int) -> list[list[Task]]:
         """Take batches until so many are under way."""
         batches = []
         for _ in range(most - len(self.in_progress)):
@@ -285,11 +235,48 @@ class _Flight:
                 batches.append([self.waiting.popleft() for _ in range(size)])
         return batches
 
-    def again(self) -> list[list[Task]]:
-        """Return batches to be sent once more: those that came back, or one suspect when all else is done."""
-        batches, self.returned = self.returned, []
-        self.on_trial = not batches and not self.in_progress and bool(self.suspects)
-        return [[self.suspects.popleft()]] if self.on_trial else batches
+    def _send(self, batch: list[Task], fit: list[str]) -> None:
+        if batch:
+            choice = {} if self.crew is None else self.crew.choice(fit)
+            sent = list(map(self.resumed, batch))
+            future = self.client.submit(execute_all, sent, self.simulate, self.code, pure=False, **choice)
+            self.in_progress[future], self.named[future] = batch, choice.get("workers", [])
+            self.flow.add(future)
+
+    def _returned(self) -> list[Outcome]:
+        """Wait for batches and return the outcomes of all that came back."""
+        finished: list[Outcome] = []
+        alone = len(self.in_progress) == 1 and self.on_trial
+        wait_while_present(self.flow, self.named, self.workers, bounded=self.crew is None)
+        for future in self.flow.next_batch():
+            result = result_of(future)
+            if isinstance(result, TimeoutError):  # it went with its worker, and is computed again
+                self.flow.add(future)
+                continue
+            batch = self.in_progress.pop(future)
+            self.named.pop(future)
+            if not isinstance(result, BaseException):
+                finished += result
+            elif self.client.status != "running":
+                raise RunnerError(f"the scheduler went away ({result})") from result
+            elif future.cancelled():  # asked of workers that have all gone
+                self.returned.append(batch)
+            elif isinstance(result, OtherCode) and self.crew is not None:
+                self.crew.learn(*result.args)
+                self.returned.append(batch)
+            elif alone and self._is_given_up(batch[0], result):
+                finished.append(_lost(batch[0], result))
+            else:  # a case took its process down, and others with it: each is tried by itself
+                self.suspects.extend(batch)
+        self.pace.learn(finished)
+        return finished
+
+    def _is_given_up(self, task: Task, error: BaseException) -> bool:
+        """Say whether a case computed by itself failed, not only its process, which others may kill."""
+        from dask.distributed import KilledWorker
+
+        self.deaths[task.id] += 1
+        return not isinstance(error, KilledWorker) or self.deaths[task.id] >= MOST_DEATHS
 
 
 class Pace:

@@ -107,18 +107,16 @@ def begin_imports() -> None:
     from multiprocessing import forkserver
 
     forkserver.set_forkserver_preload(["wearlab.runner.preload"])
-    with _environment({**ONE_THREAD, **_same_path()}):
+    # It is started by ``python -c``, which would look into the working folder first: another ``wearlab`` that
+    # lies there would compute the runs of this one. It is to find modules where this process does.
+    folders = dict.fromkeys(os.path.abspath(folder) for folder in sys.path)
+    kept = os.environ.copy()
+    os.environ.update(ONE_THREAD, PYTHONSAFEPATH="1", PYTHONPATH=os.pathsep.join(folders))
+    try:
         forkserver.ensure_running()
-
-
-def _same_path() -> dict[str, str]:
-    """Return what lets the process that workers are forked from find modules where this one does.
-
-    It is started by ``python -c``, which would look into the working folder first: another ``wearlab``
-    that lies there would compute the runs of this one.
-    """
-    folders = [os.path.abspath(folder) for folder in sys.path]
-    return {"PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(dict.fromkeys(folders))}
+    finally:
+        os.environ.clear()
+        os.environ.update(kept)
 
 
 @contextmanager
@@ -265,21 +263,6 @@ def _staffed(cluster: Any, size: int) -> Iterator[None]:
     finally:
         ended.set()
         watcher.join()
-
-
-@contextmanager
-def _environment(values: dict[str, str]) -> Iterator[None]:
-    """Set environment variables for a moment."""
-    kept = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in kept.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 @contextmanager

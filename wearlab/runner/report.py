@@ -1,6 +1,5 @@
 """What a call of ``run`` did, and whether cases came to what their campaign expects."""
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -32,15 +31,6 @@ class Expected:
     comparison: outcome.Comparison
 
 
-def comparisons(
-    campaign: "Campaign", store: "Store", entries: "dict[str, catalogue.Entry]"
-) -> Iterator[outcome.Comparison | None]:
-    """Yield for every case how it compares with its expectation, None where it has none."""
-    for case in campaign.cases:
-        expectation = getattr(case, "expect", None)
-        yield None if expectation is None else compare(expectation, case, store, entries.get(case.id))
-
-
 def compare(
     expectation: "Expectation", case: "Case", store: "Store", entry: "catalogue.Entry | None"
 ) -> outcome.Comparison:
@@ -49,29 +39,22 @@ def compare(
     Of a variable with several values, the one of largest magnitude counts (of complex ones the largest
     modulus); of the response period, the one farthest from the expected.
     """
-    verdict = _verdict(entry)
-    wanted, checks, met = [], [], True
+    done = entry is not None and entry.state == "done"
+    verdict: str = "not computed" if entry is None else entry.state
+    if entry is not None and done:
+        verdict = str(entry.summary.get("verdict") or COMPLETED)
+    checks: list[tuple[str, str, bool]] = []  # what is wanted, what came, whether they agree
     if expectation.verdict is not None:
-        wanted.append(expectation.verdict)
-        checks.append(verdict)
-        met = verdict == expectation.verdict
-    if expectation.end_reason is not None:
+        checks.append((expectation.verdict, verdict, verdict == expectation.verdict))
+    if (end := expectation.end_reason) is not None:
         reason = str((entry and entry.summary.get("end_reason")) or "none")
-        wanted.append(f"end_reason = {expectation.end_reason}")
-        checks.append(f"end_reason = {reason}")
-        met = met and reason.startswith(expectation.end_reason)
+        checks.append((f"end_reason = {end}", f"end_reason = {reason}", reason.startswith(end)))
     for name, value in expectation.values.items():
-        measured = None if entry is None or entry.state != "done" else _measured(store, entry, name, value)
-        wanted.append(f"{name} = {value.written}")
-        checks.append(f"{name} = {_shown(measured, value)}")
-        met = met and measured is not None and bool(abs(measured - value.value) <= value.tolerance)
-    return outcome.Comparison(verdict, ", ".join(wanted), ", ".join(checks), met)
-
-
-def _verdict(entry: "catalogue.Entry | None") -> str:
-    if entry is None:
-        return "not computed"
-    return str(entry.summary.get("verdict") or COMPLETED) if entry.state == "done" else entry.state
+        measured = _measured(store, entry, name, value) if entry is not None and done else None
+        near = measured is not None and bool(abs(measured - value.value) <= value.tolerance)
+        checks.append((f"{name} = {value.written}", f"{name} = {_shown(measured, value)}", near))
+    wanted, came = ", ".join(wanted for wanted, _, _ in checks), ", ".join(came for _, came, _ in checks)
+    return outcome.Comparison(verdict, wanted, came, all(near for _, _, near in checks))
 
 
 def _measured(store: "Store", entry: "catalogue.Entry", name: str, wanted: "Wanted") -> float | None:

@@ -106,7 +106,9 @@ def run(
                 work.complete(plan.with_calibrations(calibrated, needed, store), staff)
         except KeyboardInterrupt:
             _tidy(store, presence.token, work)
-            raise report.Interrupted(_interruption(tasks, store)) from None
+            done = sum(head.state != "running" for head in store.heads(tasks).values())
+            said = f"interrupted: {done} done, {len(tasks) - done} to go; run again to continue"
+            raise report.Interrupted(said) from None
         except BaseException:
             with suppress(StoreError):  # what went wrong first is what is told
                 _tidy(store, presence.token, work)
@@ -257,11 +259,6 @@ def _record(campaign: "Campaign", store: "Store") -> str:
     )
 
 
-def _interruption(tasks: dict[str, Task], store: "Store") -> str:
-    finished = sum(head.state != "running" for head in store.heads(tasks).values())
-    return f"interrupted: {finished} done, {len(tasks) - finished} to go; run again to continue"
-
-
 def _report(
     campaign: "Campaign", store: "Store", key: str, computed: set[str], seconds: float, notes: tuple[str, ...]
 ) -> report.Report:
@@ -274,15 +271,16 @@ def _report(
         for entry in store.entries(noted).values()
     )
     counts = (states.count("done"), states.count("failed"), states.count("refused"))
-    expecting = [case.id for case in campaign.cases if getattr(case, "expect", None) is not None]
-    compared = list(report.comparisons(campaign, store, store.entries(expecting)))
+    entries = store.entries(case.id for case in campaign.cases if getattr(case, "expect", None) is not None)
+    compared, expected = [], []
+    for case in campaign.cases:
+        expectation = getattr(case, "expect", None)
+        told = expectation and report.compare(expectation, case, store, entries.get(case.id))
+        compared.append(told)
+        if told is not None:
+            expected.append(report.Expected(case.id, case.label, outcome.place(campaign, case), told))
     store.catalogue.record_comparisons(key, compared)
-    expected = tuple(
-        report.Expected(case.id, case.label, outcome.place(campaign, case), checks)
-        for case, checks in zip(campaign.cases, compared, strict=True)
-        if checks is not None
-    )
     return report.Report(
         *(len(labels), len(computed & labels.keys()), *counts, seconds),
-        *(troubled, expected, notes, campaign, store),
+        *(troubled, tuple(expected), notes, campaign, store),
     )

@@ -65,14 +65,19 @@ def export(
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
     entries = store.entries(case.id for case in campaign.cases)
-    grid = _with_scenes(store.open(campaign), entries)
-    attributes = export_attributes(campaign, store)
+    grid = store.open(campaign)
+    # with the scene of each run, so that its file needs no store
+    scenes = [(entries[i].scene if i in entries else "") or "" for i in grid["run_id"].values.ravel()]
+    texts = np.reshape(np.array(scenes, object), grid["run_id"].shape)
+    about = {"long_name": "the whole scene of the run, as JSON in SI units"}
+    grid = grid.assign(scene=(grid["run_id"].dims, texts, about))
+    grid = grid.assign_attrs(export_attributes(campaign, store))
     with files.replaced(out) as part:
         if out.suffix == ".zarr":
-            _zarr(grid.assign_attrs(attributes), part)
+            _zarr(grid, part)
             shutil.rmtree(out, ignore_errors=True)
         else:
-            _netcdf(grid.assign_attrs(attributes), entries, part, tell)
+            _netcdf(grid, entries, part, tell)
     return out
 
 
@@ -99,9 +104,15 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
         "campaign_hash": fingerprint(text),
         "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
     }
-    if calibrations := sorted({entry.calibration for entry in entries.values()} - {""}):
-        attributes["calibration"] = "; ".join(calibrations)
-    attributes |= _remarked(store, campaign.title, list(entries))
+    attributes["calibration"] = "; ".join(sorted({entry.calibration for entry in entries.values()} - {""}))
+    told = remarks.remarks_on(store.catalogue, [remarks.subject_of(campaign.title), *entries])
+    for name, what in (("tags", "tag"), ("notes", "note")):
+        some = [
+            {"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when}
+            for r in told
+            if r.what == what
+        ]
+        attributes[name] = json.dumps(some, ensure_ascii=False) if some else ""
     attributes |= credited(getattr(campaign, "metadata", None) or {})
     return {key: value for key, value in attributes.items() if value}
 
@@ -118,34 +129,16 @@ def credited(metadata: Mapping[str, str]) -> dict[str, str]:
     return told
 
 
-def _remarked(store: "Store", title: str, ids: Sequence[str]) -> dict[str, str]:
-    """Return tags and notes on a campaign and its runs: texts of one list each, as JSON."""
-    told = remarks.remarks_on(store.catalogue, [remarks.subject_of(title), *ids])
-    lists = {
-        name: [
-            {"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when}
-            for r in told
-            if r.what == what
-        ]
-        for name, what in (("tags", "tag"), ("notes", "note"))
-    }
-    return {name: json.dumps(some, ensure_ascii=False) for name, some in lists.items() if some}
-
-
-def _with_scenes(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]") -> xr.Dataset:
-    """Return a grid with the scene of each run, so that its file needs no store."""
-    scenes = [(entries[i].scene if i in entries else "") or "" for i in grid["run_id"].values.ravel()]
-    texts = np.reshape(np.array(scenes, object), grid["run_id"].shape)
-    about = {"long_name": "the whole scene of the run, as JSON in SI units"}
-    return grid.assign(scene=(grid["run_id"].dims, texts, about))
-
-
 def _netcdf(
     grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Callable[[str], None]
 ) -> None:
     """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
     for variable in grid.variables.values():
-        variable.attrs = {key: _plain(value) for key, value in variable.attrs.items() if value is not None}
+        variable.attrs = {
+            key: value if isinstance(value, str | int | float) else json.dumps(value)
+            for key, value in variable.attrs.items()
+            if value is not None
+        }
     done = [i for i in dict.fromkeys(grid["run_id"].values.ravel()) if i in entries and entries[i].sha256]
     xr.Dataset(attrs=grid.attrs).to_netcdf(part, format="NETCDF4", engine="netcdf4")
     with dask.config.set(scheduler="synchronous"):
@@ -157,16 +150,11 @@ def _netcdf(
                 tell(run)
 
 
-def _plain(value: Any) -> str | int | float:
-    return value if isinstance(value, str | int | float) else json.dumps(value)
-
-
 def _encoding(grid: xr.Dataset, name: Any) -> dict[str, Any]:
     """Return how a variable is kept: what is read from runs in chunks of one run, numbers deflated."""
     variable = grid.variables[name]
-    own: dict[str, Any] = {"_FillValue": None}
-    if variable.dtype.kind == "f" and name not in grid.coords:
-        own = {"_FillValue": np.nan}
+    lacks = variable.dtype.kind == "f" and name not in grid.coords
+    own: dict[str, Any] = {"_FillValue": np.nan if lacks else None}
     if variable.dtype.kind in "OUS" or not variable.ndim:
         return own
     along = grid["run_id"].dims
@@ -198,7 +186,6 @@ CONTEXT = "https://w3id.org/ro/crate/1.1/context"
 SPECIFICATION = "https://w3id.org/ro/crate/1.1"
 DESCRIPTOR = "ro-crate-metadata.json"
 FIRST = (1980, 1, 1, 0, 0, 0)  # the time of every entry: the same store gives the same bytes
-NETCDF = "application/x-netcdf"
 NO_LICENCE = "no licence is given: all rights are reserved by the authors"
 SOFTWARE = f"#wearlab-{__version__}"
 Entity = dict[str, Any]
@@ -225,32 +212,28 @@ def export_crate(
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
     said = export_attributes(campaign, store)
+    who = said.get("creator_name") or said.get("institution", "")
+    after = f" After {said['references']}." if "references" in said else ""
+    head = provenance.head_of(who, said.get("date_created", ""), said["title"])
+    citation = f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
     with TemporaryDirectory(prefix="wearlab-") as folder:
         data = export(campaign, store, Path(folder) / "runs.nc", tell)
         parts: dict[str, tuple[bytes | Path, str]] = {
             "runs.nc": (data, "all runs of the campaign, by its sweeps and cases"),
-            "CITATION.txt": (_citation(said).encode(), "how to cite it"),
+            "CITATION.txt": (citation.encode(), "how to cite it"),
         }
         if said.get("campaign"):
             parts["campaign.toml"] = (said["campaign"].encode(), "the campaign file, and all that it extends")
         for figure in figures:
             parts[f"figures/{figure.name}"] = (figure, f"figure {figure.stem.replace('_', ' ')}")
         metadata = _metadata(said, {name: told for name, (_, told) in parts.items()})
-        written = {DESCRIPTOR: metadata.encode(), **{name: content for name, (content, _) in parts.items()}}
+        written = {DESCRIPTOR: metadata.encode()} | {name: content for name, (content, _) in parts.items()}
         with files.replaced(out) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as crate:
             for name, content in written.items():
                 entry = zipfile.ZipInfo(name, FIRST)
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
     return out
-
-
-def _citation(said: Mapping[str, str]) -> str:
-    """Return a sentence that cites the data, and where they come from."""
-    who = said.get("creator_name") or said.get("institution", "")
-    after = f" After {said['references']}." if "references" in said else ""
-    head = provenance.head_of(who, said.get("date_created", ""), said["title"])
-    return f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
 
 
 def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
@@ -300,5 +283,5 @@ def _person(name: str, said: Mapping[str, str]) -> Entity:
 
 
 def _format(name: str) -> str:
-    kind = NETCDF if name.endswith(".nc") else "application/toml" if name.endswith(".toml") else None
-    return kind or mimetypes.guess_type(name)[0] or "application/octet-stream"
+    known = {".nc": "application/x-netcdf", ".toml": "application/toml"}.get(Path(name).suffix)
+    return known or mimetypes.guess_type(name)[0] or "application/octet-stream"

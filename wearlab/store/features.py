@@ -26,14 +26,8 @@ if TYPE_CHECKING:
 
 ORDERS = 5
 STILL = 1e-12  # of the mean: what moves less does not move
-INDICATORS = {
-    "mean": "",
-    "rms": "",
-    "peak_to_peak": "",
-    "crest_factor": "1",
-    "kurtosis": "1",
-}
-"""Name → unit, "" for that of the signal."""
+UNITLESS = ("crest_factor", "kurtosis")
+"""Indicators of shape; all others have the unit of the signal."""
 
 
 def indicators(signal: Array) -> dict[str, Array]:
@@ -138,17 +132,14 @@ class _Alike:
         told = indicators(values) if signal else {"": values[..., 0, 0]}
         known = ("rms", "order_") if name in HARMONICS else ()
         places = product(*(self.labels.get(dim) or range(1, lengths[dim] + 1) for dim in own))
-        units, shown = (str(attributes.get(key, "")) for key in ("units", "display_units"))
-        return {
-            Column(
-                ".".join([f"{name}_{what}" if what else name, *map(str, labels)]),
-                INDICATORS.get(what) or units,
-                INDICATORS.get(what) or shown,
-            ): np.broadcast_to(column[:, place], self.states)
-            for place, labels in enumerate(places)
-            for what, column in told.items()
-            if not what.startswith(known)
-        }
+        units = [str(attributes.get(key, "")) for key in ("units", "display_units")]
+        made = {}
+        for (place, labels), (what, column) in product(enumerate(places), told.items()):
+            if not what.startswith(known):
+                head = ".".join([f"{name}_{what}" if what else name, *map(str, labels)])
+                of = Column(head, *(("1", "1") if what in UNITLESS else units))
+                made[of] = np.broadcast_to(column[:, place], self.states)
+        return made
 
 
 def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str] | None = None) -> Table:
@@ -212,13 +203,11 @@ def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Colum
     """Return torque, speed and every value of the scenes that is not the same in all of them."""
     scenes = {run_id: entry.values for run_id, entry in entries.items()}
     kept = differing_keys(list(scenes.values()), ALWAYS)
-    columns = {key: _input(key, [scene.get(key) for scene in scenes.values()]) for key in kept}
+    columns = {}
+    for key in kept:
+        known = scene_key(key, any(isinstance(scene.get(key), str) for scene in scenes.values()))
+        columns[key] = Column(key, known.unit, known.display_unit, given=True)
     return {
         run_id: {columns[key]: scene.get(key) for key in kept if scene.get(key) is not None}
         for run_id, scene in scenes.items()
     }
-
-
-def _input(key: str, values: list[Any]) -> Column:
-    known = scene_key(key, any(isinstance(value, str) for value in values))
-    return Column(key, known.unit, known.display_unit, given=True)

@@ -7,6 +7,7 @@ which runs were found, by what they are sorted, and what is to be shown of them.
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
@@ -89,22 +90,6 @@ class CatalogueSearch:
         self.axes.add(name)
         return Key(name, "text")
 
-    def table(self, where: str, columns: Sequence[str] | None, sort: str | None, limit: int | None) -> Table:
-        """Return the runs that meet a condition.
-
-        Parameters
-        ----------
-        where : condition; empty: all runs
-        columns : names or ``first_cycle(…)`` beside id and status [what the condition names]
-        sort : a column; a minus sign before it turns the order; what is missing comes last
-        limit : at most so many rows
-
-        Raises
-        ------
-        QueryError : a name is unknown or a value does not fit; the message points at the place
-        """
-        return self.page(where, columns, sort, limit).table
-
     def page(
         self,
         where: str = "",
@@ -113,7 +98,19 @@ class CatalogueSearch:
         limit: int | None = None,
         skip: int = 0,
     ) -> Page:
-        """Return some of the runs that meet a condition, and how many do; as `table`, some skipped."""
+        """Return some of the runs that meet a condition, and how many do.
+
+        Parameters
+        ----------
+        where : condition; empty: all runs
+        columns : names or ``first_cycle(…)`` beside id and status [what the condition names]
+        sort : a column; a minus sign before it turns the order; what is missing comes last
+        limit, skip : at most so many rows, after so many
+
+        Raises
+        ------
+        QueryError : a name is unknown or a value does not fit; the message points at the place
+        """
         condition = read_condition(where, self.vocabulary) if where.strip() else None
         asked = [(text, read_column(text, self.vocabulary)) for text in columns or ()]
         if columns is None and condition is not None:
@@ -178,11 +175,11 @@ class CatalogueSearch:
     def _column(self, name: str, runs: Sequence[tuple[int, str]]) -> list[Any] | None:
         """Return the value of a name for each of some runs, None where no run has any."""
         numbers, ids = zip(*runs, strict=True)
-        if name in OF_REMARKS or name in OF_CAMPAIGNS or name in self.axes:
-            of_remarks = name in OF_REMARKS
-            told = (
-                remarks.texts_of(self.catalogue, ids, name) if of_remarks else self._of_campaigns(name, ids)
-            )
+        if name in OF_REMARKS:
+            told = remarks.texts_of(self.catalogue, ids, name)
+            return [told.get(run_id, ()) for run_id in ids]
+        if name in OF_CAMPAIGNS or name in self.axes:
+            told = self._of_campaigns(name, ids)
             return [told.get(run_id, ()) for run_id in ids]
         if (question := QUESTIONS.get(name)) is None:
             if name not in self.numbers:
@@ -230,19 +227,11 @@ def _rank(value: Any) -> tuple[bool, Any, str] | None:
     """Return what a value is sorted by: numbers before texts; values of an axis by their number."""
     if isinstance(value, tuple):
         value = value[0] if value else None
-        with_number = _number_of(value)
-        return None if value is None else (with_number is None, with_number or 0.0, value)
+        with suppress(ValueError):  # of a quantity with its unit
+            return False, float(split(value or "")[0]), value
     if value is None:
         return None
     return (True, 0.0, value) if isinstance(value, str) else (False, value, "")
-
-
-def _number_of(text: str | None) -> float | None:
-    """Return the number of a quantity with its unit, None of any other text."""
-    try:
-        return float(split(text or "")[0])
-    except ValueError:
-        return None
 
 
 def _cell(value: Any) -> Any:

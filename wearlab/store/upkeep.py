@@ -50,7 +50,13 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     for path in store.files:
         if path in done or path in parts:
             continue
-        problem = _unknown(path, store.files)
+        if (problem := store.files.stray(path)) is None:
+            said = "a run that the catalogue does not know; 'wearlab reindex' takes it in"
+            problem = Problem(path, "unknown", said)
+            try:
+                description.outcome_of(path)
+            except StoreError as error:
+                problem = _unlike(path, error, "unknown to the catalogue, and ")
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
 
@@ -94,7 +100,8 @@ def check_entry(
     told = store.catalogue.facts(entry.id)
     for source, name, value in description.facts_of(outcome.scene, outcome.summary, outcome.histories):
         known_source, kind, known = told.pop(name, (source, description.kind_of(value), None))
-        if known_source != source or not _same(known, description.stored(value, kind)):
+        expected = description.stored(value, kind)
+        if known_source != source or type(known) is not type(expected) or known != expected:
             wrong.append(name if known is None else f"{name} = {_shown(known)}, not {_shown(value)}")
     wrong += told
     if not wrong:
@@ -117,22 +124,8 @@ def _other_units(store: KeptRuns) -> Iterator[Problem]:
             yield Problem(store.catalogue.path, "altered", said)
 
 
-def _same(known: Any, value: Any) -> bool:
-    return type(known) is type(value) and bool(known == value)
-
-
 def _shown(value: Any) -> str:
     return "a history" if isinstance(value, bytes) else str(value)[:40]
-
-
-def _unknown(path: Path, of: files.RunFiles) -> Problem:
-    if problem := of.stray(path):
-        return problem
-    try:
-        description.outcome_of(path)
-    except StoreError as error:
-        return _unlike(path, error, "unknown to the catalogue, and ")
-    return Problem(path, "unknown", "a run that the catalogue does not know; 'wearlab reindex' takes it in")
 
 
 def _unlike(path: Path, error: StoreError, said: str = "") -> Problem:
