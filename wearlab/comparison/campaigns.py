@@ -85,18 +85,18 @@ def _of_campaign(campaign: Any, store: Store) -> Side:
         places = {n: (axes[n].values[i], axes[n].units) for n, i in case.position.items()}
         words = ", ".join(f"{n} = {text}" for n, text in place(campaign, case).items())
         name = case.label if not words else words if case.label == BASE else f"{case.label}, {words}"
-        entry = entries.get(case.id)
-        if entry is None or entry.state != "done":
-            absent.append(f"{name}: {entry.state if entry else 'missing'}")
-            continue
-        members.append(SideRun(_key(case.label, places), name, case.id, partial(store.run, case.id)))
+        state = entries[case.id].state if case.id in entries else "missing"
+        if state == "done":
+            members.append(SideRun(_key(case.label, places), name, case.id, partial(store.run, case.id)))
+        else:
+            absent.append(f"{name}: {state}")
     return Side(campaign.title, tuple(members), _first(absent))
 
 
 def _first(absent: list[str]) -> tuple[str, ...]:
     """Return the first runs that are missing, and how many more there are."""
     more = len(absent) - MOST_MISSING
-    return (*absent[:MOST_MISSING], f"and {more} more") if more > 0 else tuple(absent)
+    return (*absent[:MOST_MISSING], *([f"and {more} more"] if more > 0 else []))
 
 
 def _of_grid(grid: xr.Dataset, name: str) -> Side:
@@ -118,8 +118,7 @@ def _of_grid(grid: xr.Dataset, name: str) -> Side:
             continue
         own = point if repeated is not None and label not in repeated else (label, run_id)
         if own in members or label in (repeated or ()):  # repeated along the axes: known by its label alone
-            members[own] = SideRun(_key(label, {}), label, run_id, _point(grid, index))
-            continue
+            values, words = {}, label
         members[own] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
     ordered = sorted(members.values(), key=lambda member: dict(member.key)["case"] != BASE)
     return Side(str(grid.attrs.get("title") or name), tuple(ordered), _first(list(dict.fromkeys(absent))))
@@ -262,10 +261,8 @@ def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
 
 def _shared(texts: Sequence[str]) -> str:
     """Return the scene's differences that every pair has alike."""
-    tables = [json.loads(text) for text in texts]
-    return json.dumps(
-        [column for column in tables[0] if all(column in t for t in tables[1:])], ensure_ascii=False
-    )
+    first, *others = (json.loads(text) for text in texts)
+    return json.dumps([key for key in first if all(key in t for t in others)], ensure_ascii=False)
 
 
 def _some(names: Sequence[str]) -> str:

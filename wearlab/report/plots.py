@@ -64,28 +64,22 @@ def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
     if "max_wear_depth" in comparison and comparison.attrs["aligned_on"] == "cycle":
         values = comparison["max_wear_depth"].max("flank")
         yield _panel("largest wear depth", x, values, across, line="line-points")
-    share = 100.0 * comparison["relative_difference"]
-    yield _differences(comparison, share, x, across)
-
-
-def _differences(comparison: xr.Dataset, share: xr.DataArray, x: Array, across: str) -> Panel:
-    """Return the largest difference of any quantity over the states, and the tolerance."""
-    largest = share.max("quantity", skipna=True).values
+    largest = 100.0 * comparison["relative_difference"].max("quantity", skipna=True).values
     tolerance = 100.0 * float(comparison.attrs["tolerance"])
     curves = (
         Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference"),
         Curve(x, largest, Pen("#222222", "-", "o"), "line-points"),
     )
     title = "largest difference of all quantities (dotted: tolerance)"
-    return Panel(0, 0, title, across, "Difference (%)", curves)
+    yield Panel(0, 0, title, across, "Difference (%)", curves)
 
 
 def _positions(comparison: xr.Dataset) -> tuple[str, Array]:
-    if comparison.attrs["aligned_on"] == "cycle":
-        (x,), label = scaled([comparison["cycle"].values], "wear cycles", "1")
-    else:
+    given = ([comparison["cycle"].values], "wear cycles", "1")
+    if comparison.attrs["aligned_on"] != "cycle":
         depth = converted(comparison["aligned_depth"].values, "m", "um")
-        (x,), label = scaled([depth], "largest wear depth", "um")
+        given = ([depth], "largest wear depth", "um")
+    (x,), label = scaled(*given)
     return label, x
 
 
@@ -95,14 +89,14 @@ def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
     for name in WAVES:
         if name in comparison and "phase" in comparison[name].dims:
             wave = last[name].isel(mesh=0, missing_dims="ignore")
-            title = f"{wave.attrs['long_name'].split(',')[0]}, {_state(comparison)}"
-            yield _panel(title, phases_of(wave), wave, "Mesh phase")
-
-
-def _state(comparison: xr.Dataset) -> str:
-    if comparison.attrs["aligned_on"] == "cycle":
-        return cycles(float(comparison["cycle"].values[-1])).text
-    return f"{1e6 * float(comparison['aligned_depth'].values[-1]):.3g} µm worn"
+            state = (
+                cycles(float(last["cycle"])).text
+                if comparison.attrs["aligned_on"] == "cycle"
+                else f"{1e6 * float(last['aligned_depth']):.3g} µm worn"
+            )
+            yield _panel(
+                f"{wave.attrs['long_name'].split(',')[0]}, {state}", phases_of(wave), wave, "Mesh phase"
+            )
 
 
 def _panel(title: str, x: Array, values: xr.DataArray, across: str, line: str = "line") -> Panel:

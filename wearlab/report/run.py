@@ -109,11 +109,10 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
     if not key.unit or not key.display_unit or not key.quantity:
         return _shortened(value)
     texts = _texts(name, written or {}, key.quantity)
-    told = [
-        next((text for number, text in texts if isclose(number, variant, rel_tol=SAME)), None)
-        or _in_unit_of(texts, float(variant), key)
-        for variant in some
-    ]
+    told = []
+    for variant in some:
+        same = (text for number, text in texts if isclose(number, variant, rel_tol=SAME))
+        told.append(next(same, "") or _in_unit_of(texts, float(variant), key))
     if len(told) > FIRST + 1:
         told = [*told[:FIRST], f"… {len(told)} in all"]
     return f"[{', '.join(told)}]" if isinstance(value, list) else told[0]
@@ -164,10 +163,14 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
     members = store.catalogue.members([entry.id])
     metadata = members[0].metadata if members else {}
     said = store.remarks(entry.id)
+    # whether its flanks may wear, and nothing says until when
+    scene = loads(entry.scene or "{}")
+    wear, stages = scene.get("wear"), (scene.get("operation") or {}).get("stage")
+    one_state = entry.state == "done" and bool(wear) and not (wear.get("until") or stages)
     return {
         "id": entry.id,
         "state": store.state_of(entry),
-        "wear states": f"one: no cycles pass; {REMEDY}" if _is_one_state(entry) else None,
+        "wear states": f"one: no cycles pass; {REMEDY}" if one_state else None,
         "verdict": entry.summary.get("verdict"),
         "result": [headline.with_error for headline in outcome.headlines(entry.summary)],
         "campaigns": list(dict.fromkeys(f"{m.campaign} ({m.label})" for m in members)),
@@ -189,13 +192,6 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
         "commit": entry.summary.get("commit"),
         "made by": "other code" if sources.is_other_code(entry.source_hash) else "this code",
     }
-
-
-def _is_one_state(entry: "Entry") -> bool:
-    """Say whether the flanks of a run that was computed may wear, and nothing says until when."""
-    scene = loads(entry.scene or "{}")
-    stages = (scene.get("operation") or {}).get("stage")
-    return entry.state == "done" and bool(scene.get("wear")) and not (scene["wear"].get("until") or stages)
 
 
 def flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:

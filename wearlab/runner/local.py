@@ -42,19 +42,19 @@ def steady_dask() -> Iterator[None]:
     try:
         yield
     finally:
-        for holder, name, before in changed:
-            setattr(holder, name, before)
+        for holder, before in changed:
+            holder.time = before
 
 
-def _changed() -> list[tuple[Any, str, Any]]:
+def _changed() -> list[tuple[Any, Any]]:
     """Give every module of dask.distributed that holds the wall clock the steady one; return what was."""
     from tornado.ioloop import IOLoop
 
-    changed: list[tuple[Any, str, Any]] = [(IOLoop, "time", IOLoop.time)]
+    changed: list[tuple[Any, Any]] = [(IOLoop, IOLoop.time)]
     IOLoop.time = lambda self: steady()  # type: ignore[method-assign]
     for name, module in list(sys.modules.items()):
         if name.partition(".")[0] == "distributed" and getattr(module, "time", None) is _wall:
-            changed.append((module, "time", _wall))
+            changed.append((module, _wall))
             module.time = steady  # type: ignore[attr-defined]
     return changed
 
@@ -286,13 +286,13 @@ def quiet_logs() -> Iterator[None]:
     """Keep dask's goodbyes, and its tracebacks about what is told in one message, off the screen."""
     known = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in NOISY]
     loggers = [logging.getLogger(name) for name in {*NOISY, *known}]  # those within have levels of their own
-    levels = [logger.level for logger in loggers]
-    for logger in loggers:
+    levels = {logger: logger.level for logger in loggers}
+    for logger in levels:
         logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for logger, level in zip(loggers, levels, strict=True):
+        for logger, level in levels.items():
             logger.setLevel(level)
 
 

@@ -5,7 +5,8 @@ import os
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import chain
 from os import PathLike
 from pathlib import Path
 from statistics import median
@@ -41,11 +42,9 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bo
         raise report.RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
 
     def again(head: "catalogue.Head") -> bool:
-        if head.state in WITHOUT_DATA and (retry or recompute in ("failed", "all")):
-            return True
-        if recompute == "stale":
-            return sources.is_other_code(head.source_hash)
-        return recompute == "all"
+        lacks = head.state in WITHOUT_DATA and (retry or recompute == "failed")
+        stale = recompute == "stale" and sources.is_other_code(head.source_hash)
+        return lacks or stale or recompute == "all"
 
     return again
 
@@ -103,17 +102,13 @@ def with_calibrations(
     needed : as `calibrations` finds them
     """
     known = store.entries({task.id for task in needed.values()}) if needed else {}
-    lives = {
-        entry.id: _life(store, entry.id)
-        for entry in known.values()
-        if entry.state == "done" and not store.is_lost(entry)
-    }
-
-    def at_hand(task: worker.Task) -> worker.Task:
+    there = (e.id for e in known.values() if e.state == "done" and not store.is_lost(e))
+    lives = {run_id: _life(store, run_id) for run_id in there}
+    made = []
+    for task in tasks:
         life = lives.get(needed[task.id].id) if task.id in needed else None
-        return task if life is None else task._replace(scene=task.scene.with_calibration(life))
-
-    return [at_hand(task) for task in tasks]
+        made.append(task if life is None else task._replace(scene=task.scene.with_calibration(life)))
+    return made
 
 
 def _life(store: "Store", run_id: str) -> "CalibrationLife":
@@ -132,7 +127,7 @@ def plugins_of(scenes: Iterable[Any]) -> tuple[plugins.Plugin, ...]:
     PluginError : of one, only the options are known
     """
     origins = (scene.plugins_used() for scene in scenes if hasattr(scene, "plugins_used"))
-    return tuple(dict.fromkeys(plugin for origin in origins for plugin in origin))
+    return tuple(dict.fromkeys(chain.from_iterable(origins)))
 
 
 def declare(used: Iterable[plugins.Plugin], store: Path) -> None:
@@ -212,7 +207,7 @@ class Plan:
     basis: str = ""
     workers: int = 1
     free: int = 0
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
 
     def count(self, state: str) -> int:
         """Return how many runs are in a state."""
@@ -276,10 +271,7 @@ def plan(
     to_do = [scenes[run.id] for run in runs.values() if run.state in again]
     seconds, size, basis = _estimate(store, to_do) if exists else (None, None, "")
     free = _free(store.path)
-    excluded = tuple(
-        (exclusion.condition, outcome.place(campaign, exclusion))
-        for exclusion in getattr(campaign, "excluded", ())
-    )
+    excluded = tuple((e.condition, outcome.place(campaign, e)) for e in getattr(campaign, "excluded", ()))
     return Plan(
         *(campaign.title, len(campaign.cases), tuple(runs.values()), excluded, seconds, size, basis),
         workers=max(1, min(workers or local.available_cores(), len(to_do))),
@@ -329,9 +321,7 @@ def least_bytes(scene: Any) -> int:
     numerics = table.get("numerics") or {}
     points = max((v for k in POINTS if isinstance(v := numerics.get(k), int)), default=FEWEST)
     snapshots = (table.get("wear") or {}).get("snapshots") or {}
-    states = 1 + max(
-        (len(snapshot) for snapshot in snapshots.values() if isinstance(snapshot, list)), default=0
-    )
+    states = 1 + max((len(some) for some in snapshots.values() if isinstance(some, list)), default=0)
     return int(states * points * ALONG_PHASE * FLOAT // 2)
 
 
@@ -355,39 +345,27 @@ def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amo
         "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT ?", [SAMPLE]
     )
     for entry in store.entries(run_id for (run_id,) in latest).values():
-        recorded.setdefault(parts_of(entry.scene or "{}"), []).append(
-            (entry.seconds or 0.0, entry.size or 0.0)
-        )
+        cost = entry.seconds or 0.0, entry.size or 0.0
+        recorded.setdefault(parts_of(entry.scene or "{}"), []).append(cost)
     everything = [cost for costs in recorded.values() for cost in costs]
     if not everything or not scenes:
         return None, None, ""
     wanted = Counter(parts_of(scene.canonical()) for scene in scenes)
-    alike = sum(count for parts, count in wanted.items() if parts in recorded)
+    others = {parts: count for parts, count in wanted.items() if parts not in recorded}
     used = sum(len(recorded[parts]) for parts in wanted if parts in recorded)
     basis = f"{used} recorded runs with the same parts"
-    if alike < len(scenes):
-        others = len(scenes) - alike
-        basis = (
-            f"{basis}; for {others} runs without any, all {len(everything)}"
-            if used
-            else (f"all {len(everything)} recorded runs: none has the same parts")
-        )
-    totals = [
-        _total(
-            [([cost[which] for cost in recorded.get(parts, everything)], n) for parts, n in wanted.items()]
-        )
-        for which in (0, 1)
-    ]
-    blind = sum(count for parts, count in wanted.items() if parts not in recorded and lives_coupled(parts))
-    if blind:
+    if others and used:
+        basis += f"; for {sum(others.values())} runs without any, all {len(everything)}"
+    elif others:
+        basis = f"all {len(everything)} recorded runs: none has the same parts"
+    groups = [(recorded.get(parts, everything), count) for parts, count in wanted.items()]
+    seconds, size = (_total([([cost[which] for cost in some], n) for some, n in groups]) for which in (0, 1))
+    # of scenes that wear under the loads of their motion
+    lives = {"dynamics", "wear", ("wear.load", "instant")}
+    if blind := sum(count for parts, count in others.items() if lives.issubset(parts)):
         told = f"the time of coupled lives ({blind}) cannot be foretold, none with the same parts is recorded"
-        return None, totals[1], f"{basis}; {told}"
-    return totals[0], totals[1], basis
-
-
-def lives_coupled(parts: tuple[Any, ...]) -> bool:
-    """Whether scenes with these parts wear under the loads of their motion."""
-    return "dynamics" in parts and "wear" in parts and ("wear.load", "instant") in parts
+        return None, size, f"{basis}; {told}"
+    return seconds, size, basis
 
 
 def _total(groups: Iterable[tuple[list[float], int]]) -> Amount:

@@ -180,24 +180,17 @@ class NotebookBar(Progress):
             self._draw()
 
     def _repr_html_(self) -> str:
-        told = [escape(self.description)]
-        if self.total:
-            told = [
-                f'<progress value="{self.done}" max="{self.total}"></progress>',
-                f"{self.done} of {self.total} {self.what}",
-                *self.trouble,
-                self._times(),
-            ]
-        return f"<span>{' · '.join(told)}</span>"
+        if not self.total:
+            return f"<span>{escape(self.description)}</span>"
+        bar = f'<progress value="{self.done}" max="{self.total}"></progress>'
+        passed = time.monotonic() - self._begun
+        times = f"{passed:.0f} s"
+        if 0 < self.done != self.total:
+            times += f", {passed / self.done * (self.total - self.done):.0f} s left"
+        return f"<span>{' · '.join([bar, repr(self), *self.trouble, times])}</span>"
 
     def __repr__(self) -> str:
         return f"{self.done} of {self.total} {self.what}" if self.total else self.description
-
-    def _times(self) -> str:
-        passed = time.monotonic() - self._begun
-        if not self.done or self.done == self.total:
-            return f"{passed:.0f} s"
-        return f"{passed:.0f} s, {passed / self.done * (self.total - self.done):.0f} s left"
 
     def _draw(self) -> None:
         self._drawn = time.monotonic()
@@ -211,20 +204,14 @@ class NotebookBar(Progress):
         self._handle = self._display(self)
 
 
-def in_notebook() -> bool:
-    """Say whether this process is the kernel of a notebook."""
-    ipython = sys.modules.get("IPython")
-    shell = ipython.get_ipython() if ipython is not None else None
-    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
-
-
 def watched(progress: bool) -> Progress:
     """Return a bar when it is wanted and somebody watches: in a notebook, or on a terminal."""
-    if progress and in_notebook():
+    if not progress:
+        return Progress()
+    ipython = sys.modules.get("IPython")
+    if "IPKernelApp" in getattr(ipython and ipython.get_ipython(), "config", {}):  # the kernel of a notebook
         return NotebookBar()
-    if progress:
-        from rich.console import Console
+    from rich.console import Console
 
-        console = Console(stderr=True)
-        return ProgressBar(console) if console.is_terminal else Lines()
-    return Progress()
+    console = Console(stderr=True)
+    return ProgressBar(console) if console.is_terminal else Lines()

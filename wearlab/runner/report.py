@@ -67,15 +67,12 @@ def _measured(store: "Store", entry: "catalogue.Entry", name: str, wanted: "Want
         return None
     if name not in dataset.variables or dataset[name].dtype.kind not in "fiub":
         return None
-    variable = dataset[name]
-    values = np.asarray(variable.values, float)
+    variable = dataset[name].astype(float)
     if "part" in variable.dims:
-        values = np.sqrt((np.moveaxis(values, variable.dims.index("part"), -1) ** 2).sum(axis=-1))
-    values = values[np.isfinite(values)]
-    if not values.size:
-        return None
-    far = np.abs(values - wanted.value) if name == "response_period" else np.abs(values)
-    return float(values.ravel()[np.argmax(far)])
+        variable = (variable**2).sum("part", skipna=False) ** 0.5
+    values = variable.values[np.isfinite(variable.values)]
+    far = np.abs(values - (wanted.value if name == "response_period" else 0.0))
+    return float(values[np.argmax(far)]) if values.size else None
 
 
 def _shown(measured: float | None, wanted: "Wanted") -> str:
@@ -155,11 +152,7 @@ class Report:
         return f"<Report: {self.headline}>"
 
     def __str__(self) -> str:
-        told = [
-            f"{outcome.label}: {outcome.state}: {outcome.headline}"
-            for outcome in self.troubled
-            if outcome.state != "done"
-        ]
+        told = [f"{c.label}: {c.state}: {c.headline}" for c in self.troubled if c.state != "done"]
         more = [f"and {len(told) - MOST_TOLD} more"] if len(told) > MOST_TOLD else []
         return "\n  ".join([self.headline, *told[:MOST_TOLD], *more])
 
@@ -174,16 +167,15 @@ class Report:
     def _repr_html_(self) -> str:
         from wearlab.store.table import table_html
 
-        rows = [
-            (outcome.id[:10], outcome.label, outcome.state, outcome.headline) for outcome in self.troubled
-        ]
+        rows = [(case.id[:10], case.label, case.state, case.headline) for case in self.troubled]
         table = table_html(("id", "case", "state", "reason"), rows) if rows else ""
         return f"<p><b>{self.headline}</b></p>{table}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return counts, times and troubled cases as plain data."""
         told = asdict(replace(self, campaign=None, store=None))
-        return {key: value for key, value in told.items() if key not in ("campaign", "store")}
+        del told["campaign"], told["store"]
+        return told
 
     def to_xarray(self, *, si: bool = False) -> "xr.Dataset":
         """Return the runs as one lazy dataset, as `Store.open` does.

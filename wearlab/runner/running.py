@@ -119,12 +119,8 @@ def run(
 
 def _wanting(tasks: dict[str, Task], store: "Store", again: Again) -> list[Task]:
     """Return the tasks that are not finished, as far as can be told before: only these need plug-ins run."""
-    known = store.heads(tasks) if store.catalogue.exists() else {}
-    finished = {
-        i
-        for i, head in known.items()
-        if head.state != "running" and not again(head) and not store.is_lost(head)
-    }
+    known = store.heads(tasks).values() if store.catalogue.exists() else ()
+    finished = {h.id for h in known if h.state != "running" and not again(h) and not store.is_lost(h)}
     return [task for i, task in tasks.items() if i not in finished]
 
 
@@ -180,15 +176,14 @@ class _Work:
 
     def _begin(self, tasks: Sequence[Task], staff: Staff, more: bool) -> None:
         scenes = [task.scene for task in tasks]
-        if len(tasks) == 1 and not more and self.cluster is None:
-            self.bar.step("compiling")
-            warm_up(scenes, self.simulate)
-            return
-        if self.cluster is None:
+        if self.cluster is None and (len(tasks) > 1 or more):
             self.bar.step("starting workers")
             self.cluster = staff()
         self.bar.step("compiling")
-        self.cluster.warm_up(scenes)
+        if self.cluster is None:
+            warm_up(scenes, self.simulate)
+        else:
+            self.cluster.warm_up(scenes)
 
     def _compute(self, tasks: Sequence[Task]) -> None:
         if self.cluster is not None:
@@ -201,11 +196,8 @@ class _Work:
     def _settle(self, outcomes: list[outcome.Outcome], wanted: Sequence[Task]) -> list[Task]:
         """Keep what is finished and take what is to be computed next; return what was taken."""
         done = {finished.id for finished in outcomes}
-        taken = set(
-            self.store.save_and_claim(
-                outcomes, [task.id for task in wanted if task.id not in done], self.owner, self._free
-            )
-        )
+        asked = [task.id for task in wanted if task.id not in done]
+        taken = set(self.store.save_and_claim(outcomes, asked, self.owner, self._free))
         self.finished |= done
         self.store.checkpoints.forget(done)
         for finished in outcomes:
@@ -235,11 +227,10 @@ class _Work:
         """Return the tasks nobody has finished, each with whether a living process is at it."""
         known = self.store.heads(task.id for task in tasks)
         left = []
-        for task in tasks:
-            entry = known.get(task.id)
-            running = entry is not None and entry.state == "running"
-            if task.id not in self.finished and (entry is None or running or self._free(entry)):
-                left.append((task, running and entry is not None and not self.store.is_stale(entry)))
+        for task in (task for task in tasks if task.id not in self.finished):
+            if (head := known.get(task.id)) is None or head.state == "running" or self._free(head):
+                elsewhere = head is not None and head.state == "running" and not self.store.is_stale(head)
+                left.append((task, elsewhere))
         return left
 
 
@@ -248,15 +239,10 @@ def _record(campaign: "Campaign", store: "Store") -> str:
     from wearlab.campaign import campaign as campaigns
 
     members = [(case.id, case.label, outcome.place(campaign, case)) for case in campaign.cases]
-    path = getattr(campaign, "path", None)
-    return store.catalogue.record_campaign(
-        campaign.title,
-        campaign.reference,
-        None if path is None else str(path),
-        members,
-        getattr(campaign, "metadata", None),
-        campaigns.with_figures(campaign),
-    )
+    path, metadata = (getattr(campaign, name, None) for name in ("path", "metadata"))
+    file, record = None if path is None else str(path), campaigns.with_figures(campaign)
+    title, reference = campaign.title, campaign.reference
+    return store.catalogue.record_campaign(title, reference, file, members, metadata, record)
 
 
 def _report(

@@ -10,13 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from wearlab import sources, version
 from wearlab.store import outcome
-
-if TYPE_CHECKING:
-    pass
 
 
 class OtherCode(Exception):

@@ -47,14 +47,11 @@ def align(
     values = _values(progress, on) if at is None else np.asarray(at, float)
     if values.ndim != 1 or not values.size or (np.diff(values) <= 0.0).any():
         raise StoreError(f"align: {on} must be given as increasing numbers")
-    names = [
-        str(n)
-        for n, v in grid.variables.items()
-        if UPDATE in v.dims and n != UPDATE and v.dtype.kind in "fiu"
-    ]
-    kept = names if variables is None else [n for n in names if n in variables]
-    aligned = {name: _aligned(grid[name], progress, values, on) for name in kept if name != on}
-    others = grid.drop_vars([str(n) for n, v in grid.variables.items() if UPDATE in v.dims])
+    along = [str(n) for n, v in grid.variables.items() if UPDATE in v.dims]
+    kept = [n for n in along if n not in (UPDATE, on) and (variables is None or n in variables)]
+    numbers = [name for name in kept if grid[name].dtype.kind in "fiu"]
+    aligned = {name: _aligned(grid[name], progress, values, on) for name in numbers}
+    others = grid.drop_vars(along)
     scale = xr.Variable((on,), values, progress.attrs)
     return others.assign(aligned).assign_coords({on: scale})
 
@@ -154,26 +151,17 @@ def start_wear(parent: "xr.Dataset", start: "Start") -> StartWear:
         {flank: str(side) for flank, side in zip(flanks, sides, strict=True)},
         {flank: tuple(position[i][held[i]].tolist()) for i, flank in enumerate(flanks)},
         {flank: tuple(depth[i][held[i]].tolist()) for i, flank in enumerate(flanks)},
-        _estimated_error(parent, cycle),
+        float(np.interp(cycle, parent["cycle"].values, parent[ERROR].values)) if ERROR in parent else np.nan,
     )
-
-
-def _estimated_error(parent: "xr.Dataset", cycle: float) -> float:
-    """Return the estimated error of the parent's wear depth at a cycle [m], NaN where none is stored."""
-    if ERROR not in parent:
-        return float("nan")
-    return float(np.interp(cycle, parent["cycle"].values, parent[ERROR].values))
 
 
 def _cycle(parent: "xr.Dataset", start: "Start", name: str) -> float:
     last = float(parent["cycle"].values[-1])
+    wanted = last if start.cycle is None else start.cycle
     if start.life_fraction is not None:
-        life = float(parent["life"]) if "life" in parent else float("nan")
-        if not np.isfinite(life):
+        wanted = start.life_fraction * float(parent.get("life", np.nan))
+        if not np.isfinite(wanted):
             raise StoreError(f"{name} did not reach the end of its life: start from a 'cycle' instead")
-        wanted = start.life_fraction * life
-    else:
-        wanted = last if start.cycle is None else start.cycle
     if wanted > last * (1.0 + 1e-9):
         raise StoreError(f"{name} ends at cycle {last:.6g}: it has no wear at cycle {wanted:.6g}")
     return min(wanted, last)

@@ -19,7 +19,7 @@ from wearlab.store import description
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
 from wearlab.store.database import CHUNK, VERSION, Read, make_tables, marks, understood
 from wearlab.store.files import StoreError
-from wearlab.store.outcome import CALIBRATION, CALIBRATION_LIFE, Outcome, State
+from wearlab.store.outcome import CALIBRATION, Outcome, State
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
 
@@ -74,11 +74,6 @@ class Entry:
     def calibration(self) -> str:
         """The id of the run that its wear coefficient was calibrated by, "" where none did."""
         return str(self.summary.get(CALIBRATION) or "")
-
-    @property
-    def calibration_life(self) -> float | None:
-        """The life that this run had then."""
-        return self.summary.get(CALIBRATION_LIFE)
 
     @property
     def form(self) -> tuple[str | None, tuple[tuple[str, int], ...]]:

@@ -65,10 +65,9 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
     StoreError : it does
     """
     if size is None:
-        try:
+        size = 0
+        with suppress(OSError):
             size = os.stat(path).st_size
-        except OSError:
-            size = 0
     if claimed > max(HARMLESS, min(DENSEST * size, LARGEST), 20 * size):
         raise StoreError(f"{path}: claims {claimed:.3g} bytes of values in a file of {size} bytes; not read")
 
@@ -188,24 +187,25 @@ class RunFiles:
         """
         parts = {self.part(image.id, writer): image for image in images}
         try:
-            try:
-                for part, image in parts.items():
-                    part.parent.mkdir(parents=True, exist_ok=True)
-                    refuse_links(part)
-                    part.write_bytes(image.content)
-                _synchronise(parts)
-                for part, image in parts.items():
-                    if hash_of(part) != image.sha256:
-                        raise StoreError(f"{part}: what was read back differs from what was written")
-                for part, image in parts.items():
-                    os.replace(part, self.path(image.id))
-            finally:
-                for part in parts:
-                    part.unlink(missing_ok=True)
+            for part, image in parts.items():
+                part.parent.mkdir(parents=True, exist_ok=True)
+                refuse_links(part)
+                part.write_bytes(image.content)
+            _synchronise(parts)
+            for part, image in parts.items():
+                if hash_of(part) != image.sha256:
+                    raise StoreError(f"{part}: what was read back differs from what was written")
+            for part, image in parts.items():
+                os.replace(part, self.path(image.id))
             _synchronise({part.parent for part in parts})
         except OSError as error:
-            where = getattr(error, "filename", None) or self.folder
-            raise StoreError(f"{where}: cannot be written ({error.strerror or error})") from error
+            raise StoreError(
+                f"{error.filename or self.folder}: cannot be written ({error.strerror or error})"
+            ) from error
+        finally:
+            with suppress(OSError):
+                for part in parts:
+                    part.unlink(missing_ok=True)
 
     @staticmethod
     def is_name(text: str) -> bool:
@@ -279,18 +279,17 @@ def sync(path: Path) -> None:
 
 def damage(path: Path, size: int | None, sha256: str | None) -> Problem | None:
     """Return what is wrong with a file that the catalogue knows, by its size and hash."""
+    wrong: tuple[str, str] | None = None
     try:
         refuse_links(path)
-        found = path.stat().st_size
-        if found != size:
-            kind = "truncated" if found < (size or 0) else "altered"
-            return Problem(path, kind, f"{found} bytes instead of {size}")
-        if hash_of(path) != sha256:
-            return Problem(path, "altered", "its bytes are not those that were written")
+        if (found := path.stat().st_size) != size:
+            wrong = "truncated" if found < (size or 0) else "altered", f"{found} bytes instead of {size}"
+        elif hash_of(path) != sha256:
+            wrong = "altered", "its bytes are not those that were written"
     except FileNotFoundError:
-        return Problem(path, "missing", "the catalogue knows it, but there is no file")
+        wrong = "missing", "the catalogue knows it, but there is no file"
     except StoreError as error:
-        return Problem(path, "foreign", str(error).removeprefix(f"{path}: "))
+        wrong = "foreign", str(error).removeprefix(f"{path}: ")
     except OSError as error:
-        return Problem(path, "unreadable", str(error.strerror or error))
-    return None
+        wrong = "unreadable", str(error.strerror or error)
+    return Problem(path, *wrong) if wrong else None

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Container, Mapping
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +74,7 @@ def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns") -> xr.Dataset:
         coordinates["case"][2]["base"] = words
     if "case" in cases.axes and campaign.axes:
         coordinates["computed"] = cases.computed(np.asarray(variables["status"][1] == DONE), scenes)
-    for name in dict.fromkeys(name for group in stored.groups for name in group.variables):
+    for name in dict.fromkeys(chain.from_iterable(group.variables for group in stored.groups)):
         first, variable = stored.variable(name)
         # a coordinate that bears its dimension's name but differs from run to run cannot be an index
         free = f"{name}_values" if name in first["dims"] and name not in stored.labels else name
@@ -115,25 +116,22 @@ class _Cases:
     def states(self) -> Variables:
         """Return what is known of every point: state, why there are no data, and the run."""
         reasons = ["" if run is None else outcome.last_line(run.reason) for run in self.runs]
-        ids = [case.id for case in self.campaign.cases]
-        states, why, named = (
-            np.asarray(np.array([*texts, ""], object)[self.points], object)
-            for texts in (self.status, reasons, ids)
-        )
+        told = {
+            "status": (self.status, "state of the run"),
+            "reason": (reasons, "why the run has no data"),
+            "run_id": ([case.id for case in self.campaign.cases], "identity of the run"),
+        }
+        texts = {
+            name: np.asarray(np.array([*each, ""], object)[self.points], object)
+            for name, (each, _) in told.items()
+        }
         for exclusion in getattr(self.campaign, "excluded", ()):
             place = self.place(exclusion)
-            free = np.broadcast_to(self.points[place] < 0, np.shape(states[place]))
-            states[place] = np.where(free, EXCLUDED, states[place])
-            why[place] = np.where(free, exclusion.condition, why[place])
-        told = {
-            "status": (states, "state of the run"),
-            "reason": (why, "why the run has no data"),
-            "run_id": (named, "identity of the run"),
-        }
-        return {
-            name: (tuple(self.axes), texts.astype(str), {"long_name": words})
-            for name, (texts, words) in told.items()
-        }
+            free = np.broadcast_to(self.points[place] < 0, np.shape(texts["status"][place]))
+            for name, text in (("status", EXCLUDED), ("reason", exclusion.condition)):
+                texts[name][place] = np.where(free, text, texts[name][place])
+        dims = tuple(self.axes)
+        return {name: (dims, texts[name].astype(str), {"long_name": told[name][1]}) for name in told}
 
     def axis_coordinates(self) -> Variables:
         """Return the sweep axes, what advances along them, and the labels of the cases."""
@@ -196,14 +194,10 @@ class _Stored:
     """
 
     def __init__(self, cases: _Cases, layouts: Mapping[str, Any], folder: Path) -> None:
-        self.done = list(
-            {run.id: run for run in cases.runs if run is not None and run.state == DONE}.values()
-        )
+        done = {run.id: run for run in cases.runs if run is not None and run.state == DONE}
+        self.done = list(done.values())
         kinds = {form: number for number, form in enumerate(dict.fromkeys(run.form for run in self.done))}
-        known = [(layouts[key or ""], dict(sizes)) for key, sizes in kinds]
-        self.groups = [
-            reading.RunGroup(sizes, layout["variables"], layout["labels"]) for layout, sizes in known
-        ]
+        self.groups = [reading.RunGroup(dict(sizes), **layouts[key or ""]) for key, sizes in kinds]
         self.files = tuple(
             reading.RunFile(f"{folder}/{run.id[:2]}/{run.id}.nc", run.sha256, kinds[run.form])
             for run in self.done
@@ -211,12 +205,10 @@ class _Stored:
         for number, group in enumerate(self.groups):
             refuse_oversized(next(file.path for file in self.files if file.group == number), _claimed(group))
         # the number of the run with data at each point, −1 where there is none
-        of_run = {run.id: number for number, run in enumerate(self.done)}
+        of_run = {run_id: number for number, run_id in enumerate(done)}
         of_case = [of_run.get(case.id, -1) for case in cases.campaign.cases]
-        self.dims, self.numbers = (
-            tuple(cases.axes),
-            np.asarray(np.array([*of_case, -1], np.intp)[cases.points]),
-        )
+        self.dims = tuple(cases.axes)
+        self.numbers = np.asarray(np.array([*of_case, -1], np.intp)[cases.points])
         made = ([(run.id, run.sha256) for run in self.done], cases.points.tobytes(), str(folder))
         self.token = hashlib.sha256(repr(made).encode()).hexdigest()[:16]  # another when a run is
         self._join()
@@ -231,13 +223,12 @@ class _Stored:
                 self.sizes[dim] = max(size, self.sizes.get(dim, 0))
         for dim in self.sizes:
             known = [group.labels[dim] for group in self.groups if dim in group.labels]
-            if not known:
-                continue
-            if isinstance(known[0][0] if known[0] else "", str):
+            longest = max(known, key=len, default=[])
+            if known and isinstance(known[0][0] if known[0] else "", str):
                 self.by_label.add(dim)
-                self.labels[dim] = list(dict.fromkeys(label for some in known for label in some))
+                self.labels[dim] = list(dict.fromkeys(chain.from_iterable(known)))
                 self.sizes[dim] = len(self.labels[dim])
-            elif (longest := max(known, key=len)) and all(some == longest[: len(some)] for some in known):
+            elif longest and all(some == longest[: len(some)] for some in known):
                 self.labels[dim] = longest
 
     def variable(self, name: str) -> tuple[Mapping[str, Any], Any]:
@@ -259,11 +250,8 @@ class _Stored:
             if tuple(group.variables.get(name, {}).get("dims", "?")) == own
         }
         padded = tuple(self.sizes[dim] for dim in own)
-        whole = (
-            bool((numbers >= 0).all())
-            and len(places) == len(self.groups)
-            and all(group.sizes[dim] == self.sizes[dim] for group in self.groups for dim in own)
-        )
+        equal = all(group.sizes[dim] == self.sizes[dim] for group in self.groups for dim in own)
+        whole = bool((numbers >= 0).all()) and len(places) == len(self.groups) and equal
         dtype, fill = _dtype(first["dtype"], whole)
         lazy = reading.LazyVariable(name, numbers, self.files, places, padded, dtype, fill)
         data = dask.array.from_array(
@@ -295,17 +283,16 @@ def _dtype(stored: str, whole: bool) -> tuple[np.dtype[Any], Any]:
     if stored == "str":
         return TEXT, ""
     if not NUMBER.fullmatch(stored):
-        raise StoreError(
-            f"the catalogue names {stored[:40]!r} as a type of numbers; 'wearlab reindex' mends it"
-        )
+        said = f"{stored[:40]!r} as a type of numbers"
+        raise StoreError(f"the catalogue names {said}; 'wearlab reindex' mends it")
     return (np.dtype(stored), 0) if whole and np.dtype(stored).kind != "f" else (np.dtype(float), np.nan)
 
 
 def grid_axes(campaign: "Campaign") -> dict[str, list[Any]]:
     """Return the grid's dims and the values along them: sweep axes, then ``case`` where there are cases."""
     axes = {axis.name: list(axis.values) for axis in campaign.axes}
-    labels = list(dict.fromkeys(case.label for case in campaign.cases))
-    if labels != [BASE]:
+    labels = dict.fromkeys(case.label for case in campaign.cases)
+    if [*labels] != [BASE]:
         axes["case"] = sorted(labels, key=lambda label: label != BASE)
     return axes
 
@@ -326,10 +313,10 @@ def _base_text(campaign: "Campaign", scenes: Mapping[str, str]) -> str:
         kinds = (key.removesuffix(".model").rpartition(".")[2] for key in told)
         values = ("no" if word == "none" else word for word in told.values())
         return ", ".join(map(" ".join, zip(values, kinds, strict=True))).replace("_", " ")
-    unswept = (
-        campaign.axes and first and not any(case.position for case in campaign.cases if case.label != BASE)
-    )
-    return f"{', '.join(axis.name for axis in campaign.axes)} swept".replace("_", " ") if unswept else ""
+    swept_too = any(case.position for case in campaign.cases if case.label != BASE)
+    if not campaign.axes or not first or swept_too:
+        return ""
+    return f"{', '.join(axis.name for axis in campaign.axes)} swept".replace("_", " ")
 
 
 def _changed(base: str, other: str, swept: Container[str]) -> dict[str, str]:

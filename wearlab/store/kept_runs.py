@@ -203,20 +203,16 @@ class KeptRuns:
         -------
         The ids taken.
         """
-        self.files.write(
-            [
-                files.Image(outcome.id, outcome.image, outcome.sha256)
-                for outcome in outcomes
-                if outcome.image is not None and outcome.sha256 is not None
-            ],
-            owner,
-        )
+        finished = [(o.id, o.image, o.sha256) for o in outcomes]
+        images = [files.Image(i, image, sha256) for i, image, sha256 in finished if image and sha256]
+        self.files.write(images, owner)
         try:
-            taken = self.catalogue.record(
-                outcomes, ids, owner, lambda entry: self.is_stale(entry) or free(entry)
-            )
+            taken = self.catalogue.record(outcomes, ids, owner, lambda h: self.is_stale(h) or free(h))
         except StoreError:
-            self._take_back(outcomes)
+            with suppress(StoreError):  # new files that the catalogue has no room for; those made again stay
+                for head in self.heads(outcome.id for outcome in outcomes).values():
+                    if head.state == "running" and head.size is None:
+                        self.files.path(head.id).unlink(missing_ok=True)
             raise
         for run_id, left_by in taken.items():
             if left_by:
@@ -242,10 +238,3 @@ class KeptRuns:
             if run_id not in known and self.files.path(run_id).is_file():
                 with suppress(StoreError):
                     self.catalogue.record([description.outcome_of(self.files.path(run_id))])
-
-    def _take_back(self, outcomes: "Sequence[outcome.Outcome]") -> None:
-        """Remove new files that the catalogue has no room for; those of runs computed again stay."""
-        with suppress(StoreError):
-            for head in self.heads(outcome.id for outcome in outcomes).values():
-                if head.state == "running" and head.size is None:
-                    self.files.path(head.id).unlink(missing_ok=True)

@@ -130,22 +130,15 @@ WORN = (
     _Kind("life", 1.0, "cycles of life", "cycles", "life", "error_estimate_life", "service_life"),
     _Kind("max_wear_depth", 1e6, "µm worn", "µm", "wear", "error_estimate_wear_depth", "operating_hours"),
 )
+FORCE_ERROR = "error_estimate_mesh_force_max"
 ONE_STATE = (
-    _Kind(
-        "mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", "error_estimate_mesh_force_max"
-    ),
+    _Kind("mesh_force_max", 1.0, "N largest mesh force", "N in mesh", "force", FORCE_ERROR),
     _Kind("ste_peak_to_peak", 1e6, "µm range of STE", "µm STE", "STE", ""),
     WORN[1],
 )
 
-RIVAL = _Kind(
-    "coexisting_force_max",
-    1.0,
-    "N largest mesh force of the worst other attractor found",
-    "N in another attractor",
-    "force",
-    "",
-)
+WORST = "N largest mesh force of the worst other attractor found"
+RIVAL = _Kind("coexisting_force_max", 1.0, WORST, "N in another attractor", "force", "")
 
 
 AS_ASKED = ("cycles", "depth")
@@ -190,8 +183,7 @@ def _headline(kind: _Kind, summary: Mapping[str, Any]) -> Headline:
     number = f"{value * kind.scale:.4g}"
     relative = error / value if error is not None and value else None
     hours = hours_text(summary.get(kind.hours))
-    joint = " = " if kind.hours == "service_life" else " after "
-    tail = f"{joint}{hours}" if hours else ""
+    tail = f"{' = ' if kind.hours == 'service_life' else ' after '}{hours}" if hours else ""
     return Headline(f"{number} {kind.text}{tail}", f"{number} {kind.short}{tail}", kind.of, relative)
 
 

@@ -38,7 +38,9 @@ class Presence:
         self._file = _lock_file(folder, self.token)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            _tidy(folder)
+            with suppress(OSError):  # clear away the locks of processes that are no more
+                for file in list(folder.glob("*.lock"))[:MOST_TIDIED]:
+                    alive(folder, file.stem)
             os.close(os.open(self._file, os.O_CREAT | os.O_RDWR, 0o644))
             os.chmod(self._file, 0o644)  # whatever the umask: who cannot look at it never knows that we died
             self._connection = sqlite3.connect(self._file, isolation_level=None, check_same_thread=False)
@@ -72,7 +74,11 @@ def alive(folder: Path, token: str) -> bool:
     try:
         connection.execute("BEGIN IMMEDIATE")
     except sqlite3.OperationalError as error:
-        return file.exists() and not ("readonly" in str(error) and _readable(connection))
+        if "readonly" in str(error):  # of a lock that may only be read, whether somebody holds it
+            with suppress(sqlite3.OperationalError):
+                connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+                return False
+        return file.exists()
     except sqlite3.DatabaseError:
         return False
     finally:
@@ -80,22 +86,6 @@ def alive(folder: Path, token: str) -> bool:
     with suppress(OSError):
         file.unlink()
     return False
-
-
-def _readable(connection: sqlite3.Connection) -> bool:
-    """Say whether nobody holds a lock that may only be read."""
-    try:
-        connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
-    except sqlite3.OperationalError:
-        return False
-    return True
-
-
-def _tidy(folder: Path) -> None:
-    """Clear away the locks of processes that are no more."""
-    with suppress(OSError):
-        for file in list(folder.glob("*.lock"))[:MOST_TIDIED]:
-            alive(folder, file.stem)
 
 
 def _lock_file(folder: Path, token: str) -> Path:

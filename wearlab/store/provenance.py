@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from wearlab.store import netcdf
 
 if TYPE_CHECKING:
-    from wearlab.store import campaigns, catalogue, updates
+    from wearlab.store import catalogue, updates
     from wearlab.store.kept_runs import KeptRuns
 
 LONGEST = 100  # runs of a chain
@@ -110,10 +110,8 @@ SENTENCES = {
     "licence": " Licence: {}.",
 }
 NOTED = {
-    "reference": "after",
-    "lineage": "goes on from",
-    "calibration": "calibrated by run",
-    "licence": "licence",
+    **{"reference": "after", "lineage": "goes on from"},
+    **{"calibration": "calibrated by run", "licence": "licence"},
 }
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
@@ -150,10 +148,11 @@ def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
         key=lambda each: ("author" in each.metadata, each.path is not None),
         default=campaigns.Member("", None, "", "", {}),
     )
+    label = [] if member.label == BASE else [member.label]
     return {
         "id": entry.id,
         "campaign": member.campaign,
-        "case": _case(member),
+        "case": ", ".join(label + [f"{name} {value}" for name, value in member.position.items()]),
         "also_in": "; ".join(dict.fromkeys(m.campaign for m in members if m.campaign != member.campaign)),
         "reference": member.reference,
         "date": (entry.started or str(attributes.get("date_created", "")))[:10],
@@ -172,8 +171,7 @@ def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str
     """Return what a citation of an update needs: who and what, and the runs that it was made from."""
     from wearlab.store import updates
 
-    tree = updates.read_update(store, update.id)
-    attributes = {} if tree is None else tree.attrs
+    attributes = getattr(updates.read_update(store, update.id), "attrs", {})
     return {
         "kind": "Update",
         "id": update.id,
@@ -188,12 +186,6 @@ def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str
         "made_from": " ".join(update.runs),
         **{key: str(attributes[key]) for key in WHO if attributes.get(key)},
     }
-
-
-def _case(member: "campaigns.Member") -> str:
-    """Return the case's label, unless it is the file itself, and its place on every axis."""
-    label = [] if member.label == BASE else [member.label]
-    return ", ".join([*label, *(f"{name} {value}" for name, value in member.position.items())])
 
 
 def _title(facts: dict[str, str]) -> str:
@@ -240,14 +232,12 @@ def bibtex(facts: dict[str, str]) -> str:
         "note": f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}"
         + "".join(f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts),
     }
-    lines = [f"  {key} = {{{_escaped(value)}}}," for key, value in fields.items() if value]
+    plain = {key: " ".join(value.replace("\\", "").split()) for key, value in fields.items() if value}
+    escaped = {key: SPECIAL.sub(r"\\\1", text) for key, text in plain.items()}
+    lines = [f"  {key} = {{{text}}}," for key, text in escaped.items()]
     software = (
         "@software{wearlab,\n  author = {{The wearlab developers}},\n"
         f"  title = {{wearlab: {SUBJECT}}},\n"
         f"  version = {{{facts.get('wearlab_version', '')}}},\n}}"
     )
     return "\n".join([f"@misc{{wearlab-{facts['id'][:10]},", *lines, "}", "", software])
-
-
-def _escaped(text: str) -> str:
-    return SPECIAL.sub(r"\\\1", " ".join(text.replace("\\", "").split()))

@@ -150,27 +150,22 @@ def add(catalogue: Catalogue, subject: str, what: What, text: str, campaign: str
     """
     if catalogue.address is not None:
         raise StoreError(f"{catalogue.address}: is only read from here; its own machine writes it")
-    who = ""
-    with suppress(OSError, KeyError, ImportError):
-        who = getpass.getuser()
-    made = Remark(subject, what, _sound(text, what), who, now(), campaign)
-    _append(catalogue, subject, [made.line])
-    _index(catalogue, subject)
-    return made
-
-
-def _sound(text: str, what: What) -> str:
-    """Return a text without what no reader sees, spaces around it left out."""
-    kept = "".join(
-        c for c in text if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs")
-    ).strip()
+    # without what no reader sees
+    seen = (c for c in text if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs"))
+    kept = "".join(seen).strip()
     if not kept:
         raise RemarkError(f"{what}: write a word or a sentence")
     if len(kept) > LONGEST[what]:
         raise RemarkError(f"{what}: {len(kept)} characters are more than {LONGEST[what]}")
     if what != "note" and ("\n" in kept or "\t" in kept):
         raise RemarkError(f"{what}: a tag is one line; write a note")
-    return kept
+    who = ""
+    with suppress(OSError, KeyError, ImportError):
+        who = getpass.getuser()
+    made = Remark(subject, what, kept, who, now(), campaign)
+    _append(catalogue, subject, [made.line])
+    _index(catalogue, subject)
+    return made
 
 
 def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:

@@ -10,7 +10,7 @@ import os
 import re
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -122,9 +122,8 @@ def _copied(address: str, path: Path, most: int) -> Iterator[Path]:
                 while piece := source.read(PIECE):
                     left -= len(piece)
                     if left < 0:
-                        raise StoreError(
-                            f"{address}: is larger than the {most} bytes that the catalogue says; not read"
-                        )
+                        said = f"is larger than the {most} bytes that the catalogue says; not read"
+                        raise StoreError(f"{address}: {said}")
                     copy.write(piece)
         yield part
     finally:
@@ -147,14 +146,6 @@ def _reached(address: str) -> Iterator[None]:
         raise StoreError(f"{address}: cannot be read ({reason})") from error
 
 
-def _is_begun(files: Any, journal: str) -> bool:
-    """Say whether a journal holds a change; one that is emptied or goes while it is looked at may."""
-    try:
-        return bool(_head(files, journal)[:8].strip(b"\0"))
-    except FileNotFoundError:
-        return False
-
-
 def _head(files: Any, name: str) -> bytes:
     """Return the first bytes of a file, and take few more: a server may answer a range with the whole."""
     with files.open(name, "rb", **_streamed(files)) as file:
@@ -172,8 +163,9 @@ def _state(address: str) -> State:
         import fsspec
 
         files, root = fsspec.core.url_to_fs(f"{address}/catalogue.sqlite")
-        told = _head(files, root)
-        begun = files.exists(f"{root}-journal") and _is_begun(files, f"{root}-journal")
+        told, begun = _head(files, root), False
+        with suppress(FileNotFoundError):  # a journal that goes while it is looked at holds no change
+            begun = files.exists(f"{root}-journal") and any(_head(files, f"{root}-journal")[:8])
     if not told.startswith(MAGIC) or len(told) < HEAD:
         raise StoreError(f"{address}: its catalogue.sqlite is no catalogue of wearlab; not read")
     page = int.from_bytes(told[16:18], "big")

@@ -194,14 +194,8 @@ def store_html(store: kept_runs.KeptRuns) -> str:
     latest = store.entries(list(heads)[: -LATEST - 1 : -1]).values()
     results = (next((told.text for told in outcome.headlines(entry.summary)), "") for entry in latest)
     rows = [
-        (
-            entry.id[:10],
-            provenance.name_of(store, entry.id),
-            store.state_of(entry),
-            result,
-            entry.reason or "",
-        )
-        for entry, result in zip(latest, results, strict=True)
+        (e.id[:10], provenance.name_of(store, e.id), store.state_of(e), result, e.reason or "")
+        for e, result in zip(latest, results, strict=True)
     ]
     more = f"<p>the latest {LATEST} of {len(heads)} runs</p>" if len(heads) > LATEST else ""
     runs = table.table_html(("run", "what", "state", "result", "reason"), rows)

@@ -114,9 +114,7 @@ class Table:
         import pandas as pd
 
         frame = pd.DataFrame(self.to_dict(si=si), columns=[column.name for column in self.columns])
-        frame.attrs["units"] = {
-            each_column.name: each_column.unit_of(si) for each_column in self.columns if each_column.unit
-        }
+        frame.attrs["units"] = {column.name: column.unit_of(si) for column in self.columns if column.unit}
         return frame
 
     def displayed(self, *, si: bool = False) -> tuple[list[str], list[tuple[Any, ...]]]:

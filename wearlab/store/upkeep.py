@@ -15,7 +15,7 @@ from wearlab.query import evaluate, keys
 from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
 from wearlab.store.files import Problem, StoreError, damage
 from wearlab.store.kept_runs import KeptRuns
-from wearlab.store.outcome import Outcome
+from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 
 OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_version")
 SAME = 1e-9  # of two lives of one scene on two machines
@@ -38,9 +38,8 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
         said = f"names {run_id[:40]!r}, which is no identity of a run"
         yield Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
-    layouts = dict(store.catalogue.read("SELECT key, layout FROM layouts"))
     for path, entry in done.items():
-        if problem := damage(path, entry.size, entry.sha256) or check_entry(store, path, entry, layouts):
+        if problem := damage(path, entry.size, entry.sha256) or check_entry(store, path, entry):
             yield problem
     yield from _other_units(store)
     yield from _uncalibrated(done, entries)
@@ -70,24 +69,19 @@ def _uncalibrated(
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(entry.calibration)
-        used, lived = entry.calibration_life, None if by is None else by.summary.get("cycle")
-        if by is None or used is None or lived is None:
-            continue
-        if not math.isclose(used, lived, rel_tol=SAME):
-            said = f"was calibrated by run {by.id}, whose life has become another: run it again"
+        used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
+        if used is not None and lived is not None and not math.isclose(used, lived, rel_tol=SAME):
+            said = f"was calibrated by run {entry.calibration}, whose life has become another: run it again"
             yield Problem(path, "altered", said)
 
 
-def check_entry(
-    store: KeptRuns, path: Path, entry: catalogue.Entry, layouts: Mapping[str, str]
-) -> Problem | None:
+def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
     ----------
     store : with the catalogue
     path, entry : the file, which is what was written, and the run as the catalogue has it
-    layouts : the catalogue's tables of variables by their key
     """
     try:
         outcome = description.outcome_of(path)
@@ -95,7 +89,8 @@ def check_entry(
         return _unlike(path, error)
     own = {name: getattr(outcome, name) for name in OF_FILE}
     wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
-    if layouts.get(entry.layout or "") != outcome.layout:
+    layouts = store.catalogue.read("SELECT layout FROM layouts WHERE key = ?", [entry.layout])
+    if layouts != [(outcome.layout,)]:
         wrong.append("variables")
     told = store.catalogue.facts(entry.id)
     for source, name, value in description.facts_of(outcome.scene, outcome.summary, outcome.histories):
@@ -214,7 +209,14 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
             store.give_back(presence.token)
     made.campaigns = store.catalogue.adopt_campaigns(other.catalogue)
     if other.address is None:
-        made.updates = _updates(store, other, made)
+        ours = updates.kept_updates(store)
+        for update in updates.kept_updates(other).values():
+            if update.id not in ours:
+                try:
+                    updates.adopt_update(store, other, update)
+                    made.updates += 1
+                except (StoreError, OSError) as error:
+                    made.damaged[update.id[:40]] = str(error)
         _plugins(store, other)
     made.remarks, left = remarks.adopt(store.catalogue, other.catalogue)
     made.damaged |= left
@@ -251,33 +253,15 @@ def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, 
         (made.repaired if whole else made.copied).append(entry.id)
 
 
-def _updates(store: KeptRuns, other: KeptRuns, made: Merged) -> int:
-    """Copy the updates that we do not have, each compared with its hash; return how many came."""
-    ours, count = updates.kept_updates(store), 0
-    for update in updates.kept_updates(other).values():
-        if update.id in ours:
-            continue
-        try:
-            updates.adopt_update(store, other, update)
-            count += 1
-        except (StoreError, OSError) as error:
-            made.damaged[update.id[:40]] = str(error)
-    return count
-
-
 def _plugins(store: KeptRuns, other: KeptRuns) -> None:
     """Copy what plug-ins declare; one whose source is not what its name says stays there."""
     for file in sorted((other.path / FOLDER).glob("*.json")):
         mine = store.path / FOLDER / file.name
-        if mine.exists():
-            continue
-        try:
+        with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
             content = read_regular(file, LARGEST)
             source = str(json.loads(content)["source"])
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            continue
-        if hashlib.sha256(source.encode()).hexdigest() == file.stem:
-            files.write_whole(mine, content)
+            if not mine.exists() and hashlib.sha256(source.encode()).hexdigest() == file.stem:
+                files.write_whole(mine, content)
 
 
 @dataclass(frozen=True)
