@@ -56,9 +56,8 @@ def common(a: Array, b: Array, on: str) -> Array:
     """
     low, high = max(a[0], b[0]), min(a[-1], b[-1])
     if low > high:
-        raise CompareError(
-            f"A runs over {on} {a[0]:.6g} to {a[-1]:.6g}, B over {b[0]:.6g} to {b[-1]:.6g}: nothing in common"
-        )
+        said = f"A runs over {on} {a[0]:.6g} to {a[-1]:.6g}, B over {b[0]:.6g} to {b[-1]:.6g}"
+        raise CompareError(f"{said}: nothing in common")
     inside = np.unique(np.concatenate([a, b, [low, high]]))
     inside = inside[(inside >= low) & (inside <= high)]
     apart = np.diff(inside, prepend=-np.inf) > SAME * max(abs(high), abs(low), 1e-300)
@@ -236,9 +235,7 @@ LARGEST = "relative difference, largest of all states"
 
 def _relative(a: Array, b: Array) -> Array:
     """Return how much two arrays differ at each state, relative to the largest of all states."""
-    scale = max(
-        (float(np.nanmax(np.abs(x), initial=0.0)) for x in (a, b) if np.isfinite(x).any()), default=0.0
-    )
+    scale = max(float(np.max(np.abs(x), initial=0.0, where=~np.isnan(x))) for x in (a, b))
     apart = np.abs(b - a).reshape(len(a), -1)
     held = np.isfinite(apart)
     largest = np.where(held.any(axis=1), np.max(apart, axis=1, initial=0.0, where=held), np.nan)
@@ -336,9 +333,9 @@ def pair_rows(comparison: xr.Dataset) -> list[Row]:
         first = compared["first_difference"].values
         earliest = int(np.nanargmin(first)) if np.isfinite(first).any() else None
         share = _percent(float(compared["largest_relative_difference"][most]))
-        where = (
-            (ABSENT, "") if earliest is None else (_place(compared, float(first[earliest])), names[earliest])
-        )
+        where = (ABSENT, "")
+        if earliest is not None:
+            where = _place(compared, float(first[earliest])), names[earliest]
         rows.append((str(pair), *lives, share, names[most], *where))
     return rows
 

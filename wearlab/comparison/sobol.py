@@ -46,9 +46,8 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     --------
     >>> wl.sobol_indices(np.log10(store.open(campaign).life))  # doctest: +SKIP
     """
-    axis = next(
-        (str(d) for d in result.dims if d in result.coords and result[d].attrs.get("key") == DESIGN), None
-    )
+    axes = [str(dim) for dim in result.dims if dim in result.coords]
+    axis = next((dim for dim in axes if result[dim].attrs.get("key") == DESIGN), None)
     if axis is None:
         raise CompareError(f'sobol_indices: needs a result along a [[sweep]] with sample.method = "{DESIGN}"')
     inputs = [str(name) for name, coord in result.coords.items() if coord.dims == (axis,) and name != axis]
@@ -100,9 +99,8 @@ def _with_interval(table: Array, rng: np.random.Generator) -> Array:
     """Return S, its ends, T, its ends, (6, inputs), from f of complete base points, (points, inputs + 2)."""
     whole = table[np.isfinite(table).all(axis=1)]
     if len(whole) < 2:
-        raise CompareError(
-            f"sobol_indices: {len(whole)} of {len(table)} base points have all their runs; at least 2"
-        )
+        said = f"{len(whole)} of {len(table)} base points have all their runs; at least 2"
+        raise CompareError(f"sobol_indices: {said}")
     picked = rng.integers(len(whole), size=(RESAMPLES, len(whole)))
     drawn = np.stack([indices(whole[index]) for index in picked])
     tail = 50.0 * (1.0 - CONFIDENCE)

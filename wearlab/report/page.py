@@ -96,6 +96,7 @@ def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
 MOST_FAILURES = 100
 MOST_SETS = 4  # gear sets told on one page
+Told = dict[str, Any]
 Comparisons = dict[tuple[str, str, str], outcome.Comparison]
 PROVENANCE = {
     **{"commit": "commit", "dirty": "uncommitted edits", "packages": "packages"},
@@ -184,9 +185,7 @@ def _comparisons(campaign: Campaign, store: Store) -> Comparisons:
     }
 
 
-def _row(
-    campaign: Campaign, case: Case, entry: Entry | None, store: Store, compared: Comparisons
-) -> dict[str, Any]:
+def _row(campaign: Campaign, case: Case, entry: Entry | None, store: Store, compared: Comparisons) -> Told:
     """Return one case in the table of results; everything in words, but for the comparison."""
     where = outcome.place(campaign, case)
     summary = entry.summary if entry else {}
@@ -231,15 +230,11 @@ def _gears(campaign: Campaign) -> tuple[dict[str, Any], ...]:
             with suppress(ValueError):
                 sheets[key] = sheet(case.scene)
         names.setdefault(key, {})[case.label] = None
-    several = len(sheets) > 1
-    return tuple(
-        {"cases": ", ".join(names[key]) if several else "", "sheet": made} for key, made in sheets.items()
-    )
+    told = {key: ", ".join(names[key]) if len(sheets) > 1 else "" for key in sheets}
+    return tuple({"cases": told[key], "sheet": made} for key, made in sheets.items())
 
 
-def _failures(
-    campaign: Campaign, rows: Sequence[Mapping[str, Any]], entries: Mapping[str, Entry]
-) -> Iterator[dict[str, str]]:
+def _failures(campaign: Campaign, rows: Sequence[Told], entries: Mapping[str, Entry]) -> Iterator[Told]:
     told: set[str] = set()
     for case, row in zip(campaign.cases, rows, strict=True):
         if row["state"] != "done" and case.id not in told:
@@ -300,9 +295,8 @@ def check_suffix(path: Path) -> None:
     ReportError : its suffix is none of `SUFFIXES`, or nothing here writes it
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise ReportError(
-            f"{path}: a report is written as .html or .pdf, not as {path.suffix or 'a file without'}"
-        )
+        given = path.suffix or "a file without"
+        raise ReportError(f"{path}: a report is written as .html or .pdf, not as {given}")
     if path.suffix.lower() == ".pdf":
         _printer()
 

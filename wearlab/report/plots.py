@@ -89,14 +89,12 @@ def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
     for name in WAVES:
         if name in comparison and "phase" in comparison[name].dims:
             wave = last[name].isel(mesh=0, missing_dims="ignore")
-            state = (
-                cycles(float(last["cycle"])).text
-                if comparison.attrs["aligned_on"] == "cycle"
-                else f"{1e6 * float(last['aligned_depth']):.3g} µm worn"
-            )
-            yield _panel(
-                f"{wave.attrs['long_name'].split(',')[0]}, {state}", phases_of(wave), wave, "Mesh phase"
-            )
+            if comparison.attrs["aligned_on"] == "cycle":
+                state = cycles(float(last["cycle"])).text
+            else:
+                state = f"{1e6 * float(last['aligned_depth']):.3g} µm worn"
+            title = f"{wave.attrs['long_name'].split(',')[0]}, {state}"
+            yield _panel(title, phases_of(wave), wave, "Mesh phase")
 
 
 def _panel(title: str, x: Array, values: xr.DataArray, across: str, line: str = "line") -> Panel:

@@ -197,9 +197,8 @@ def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
 def flat(scene: Any, path: str = "") -> list[tuple[str, Any]]:
     """Return a scene's values by dotted key, tables of a list numbered; what is absent is left out."""
     if isinstance(scene, dict):
-        return [
-            pair for key, value in scene.items() for pair in flat(value, f"{path}.{key}" if path else key)
-        ]
+        named = {f"{path}.{key}" if path else key: value for key, value in scene.items()}
+        return [pair for key, value in named.items() for pair in flat(value, key)]
     if isinstance(scene, list) and any(isinstance(block, dict) for block in scene):
         return [pair for number, block in enumerate(scene) for pair in flat(block, f"{path}[{number}]")]
     return [] if scene is None else [(path, scene)]

@@ -36,9 +36,8 @@ def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
     try:
         from openpyxl import Workbook
     except ImportError:
-        raise StoreError(
-            "a workbook needs the package openpyxl: pip install 'wearlab[xlsx]'; or name the file .nc"
-        ) from None
+        said = "a workbook needs the package openpyxl: pip install 'wearlab[xlsx]'; or name the file .nc"
+        raise StoreError(said) from None
     book = Workbook(write_only=True)
     for title, rows in (("runs", _rows(grid, ())), ("wear states", _rows(grid, (UPDATE,)))):
         sheet = book.create_sheet(title)
@@ -58,9 +57,8 @@ def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
 def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[list[Any]]:
     """Yield the head and one row for each run, or for each of its wear states."""
     dims = [str(dim) for dim in grid["run_id"].dims]
-    axes = {
-        _head(str(name), grid[name]): grid[name] for name in grid.coords if set(grid[name].dims) <= set(dims)
-    }
+    along_runs = (name for name in grid.coords if set(grid[name].dims) <= set(dims))
+    axes = {_head(str(name), grid[name]): grid[name] for name in along_runs}
     shown = {head: _shown(column) for head, column in _columns(grid, dims, along)}
     sizes = {dim: grid.sizes.get(dim, 1) for dim in (*dims, *along)}
     states = [("wear state", xr.DataArray(np.arange(sizes[dim]), dims=dim)) for dim in along]

@@ -9,7 +9,7 @@ import math
 import time
 import traceback
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
@@ -86,9 +86,7 @@ ABSENT_SECONDS = 150.0  # without any worker of this machine, after which its wo
 Present = Callable[[], Sequence[str]]
 
 
-def wait_while_present(
-    flow: Any, named: Mapping[Any, Sequence[str]], present: Present, bounded: bool
-) -> None:
+def wait_while_present(flow: Any, named: dict[Any, list[str]], present: Present, bounded: bool) -> None:
     """Wait until a future came back; call off those that were asked of workers that have all gone.
 
     Parameters
@@ -337,9 +335,8 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
 
     if isinstance(scheduler, Client):
         if scheduler.status != "running" or scheduler.asynchronous:
-            raise RunnerError(
-                f"scheduler: the client is {scheduler.status} or asynchronous; give an open one"
-            )
+            said = f"the client is {scheduler.status} or asynchronous; give an open one"
+            raise RunnerError(f"scheduler: {said}")
         yield scheduler
         return
     if not isinstance(scheduler, str):

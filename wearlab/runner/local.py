@@ -71,9 +71,7 @@ ATTEMPTS = 4  # to start a worker process that is killed before it has begun
 TOGETHER_SECONDS = 1.0  # that the first worker waits for the others: they share what is to be compiled
 EVENTS = 4  # of a topic that the scheduler remembers: checkpoints are large
 SILENT_SECONDS = 600  # of a living process before it is given up; one that ended is seen at once
-ONE_THREAD = {
-    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-}
+ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 NOISY = ("distributed", "asyncio", "tornado")
 FORKS = sys.platform == "linux"
 """Whether workers are forked from a process that has imported everything; elsewhere forking is not safe."""

@@ -262,9 +262,8 @@ def plan(
     if exists:
         runs |= _changed(campaign, store, [run for run in runs.values() if run.state == "new"], scenes)
     again = ("new", "lost", "failed", "refused") if retry else ("new", "lost")
-    for task in calibrations(
-        worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again
-    ).values():
+    tasks = [worker.Task(i, scenes[i]) for i, run in runs.items() if run.state in again]
+    for task in calibrations(tasks).values():
         state = _state(store, store.heads([task.id]).get(task.id)) if exists else "new"
         if state in again:
             scenes[task.id], runs[task.id] = task.scene, PlannedRun(task.id, outcome.CALIBRATION, {}, state)
@@ -341,9 +340,8 @@ def _free(path: Path) -> int:
 def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:
     """Return time and size of scenes from recorded runs: those with the same parts, else all."""
     recorded: dict[tuple[Any, ...], list[tuple[float, float]]] = {}
-    latest = store.catalogue.read(
-        "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT ?", [SAMPLE]
-    )
+    question = "SELECT id FROM runs WHERE state = 'done' ORDER BY number DESC LIMIT ?"
+    latest = store.catalogue.read(question, [SAMPLE])
     for entry in store.entries(run_id for (run_id,) in latest).values():
         cost = entry.seconds or 0.0, entry.size or 0.0
         recorded.setdefault(parts_of(entry.scene or "{}"), []).append(cost)

@@ -182,9 +182,7 @@ def _at(parent: "xr.Dataset", cycle: float) -> tuple[Array, float]:
         grown = depth[high] - depth[low]
         return depth[low] + share * grown, float(max(share, 1.0 - share) * np.nanmax(np.abs(grown)))
     rate = np.asarray(parent["wear_rate"].transpose(*order).values, float)
-    return hermite(
-        (cycle - cycles[low]) / width, depth[low], depth[high], width * rate[low], width * rate[high]
-    )
+    return hermite((cycle - cycles[low]) / width, *depth[[low, high]], *(width * rate[[low, high]]))
 
 
 def hermite(t: float, h0: Any, h1: Any, r0: Any, r1: Any) -> tuple[Array, float]:

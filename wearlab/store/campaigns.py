@@ -112,9 +112,8 @@ class Campaigns(database.Database):
         rows = sorted(found, key=itemgetter(12, 13))
         rows.sort(key=lambda row: str(row[11]), reverse=True)
         told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in rows)
-        return [
-            database.understood("a campaign in the catalogue", MEMBER.validate_python, one) for one in told
-        ]
+        read = MEMBER.validate_python
+        return [database.understood("a campaign in the catalogue", read, one) for one in told]
 
 
 def key_of(text: str) -> str:

@@ -15,10 +15,9 @@ from pydantic_core import ArgsKwargs
 
 from wearlab.query.keys import flat
 from wearlab.store import database as rows
-from wearlab.store import description
+from wearlab.store import description, files
 from wearlab.store.campaigns import Campaigns, Member, key_of, now
 from wearlab.store.database import CHUNK, VERSION, Read, make_tables, marks, understood
-from wearlab.store.files import StoreError
 from wearlab.store.outcome import CALIBRATION, Outcome, State
 
 __all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
@@ -105,12 +104,8 @@ class Catalogue(Campaigns):
 
     def create(self) -> None:
         """Make the catalogue where there is none; harmless where there is one."""
-        try:
+        with files.written(self.path.parent, "no store can be made here"):
             self.path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StoreError(
-                f"{self.path.parent}: no store can be made here ({error.strerror or error})"
-            ) from error
         with self._transaction(create=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
                 make_tables(connection)
@@ -155,10 +150,8 @@ class Catalogue(Campaigns):
 
     def matching(self, prefix: str) -> list[str]:
         """Return the ids that begin with ``prefix``."""
-        ids = self.read(
-            "SELECT id FROM runs WHERE id >= ? AND id < ? ORDER BY id", [prefix, prefix + chr(0x10FFFF)]
-        )
-        return [row[0] for row in ids]
+        question = "SELECT id FROM runs WHERE id >= ? AND id < ? ORDER BY id"
+        return [row[0] for row in self.read(question, [prefix, prefix + chr(0x10FFFF)])]
 
     def layouts(self, keys: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the tables of variables with these keys."""
@@ -316,10 +309,8 @@ def _older_rows(connection: sqlite3.Connection, version: int) -> Iterator[tuple[
         return
     packed = {5: "dictionary, packed, NULL, NULL"}.get(version, "sizes, digests, summary, scene")
     place = "key = k.number AND run = ?" if version == 5 else "place = k.number << 32 | ?"
-    histories = (
-        f"SELECT k.name, f.value FROM older_keys AS k JOIN older_facts AS f ON f.{place} "
-        "WHERE k.kind = 'history'"
-    )
+    joined = f"older_keys AS k JOIN older_facts AS f ON f.{place}"
+    histories = f"SELECT k.name, f.value FROM {joined} WHERE k.kind = 'history'"
     rows_of = (
         f"SELECT number, {OF_RUNS}, reason, warnings, {packed} "
         "FROM older_runs LEFT JOIN older_documents USING (number) ORDER BY number"

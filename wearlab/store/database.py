@@ -19,7 +19,7 @@ from typing import Annotated, Any, NotRequired, TypeVar
 from pydantic import AfterValidator, BeforeValidator, Json, NonNegativeInt, TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
-from wearlab.store.files import StoreError
+from wearlab.store.files import StoreError, written
 
 VERSION = 6
 TABLES = """
@@ -92,10 +92,8 @@ class Database:
         ------
         StoreError : its folder may not be looked into
         """
-        try:
+        with written(self.path, "cannot be looked at"):
             return self.path.is_file()
-        except OSError as error:
-            raise StoreError(f"{self.path}: cannot be looked at ({error.strerror or error})") from error
 
     def close(self) -> None:
         """Let go of the file."""
@@ -144,10 +142,9 @@ class Database:
                     else f"{self.path.parent}: there is no store here"
                 )
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
+            shared: dict[str, Any] = {"isolation_level": None, "check_same_thread": False}
             try:
-                connection = sqlite3.connect(
-                    uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False
-                )
+                connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, **shared)
             except BROKEN as error:
                 raise self._unusable(error) from error
             self._finalizer = weakref.finalize(self, connection.close)
@@ -196,11 +193,8 @@ class Database:
         try:
             (version,) = connection.execute("PRAGMA user_version").fetchone()
             sound = connection.execute("PRAGMA quick_check").fetchone() == ("ok",)
-            return (
-                sound
-                and not _count(connection, "view", "trigger")
-                and (version > 0 or not _count(connection, "table"))
-            )
+            foreign = _count(connection, "view", "trigger", *(("table",) if version == 0 else ()))
+            return sound and not foreign
         except sqlite3.OperationalError as error:
             raise self._unusable(error) from error
         except (sqlite3.DatabaseError, UnicodeDecodeError):
@@ -211,12 +205,10 @@ class Database:
     def set_aside(self) -> None:
         """Rename a file that is damaged, so that a new one can be made."""
         self.close()
-        try:
+        with written(self.path, "cannot be renamed"):
             os.replace(self.path, self.path.with_suffix(".damaged"))
             for journal in self.path.parent.glob(f"{self.path.name}-*"):
                 journal.unlink()
-        except OSError as error:
-            raise StoreError(f"{self.path}: cannot be renamed ({error.strerror or error})") from error
 
     def _unusable(self, error: Exception) -> StoreError:
         name, remedy = getattr(error, "sqlite_errorname", ""), ""

@@ -78,9 +78,8 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
     """Return summary and histories."""
     import numpy as np
 
-    summary: dict[str, Any] = {
-        name: str(dataset.attrs[name]) for name in (*CODE, outcome.CALIBRATION) if name in dataset.attrs
-    }
+    told = (name for name in (*CODE, outcome.CALIBRATION) if name in dataset.attrs)
+    summary: dict[str, Any] = {name: str(dataset.attrs[name]) for name in told}
     for key in (PARENT_CYCLE, outcome.CALIBRATION_LIFE):
         with suppress(KeyError, ValueError, TypeError):
             summary[key] = plain(float(dataset.attrs[key]))
@@ -97,10 +96,9 @@ def _results(dataset: "xr.Dataset") -> tuple[dict[str, Any], dict[str, bytes]]:
                 histories[str(name)] = _history(values)
         elif name in ALONG_PHASE:
             values = variable.values
-            told = (_largest(values, np.fmin), np.mean(values), _largest(values, np.fmax))
-            summary |= {
-                f"{name}_{end}": plain(v) for end, v in zip(("min", "mean", "max"), told, strict=True)
-            }
+            summary[f"{name}_min"] = plain(_largest(values, np.fmin))
+            summary[f"{name}_mean"] = plain(np.mean(values))
+            summary[f"{name}_max"] = plain(_largest(values, np.fmax))
     return summary, histories
 
 
@@ -213,9 +211,8 @@ def outcome_of(path: Path) -> outcome.Outcome:
     except StoreError:
         raise
     except Exception as error:  # an untrusted file may hold anything
-        raise StoreError(
-            f"{path}: is no run of wearlab ({type(error).__name__}: {str(error)[:200]})"
-        ) from error
+        said = f"{type(error).__name__}: {str(error)[:200]}"
+        raise StoreError(f"{path}: is no run of wearlab ({said})") from error
 
 
 def _outcome(path: Path, dataset: "xr.Dataset") -> outcome.Outcome:

@@ -44,13 +44,12 @@ COMPUTED = {
     "comment": "The variables 'validity' and 'model_error' say what was assumed and how far the models "
     "are known to be off.",
 }
+Tell = Callable[[str], None]
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
 
 
-def export(
-    campaign: "Campaign", store: "Store", out: Path, tell: Callable[[str], None] = lambda run_id: None
-) -> Path:
+def export(campaign: "Campaign", store: "Store", out: Path, tell: Tell = lambda run_id: None) -> Path:
     """Write a campaign as one netCDF file, or as a Zarr folder where the name ends in ``.zarr``.
 
     Parameters
@@ -106,13 +105,10 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     }
     attributes["calibration"] = "; ".join(sorted({entry.calibration for entry in entries.values()} - {""}))
     told = remarks.remarks_on(store.catalogue, [remarks.subject_of(campaign.title), *entries])
-    for name, what in (("tags", "tag"), ("notes", "note")):
-        some = [
-            {"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when}
-            for r in told
-            if r.what == what
-        ]
-        attributes[name] = json.dumps(some, ensure_ascii=False) if some else ""
+    for what in ("tag", "note"):
+        own = [r for r in told if r.what == what]
+        some = [{"of": r.campaign or r.subject, what: r.text, "by": r.who, "when": r.when} for r in own]
+        attributes[f"{what}s"] = json.dumps(some, ensure_ascii=False) if some else ""
     attributes |= credited(getattr(campaign, "metadata", None) or {})
     return {key: value for key, value in attributes.items() if value}
 
@@ -129,9 +125,7 @@ def credited(metadata: Mapping[str, str]) -> dict[str, str]:
     return told
 
 
-def _netcdf(
-    grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Callable[[str], None]
-) -> None:
+def _netcdf(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Tell) -> None:
     """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
     for variable in grid.variables.values():
         variable.attrs = {
@@ -173,9 +167,8 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
     try:
         import zarr  # noqa: F401
     except ImportError:
-        raise StoreError(
-            "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc"
-        ) from None
+        said = "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc"
+        raise StoreError(said) from None
     for name in [n for n, v in grid.variables.items() if v.dtype.kind == "O"]:
         grid[name] = grid[name].compute(scheduler="synchronous").astype(str)
     with dask.config.set(scheduler="synchronous"):
@@ -196,7 +189,7 @@ def export_crate(
     store: "Store",
     out: Path,
     figures: Sequence[Path] = (),
-    tell: Callable[[str], None] = lambda run_id: None,
+    tell: Tell = lambda run_id: None,
 ) -> Path:
     """Write a campaign with its data, its file, figures and citation as a crate.
 
@@ -212,15 +205,11 @@ def export_crate(
     StoreError : there is no store, a run is damaged, or the disk refuses
     """
     said = export_attributes(campaign, store)
-    who = said.get("creator_name") or said.get("institution", "")
-    after = f" After {said['references']}." if "references" in said else ""
-    head = provenance.head_of(who, said.get("date_created", ""), said["title"])
-    citation = f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
     with TemporaryDirectory(prefix="wearlab-") as folder:
         data = export(campaign, store, Path(folder) / "runs.nc", tell)
         parts: dict[str, tuple[bytes | Path, str]] = {
             "runs.nc": (data, "all runs of the campaign, by its sweeps and cases"),
-            "CITATION.txt": (citation.encode(), "how to cite it"),
+            "CITATION.txt": (_citation(said).encode(), "how to cite it"),
         }
         if said.get("campaign"):
             parts["campaign.toml"] = (said["campaign"].encode(), "the campaign file, and all that it extends")
@@ -234,6 +223,14 @@ def export_crate(
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 crate.writestr(entry, content.read_bytes() if isinstance(content, Path) else content)
     return out
+
+
+def _citation(said: Mapping[str, str]) -> str:
+    """Return a sentence that cites the data, and where they come from."""
+    who = said.get("creator_name") or said.get("institution", "")
+    after = f" After {said['references']}." if "references" in said else ""
+    head = provenance.head_of(who, said.get("date_created", ""), said["title"])
+    return f"{head}, computed by {said.get('source', 'wearlab')}.{after}\n"
 
 
 def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:

@@ -95,9 +95,7 @@ class _Alike:
     wanted : names [every number]
     """
 
-    def __init__(
-        self, layout: Mapping[str, Any], sizes: Mapping[str, int], wanted: Sequence[str] | None
-    ) -> None:
+    def __init__(self, layout: dict[str, Any], sizes: dict[str, int], wanted: Sequence[str] | None) -> None:
         self.variables, self.labels, self.states = layout["variables"], layout["labels"], sizes.get(STATE, 1)
         self.names = [
             name
@@ -168,18 +166,15 @@ def features(store: kept_runs.KeptRuns, where: str = "", variables: Sequence[str
     inputs = _differing(done)
     layouts = store.catalogue.layouts(run.layout for run in done.values() if run.layout)
     alike = {run.form: _Alike(layouts[run.layout or ""], run.sizes, variables) for run in done.values()}
-    blocks = [
-        alike[run.form].rows(run, str(store.files.path(run_id)), inputs[run_id])
-        for run_id, run in done.items()
-    ]
+    blocks = [alike[e.form].rows(e, str(store.files.path(e.id)), inputs[e.id]) for e in done.values()]
     columns = tuple(dict.fromkeys((RUN, NUMBER, *TIMES, *(column for block in blocks for column in block))))
     known = {name for layout in layouts.values() for name in layout["variables"]}
     _refuse_unknown(variables, columns, known)
-    stacked = [
-        [value for block in blocks for value in block.get(column) or [None] * len(block[RUN])]
-        for column in columns
-    ]
-    return Table(columns, list(zip(*stacked, strict=True)))
+    records: list[tuple[Any, ...]] = []
+    for block in blocks:
+        nothing = [None] * len(block[RUN])
+        records += zip(*(block.get(column) or nothing for column in columns), strict=True)
+    return Table(columns, records)
 
 
 def _plain(values: NDArray[Any]) -> list[float | None]:

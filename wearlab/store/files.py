@@ -89,7 +89,7 @@ def readable(what: str) -> Iterator[None]:
 
 
 @contextmanager
-def written(path: Path) -> Iterator[None]:
+def written(path: Path, said: str = "cannot be written") -> Iterator[None]:
     """Say which file the disk refuses.
 
     Raises
@@ -99,7 +99,7 @@ def written(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StoreError(f"{path}: cannot be written ({error.strerror or error})") from error
+        raise StoreError(f"{path}: {said} ({error.strerror or error})") from error
 
 
 @contextmanager
@@ -199,9 +199,8 @@ class RunFiles:
                 os.replace(part, self.path(image.id))
             _synchronise({part.parent for part in parts})
         except OSError as error:
-            raise StoreError(
-                f"{error.filename or self.folder}: cannot be written ({error.strerror or error})"
-            ) from error
+            where, why = error.filename or self.folder, error.strerror or error
+            raise StoreError(f"{where}: cannot be written ({why})") from error
         finally:
             with suppress(OSError):
                 for part in parts:

@@ -163,10 +163,8 @@ class KeptRuns:
     def create(self) -> None:
         """Make the store's folder and catalogue where they are not."""
         self.catalogue.create()
-        try:
+        with files.written(self.files.folder, "cannot be made"):
             self.files.folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise StoreError(f"{self.files.folder}: cannot be made ({error.strerror or error})") from error
 
     def presence(self) -> Presence:
         """Take a name under which this process claims runs."""

@@ -145,9 +145,8 @@ def _json(value: Any) -> bytes:
     def plain(inner: Any) -> Any:
         return inner.tolist() if isinstance(inner, np.ndarray | np.generic) else str(inner)
 
-    return json.dumps(
-        value, ensure_ascii=False, separators=(",", ":"), sort_keys=True, default=plain
-    ).encode()
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), sort_keys=True, default=plain)
+    return text.encode()
 
 
 MOST = 5_000  # variables and groups of one file

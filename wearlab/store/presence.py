@@ -13,7 +13,6 @@ import sqlite3
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple
 
 from wearlab.store import files
@@ -51,9 +50,7 @@ class Presence:
     def __enter__(self) -> "Presence":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._connection.close()
         with suppress(OSError):
             self._file.unlink()

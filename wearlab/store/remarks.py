@@ -265,9 +265,8 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
         found, problems = _read(path)
         yield from problems
         if indexed.pop(path.stem, set()) != found.keys():
-            yield Problem(
-                path, "unknown", "the catalogue has other remarks than this file; 'wearlab reindex'"
-            )
+            said = "the catalogue has other remarks than this file; 'wearlab reindex'"
+            yield Problem(path, "unknown", said)
     for subject in indexed:
         yield Problem(files.path(subject), "missing", "the catalogue has remarks, but there is no file")
 

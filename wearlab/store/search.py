@@ -33,6 +33,7 @@ QUESTIONS = {
     **{name: f"SELECT number, {name} FROM documents WHERE number" for name in DOCUMENTS},
     "other_code": "SELECT number, source_hash FROM runs WHERE number",
 }
+Run = tuple[int, str]  # its number and its id
 AT_ONCE = 2_000  # runs whose values are in memory together
 OTHER_CODE = "other_code"
 OWN_KEYS = (
@@ -132,38 +133,32 @@ class CatalogueSearch:
     def _is_of_tables(self, by: Key | None) -> bool:
         return by is None or by.name in COLUMNS or by.name in self.numbers
 
-    def _in_order(
-        self, by: Key | None, descending: bool, limit: int | None, skip: int
-    ) -> tuple[list[tuple[int, str]], int]:
+    def _in_order(self, by: Key | None, down: bool, limit: int | None, skip: int) -> tuple[list[Run], int]:
         """Return number and id of some of all runs, by a column of the tables, and how many there are."""
         ((count,),) = self.catalogue.read("SELECT count(*) FROM runs")
         fact = by is not None and by.name not in COLUMNS
         value = "f.value" if fact else None if by is None else f"r.{COLUMNS[by.name]}"
-        order = f"{value} IS NULL, {value}{' DESC' if descending else ''}, r.number" if value else "r.number"
-        beside = (
-            f"LEFT JOIN facts AS f ON f.run = r.number AND f.key = {int(self.numbers[by.name])}"
-            if by and fact
-            else ""
-        )
+        order = f"{value} IS NULL, {value}{' DESC' if down else ''}, r.number" if value else "r.number"
+        beside = ""
+        if by and fact:
+            beside = f"LEFT JOIN facts AS f ON f.run = r.number AND f.key = {int(self.numbers[by.name])}"
         question = f"SELECT r.number, r.id FROM runs AS r {beside} ORDER BY {order} LIMIT ? OFFSET ?"
         return self.catalogue.read(question, (-1 if limit is None else limit, skip)), count
 
-    def _found(
-        self, condition: BoundCondition | None, by: Key | FirstCycle | None, descending: bool
-    ) -> list[tuple[int, str]]:
+    def _found(self, condition: BoundCondition | None, by: Key | FirstCycle | None, down: bool) -> list[Run]:
         """Return number and id of the runs that meet a condition, in order."""
         runs = self.catalogue.read("SELECT number, id FROM runs ORDER BY number")
         keys = (*(condition.keys if condition else ()), *(_keys_of(by) if by else ()))
-        known: list[tuple[Any, tuple[int, str]]] = []
-        missing: list[tuple[Any, tuple[int, str]]] = []
+        known: list[tuple[Any, Run]] = []
+        missing: list[tuple[Any, Run]] = []
         for run, values in zip(runs, self._values(keys, runs), strict=True):
             if condition is None or condition.holds(values):
                 rank = None if by is None else _rank(evaluate.value_of(by, values))
                 (missing if rank is None else known).append((rank, run))
-        known.sort(key=lambda pair: pair[0], reverse=descending)
+        known.sort(key=lambda pair: pair[0], reverse=down)
         return [run for _, run in chain(known, missing)]
 
-    def _values(self, keys: Iterable[Key], runs: Sequence[tuple[int, str]]) -> Iterator[dict[str, Any]]:
+    def _values(self, keys: Iterable[Key], runs: Sequence[Run]) -> Iterator[dict[str, Any]]:
         """Yield the values of keys for each run, read for some thousand runs at once."""
         names = dict.fromkeys(key.name for key in keys)
         for some in database.batched(runs, AT_ONCE):
@@ -172,7 +167,7 @@ class CatalogueSearch:
             for place in range(len(some)):
                 yield {name: values[place] for name, values in columns.items()}
 
-    def _column(self, name: str, runs: Sequence[tuple[int, str]]) -> list[Any] | None:
+    def _column(self, name: str, runs: Sequence[Run]) -> list[Any] | None:
         """Return the value of a name for each of some runs, None where no run has any."""
         numbers, ids = zip(*runs, strict=True)
         if name in OF_REMARKS:

@@ -21,9 +21,8 @@ MOST_ROWS = 60
 def table_html(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Return an HTML table; of many rows the first ones, and how many there are."""
     head = "".join(f"<th>{escape(heading)}</th>" for heading in heads)
-    body = "".join(
-        f"<tr>{''.join(f'<td>{escape(_text(cell))}</td>' for cell in row)}</tr>" for row in rows[:MOST_ROWS]
-    )
+    cells = ("".join(f"<td>{escape(_text(cell))}</td>" for cell in row) for row in rows[:MOST_ROWS])
+    body = "".join(f"<tr>{row}</tr>" for row in cells)
     more = f"<p>{MOST_ROWS} of {len(rows)} rows</p>" if len(rows) > MOST_ROWS else ""
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
 

@@ -112,10 +112,8 @@ def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
     told = COLUMNS if SUBJECT in names else COLUMNS.replace(SUBJECT, "''")  # of stores before it was told
     rows = store.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
     try:
-        return {
-            row[0]: KeptUpdate._make((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))))
-            for row in rows
-        }
+        read = ((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))) for row in rows)
+        return {update[0]: KeptUpdate._make(update) for update in read}
     except (ValueError, TypeError) as error:
         raise StoreError(
             f"{store.catalogue.path}: its updates cannot be understood ({error}); 'wearlab reindex' mends it"

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +12,8 @@ from typing import Any
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
 from wearlab.query import evaluate, keys
-from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
+from wearlab.store import database, description, files, netcdf, provenance, remarks, updates
+from wearlab.store.catalogue import Entry
 from wearlab.store.files import Problem, StoreError, damage
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
@@ -63,9 +64,7 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     yield from remarks.verify(store.catalogue)
 
 
-def _uncalibrated(
-    done: Mapping[Path, catalogue.Entry], entries: Mapping[str, catalogue.Entry]
-) -> Iterator[Problem]:
+def _uncalibrated(done: dict[Path, Entry], entries: dict[str, Entry]) -> Iterator[Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(entry.calibration)
@@ -75,7 +74,7 @@ def _uncalibrated(
             yield Problem(path, "altered", said)
 
 
-def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> Problem | None:
+def check_entry(store: KeptRuns, path: Path, entry: Entry) -> Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -108,12 +107,9 @@ def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> Problem 
 
 def _other_units(store: KeptRuns) -> Iterator[Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
-    for name, source, kind, *told in store.catalogue.read(
-        "SELECT name, source, kind, unit, quantity FROM keys"
-    ):
-        key = database.understood(
-            "a key in the catalogue", keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind
-        )
+    question, what = "SELECT name, source, kind, unit, quantity FROM keys", "a key in the catalogue"
+    for name, source, kind, *told in store.catalogue.read(question):
+        key = database.understood(what, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind)
         if key.unit and told != [key.unit, key.quantity]:
             said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
             yield Problem(store.catalogue.path, "altered", said)
@@ -223,7 +219,7 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     return made
 
 
-def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, made: Merged) -> None:
+def _take(store: KeptRuns, other: KeptRuns, entry: Entry, owner: str, made: Merged) -> None:
     if not store.files.is_name(entry.id):
         made.damaged[entry.id[:40]] = "is no identity of a run"
         return
