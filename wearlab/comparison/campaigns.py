@@ -164,9 +164,9 @@ def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], l
         return [(a.members[0], b.members[0])], list(a.absent), list(b.absent)
     others = {member.key: member for member in b.members}
     matched = [(own_member, others[own_member.key]) for own_member in a.members if own_member.key in others]
-    taken = {left.key for left, _ in matched}
-    left = ([m.name for m in side.members if m.key not in taken] + list(side.absent) for side in (a, b))
-    return matched, *left  # type: ignore[return-value]
+    taken = {own_member.key for own_member, _ in matched}
+    left, right = ([m.name for m in s.members if m.key not in taken] + [*s.absent] for s in (a, b))
+    return matched, left, right
 
 
 TOLERANCE = 0.01
@@ -219,10 +219,8 @@ def compare(
 def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
     matched, only_a, only_b = pairs(a, b)
     if not matched:
-        raise quantities.CompareError(
-            f"no run of {a.title!r} has a partner in {b.title!r}: "
-            f"A has {_some(only_a)}; B has {_some(only_b)}"
-        )
+        told = f"A has {_some(only_a)}; B has {_some(only_b)}"
+        raise quantities.CompareError(f"no run of {a.title!r} has a partner in {b.title!r}: {told}")
     made = [_reduced(left, other, on, tolerance) for left, other in matched]
     whole = xr.concat(made, "pair", join="outer", combine_attrs="drop", data_vars="all", coords="minimal")
     whole = whole.sel(quantity=[q.name for q in quantities.QUANTITIES if q.name in whole["quantity"]])
@@ -253,10 +251,8 @@ def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     largest = np.stack([each.max([dim for dim in each.dims if dim != "run"]).values for each in apart], 1)
     scalars = [n for n in ("life", "service_life") if n in full]
     kept = full[[*PER_PAIR, *scalars]].reset_coords(drop=True)
-    return kept.assign(
-        largest_value=(("run", "quantity"), largest, LARGEST),
-        scene_differences=((), full.attrs["scene_differences"]),
-    )
+    kept["largest_value"] = ("run", "quantity"), largest, LARGEST
+    return kept.assign(scene_differences=((), full.attrs["scene_differences"]))
 
 
 def _shared(texts: Sequence[str]) -> str:

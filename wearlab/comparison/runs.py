@@ -280,11 +280,8 @@ ABSENT = "—"
 
 def scene_rows(comparison: xr.Dataset) -> list[Row]:
     """Return key, A, B and unit of every key of the scenes that differs."""
-    differences = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    return [
-        (difference["key"], _value(difference["a"]), _value(difference["b"]), difference["units"] or "")
-        for difference in differences
-    ]
+    changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
+    return [(key["key"], _value(key["a"]), _value(key["b"]), key["units"] or "") for key in changed]
 
 
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
@@ -324,8 +321,7 @@ def _scalar_row(comparison: xr.Dataset, name: str) -> Row:
 
 def pair_rows(comparison: xr.Dataset) -> list[Row]:
     """Return one row a pair of runs of two campaigns: the quantity that differs most, and the first to."""
-    rows = []
-    names = [str(name) for name in comparison["quantity_name"].values]
+    rows, names = [], [str(name) for name in comparison["quantity_name"].values]
     for index, pair in enumerate(comparison["pair"].values):
         compared = comparison.isel(pair=index)
         most = int(np.nanargmax(np.nan_to_num(compared["largest_relative_difference"].values, nan=-1.0)))

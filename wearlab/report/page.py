@@ -98,10 +98,7 @@ MOST_FAILURES = 100
 MOST_SETS = 4  # gear sets told on one page
 Told = dict[str, Any]
 Comparisons = dict[tuple[str, str, str], outcome.Comparison]
-PROVENANCE = {
-    **{"commit": "commit", "dirty": "uncommitted edits", "packages": "packages"},
-    **{"machine": "machine", "model_version": "model version"},
-}
+PROVENANCE = ("commit", "dirty", "packages", "machine", "model_version")
 
 
 def content(campaign: Campaign, store: Store) -> dict[str, Any]:
@@ -275,7 +272,9 @@ def _code(store: Store, entries: Mapping[str, Entry]) -> Iterator[dict[str, str]
         told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
         with suppress(StoreError):
             attributes = store.run(ids[0]).attrs
-            told |= {words: str(attributes[name]) for name, words in PROVENANCE.items() if name in attributes}
+            for name in (name for name in PROVENANCE if name in attributes):
+                words = "uncommitted edits" if name == "dirty" else name.replace("_", " ")
+                told[words] = str(attributes[name])
         yield told
 
 

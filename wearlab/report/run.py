@@ -79,12 +79,9 @@ Written = Mapping[str, Sequence[str]]
 
 def written_in(store: "Store", run_id: str) -> Written:
     """Return quantities as the file of the last campaign with this run wrote them, or {}."""
-    keys = store.catalogue.read(
-        "SELECT DISTINCT key, recorded FROM members JOIN campaigns ON campaign = key WHERE run = ? "
-        "ORDER BY recorded DESC",
-        [run_id],
-    )
-    for key, _ in keys:
+    joined = "members JOIN campaigns ON campaign = key WHERE run = ?"
+    question = f"SELECT DISTINCT key, recorded FROM {joined} ORDER BY recorded DESC"
+    for key, _ in store.catalogue.read(question, [run_id]):
         told = store.catalogue.record_of(key).get("written")
         if isinstance(told, dict) and told:
             return {name: texts for name, texts in told.items() if isinstance(texts, list)}

@@ -79,9 +79,7 @@ FORKS = sys.platform == "linux"
 
 def available_cores() -> int:
     """Return the number of cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def foresee(campaign: "Campaign", store: "Store", scheduler: str | None) -> None:
@@ -140,7 +138,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
         quiet["distributed.worker.multiprocessing-method"] = "forkserver"
     with dask.config.set(quiet), _main_module_hidden(), quiet_logs(), steady_dask(), ExitStack() as opened:
         try:
-            with _told():
+            try:
                 cluster = LocalCluster(
                     n_workers=size,
                     threads_per_worker=1,
@@ -160,6 +158,12 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                 with suppress(TimeoutError):
                     client.wait_for_workers(size, timeout=TOGETHER_SECONDS)
                 _refuse_other_code(client)
+            except (RuntimeError, OSError, TimeoutError, EOFError) as error:  # in many ways
+                reason = str(error.__cause__ or error) or type(error).__name__
+                raise RunnerError(
+                    f"the worker processes did not start ({reason}): is there memory enough? "
+                    "Nothing was lost; run again, with fewer workers"
+                ) from error
             yield client
         except KeyboardInterrupt:  # busy workers would take seconds to say goodbye
             for worker in set(multiprocessing.active_children()) - others:
@@ -224,19 +228,6 @@ def _refuse_other_code(client: Any) -> None:
                 f"the worker processes import another wearlab than this process ({place} there, "
                 f"{code_and_place()[1]} here): run from another folder, or mend PYTHONPATH"
             )
-
-
-@contextmanager
-def _told() -> Iterator[None]:
-    """Turn the many ways in which worker processes do not start into one message."""
-    try:
-        yield
-    except (RuntimeError, OSError, TimeoutError, EOFError) as error:
-        reason = str(error.__cause__ or error) or type(error).__name__
-        raise RunnerError(
-            f"the worker processes did not start ({reason}): is there memory enough? "
-            "Nothing was lost; run again, with fewer workers"
-        ) from error
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.runner import cluster, plan, report
 from wearlab.runner.progress import CASES, Progress, watched
-from wearlab.runner.worker import SIMULATE, TOPIC, Task, execute, progress_text, warm_up
+from wearlab.runner.worker import SIMULATE, TOPIC, Task, execute, warm_up
 from wearlab.sources import source_hash
 from wearlab.store import StoreError, catalogue, outcome, presence
 
@@ -213,7 +213,8 @@ class _Work:
         if message["id"] not in self.finished:
             reached = presence.ReachedCycle(message["cycle"], message["depth"])
             self.store.checkpoints.write(message["id"], message["image"], self.code, reached)
-            self.bar.in_progress(message["id"], progress_text(message))
+            text = f"{message['id'][:8]}: {1e6 * reached.depth:.3g} µm at {reached.cycle:.4g} cycles"
+            self.bar.in_progress(message["id"], text)
 
     def _free(self, entry: catalogue.Head) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""

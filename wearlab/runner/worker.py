@@ -102,11 +102,6 @@ class SchedulerCheckpoints:
             self._client.set_metadata([KEPT, run_id], None)
 
 
-def progress_text(message: dict[str, Any]) -> str:
-    """Return how far a run is, for a line of progress."""
-    return f"{message['id'][:8]}: {1e6 * message['depth']:.3g} µm at {message['cycle']:.4g} cycles"
-
-
 SIMULATE = "wearlab.simulation:simulate"
 
 
@@ -172,7 +167,11 @@ def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> o
             dataset = dataset.assign_attrs(own | dataset.attrs)
             result = description.recorded(dataset, netcdf.to_image(dataset)[0])
         except Exception as error:
-            state = "refused" if isinstance(error, refusals()) else "failed"
+            from wearlab.gears.specification import GearError
+            from wearlab.simulation import Refused
+
+            # by these errors physics says that a case is impossible
+            state = "refused" if isinstance(error, GearError | Refused) else "failed"
             result = {"reason": str(error) if state == "refused" else traceback.format_exc()}
     distinct = dict.fromkeys(f"{warning.category.__name__}: {warning.message}" for warning in caught)
     return outcome.Outcome(
@@ -200,11 +199,3 @@ def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, work
                 hook(scenes, turn, workers)
     except Exception:
         traceback.print_exc()
-
-
-def refusals() -> tuple[type[Exception], ...]:
-    """Return the errors by which physics says that a case is impossible."""
-    from wearlab.gears.specification import GearError
-    from wearlab.simulation import Refused
-
-    return GearError, Refused

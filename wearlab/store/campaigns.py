@@ -61,10 +61,8 @@ class Campaigns(database.Database):
                 "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)",
                 (key, title, reference, path, _after(latest), json.dumps(dict(metadata or {}))),
             )
-            connection.executemany(
-                "INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)",
-                [(key, number, *row) for number, row in enumerate(rows)],
-            )
+            numbered = [(key, number, *row) for number, row in enumerate(rows)]
+            connection.executemany("INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered)
             if record is not None:
                 connection.execute(RECORDS)
                 connection.execute("INSERT OR REPLACE INTO records VALUES (?, ?)", (key, json.dumps(record)))

@@ -121,23 +121,17 @@ class Catalogue(Campaigns):
 
     def placed(self, ids: Iterable[str]) -> list[Entry]:
         """Return the known runs among ``ids`` without their scenes, as a grid needs them."""
-        columns = f"{OF_RUNS}, {OF_DOCUMENTS.replace('scene', 'NULL')}"
-        return list(self._runs(ENTRY, columns, ids).values())
+        return list(self._runs(ENTRY, f"{OF_RUNS}, {OF_DOCUMENTS.replace('scene', 'NULL')}", ids).values())
 
     def _runs(self, kind: TypeAdapter[Read], columns: str, ids: Iterable[str] | None) -> dict[str, Read]:
         question = f"SELECT {columns} FROM runs LEFT JOIN documents USING (number)"
+        every = f"{question} ORDER BY started, id"
         wanted = None if ids is None else list(dict.fromkeys(ids))
-        rows = (
-            self.read(f"{question} ORDER BY started, id")
-            if wanted is None
-            else self.read_many(f"{question} WHERE id IN", wanted)
-        )
-        known = {
-            row[0]: understood(
-                f"the catalogue's entry of run {str(row[0])[:40]!r}", kind.validate_python, ArgsKwargs(row)
-            )
-            for row in rows
-        }
+        found = self.read(every) if wanted is None else self.read_many(f"{question} WHERE id IN", wanted)
+        known: dict[str, Read] = {}
+        for row in found:
+            what = f"the catalogue's entry of run {str(row[0])[:40]!r}"
+            known[row[0]] = understood(what, kind.validate_python, ArgsKwargs(row))
         return known if wanted is None else {run_id: known[run_id] for run_id in wanted if run_id in known}
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
@@ -187,11 +181,8 @@ class Catalogue(Campaigns):
             for outcome in outcomes:
                 self._record(connection, outcome)
             known = self.heads(wanted)
-            taken = {
-                run_id: known[run_id].owner if run_id in known else None
-                for run_id in wanted
-                if run_id not in known or free(known[run_id])
-            }
+            free_ids = [run_id for run_id in wanted if run_id not in known or free(known[run_id])]
+            taken = {run_id: known[run_id].owner if run_id in known else None for run_id in free_ids}
             connection.executemany(
                 "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
                 "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",

@@ -203,6 +203,6 @@ def _differing(entries: Mapping[str, "catalogue.Entry"]) -> dict[str, dict[Colum
         known = scene_key(key, any(isinstance(scene.get(key), str) for scene in scenes.values()))
         columns[key] = Column(key, known.unit, known.display_unit, given=True)
     return {
-        run_id: {columns[key]: scene.get(key) for key in kept if scene.get(key) is not None}
+        run_id: {columns[key]: scene[key] for key in kept if scene.get(key) is not None}
         for run_id, scene in scenes.items()
     }

@@ -121,10 +121,8 @@ class _Cases:
             "reason": (reasons, "why the run has no data"),
             "run_id": ([case.id for case in self.campaign.cases], "identity of the run"),
         }
-        texts = {
-            name: np.asarray(np.array([*each, ""], object)[self.points], object)
-            for name, (each, _) in told.items()
-        }
+        texts = {name: np.array([*each, ""], object)[self.points] for name, (each, _) in told.items()}
+        texts = {name: np.asarray(each, object) for name, each in texts.items()}  # also where there is no dim
         for exclusion in getattr(self.campaign, "excluded", ()):
             place = self.place(exclusion)
             free = np.broadcast_to(self.points[place] < 0, np.shape(texts["status"][place]))
@@ -152,20 +150,16 @@ class _Cases:
             if case.position:
                 continue
             scene = dict(flat(json.loads(scenes.get(case.id) or "{}")))
-            given = {
-                name: value
-                for axis in self.campaign.axes
-                for name, along in _along(axis).items()
-                if (value := _own_value(scene.get(along.key), along)) is not None
-            }
             place = self.place(case)
+            given: dict[str, Any] = {}
             at_own = np.ones(np.shape(done[place]), bool)
             for number, axis in enumerate(self.campaign.axes):
                 keys = _along(axis).items()
-                equal = np.all([[_same(given.get(n), v) for v in along.values] for n, along in keys], axis=0)
+                given |= {name: _own_value(scene.get(along.key), along) for name, along in keys}
+                equal = np.all([[_same(given[n], v) for v in along.values] for n, along in keys], axis=0)
                 at_own &= equal.reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
             computed[place] &= at_own
-            own[case.label] = given
+            own[case.label] = {name: value for name, value in given.items() if value is not None}
         words = "whether the run stands at its own place here; else a case without a sweep, repeated"
         about = {"long_name": words, "own_values": json.dumps(own, ensure_ascii=False)}
         return (tuple(self.axes), computed, about)

@@ -151,9 +151,7 @@ class Checkpoints:
 
     def forget(self, run_ids: Iterable[str]) -> None:
         """Remove the images of runs that are finished."""
-        if not self.folder.is_dir():
-            return
-        for run_id in run_ids:
+        for run_id in run_ids if self.folder.is_dir() else ():
             with suppress(OSError):
                 for path in (self._path(run_id), *self.folder.glob(f"*{run_id}.*.part")):
                     path.unlink(missing_ok=True)

@@ -143,11 +143,8 @@ def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
     attributes = store.run(entry.id).attrs
     members = store.catalogue.members([entry.id])
     # the campaign that names its authors speaks for its runs, or one that is a file
-    member = max(
-        reversed(members),
-        key=lambda each: ("author" in each.metadata, each.path is not None),
-        default=campaigns.Member("", None, "", "", {}),
-    )
+    some = members[::-1] or [campaigns.Member("", None, "", "", {})]
+    member = max(some, key=lambda each: ("author" in each.metadata, each.path is not None))
     label = [] if member.label == BASE else [member.label]
     return {
         "id": entry.id,

@@ -170,11 +170,9 @@ class CatalogueSearch:
     def _column(self, name: str, runs: Sequence[Run]) -> list[Any] | None:
         """Return the value of a name for each of some runs, None where no run has any."""
         numbers, ids = zip(*runs, strict=True)
-        if name in OF_REMARKS:
-            told = remarks.texts_of(self.catalogue, ids, name)
-            return [told.get(run_id, ()) for run_id in ids]
-        if name in OF_CAMPAIGNS or name in self.axes:
-            told = self._of_campaigns(name, ids)
+        if name in (*OF_REMARKS, *OF_CAMPAIGNS, *self.axes):
+            remarked = name in OF_REMARKS
+            told = remarks.texts_of(self.catalogue, ids, name) if remarked else self._of_campaigns(name, ids)
             return [told.get(run_id, ()) for run_id in ids]
         if (question := QUESTIONS.get(name)) is None:
             if name not in self.numbers:
