@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -148,10 +149,8 @@ def _si(value: Any, units: str | None) -> Any:
     if not units:
         return f"{float(value):.9g}"
     for kind in sorted(KINDS.values(), key=lambda kind: units not in kind.units):
-        try:
+        with suppress(UnitError):
             return f"{convert(float(value), units, kind.unit):.9g}"
-        except UnitError:
-            continue
     return f"{value} {units}"
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from json import dumps, loads
 from math import isclose
 from textwrap import wrap
@@ -118,10 +119,8 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
 def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") -> str:
     """Return a value in the unit of the first text that has one, else in the usual unit."""
     for unit in (*(units.split(text)[1] for _, text in texts), key.display_unit):
-        try:
+        with suppress(units.UnitError):  # the unit of a scale of hardness
             return f"{units.convert(value, key.unit, unit):.{DIGITS}g} {unit}"
-        except units.UnitError:
-            continue  # the unit of a scale of hardness
     return f"{value:.{DIGITS}g} {key.unit}"
 
 
@@ -131,10 +130,8 @@ def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
 
     found = []
     for text in (written.get(name) or written.get(name.rpartition(".")[0], ()))[:MOST_WRITTEN]:
-        try:
+        with suppress(units.UnitError):  # what others recorded, or one of another kind
             found.append((units.quantity(text, kind), text))
-        except units.UnitError:
-            continue  # what others recorded, or one of another kind
     return found
 
 

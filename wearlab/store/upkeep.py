@@ -297,13 +297,11 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     for run_id in [asked for asked in wanted if asked in entries]:
         wanted |= provenance.rests_on(store, entries[run_id])
     known = {member.run for member in store.catalogue.members()}
+    left = [e for e in entries.values() if e.id not in wanted and (e.state != "running" or store.is_stale(e))]
+    reasons = {e.id: "an earlier version of a" if e.id in known else "no" for e in left}
     return [
-        Prunable(
-            *(e.id, e.state, store.files.size(e.id) or 0),
-            "an earlier version of a campaign asked for it" if e.id in known else "no campaign asked for it",
-        )
-        for e in entries.values()
-        if e.id not in wanted and not (e.state == "running" and not store.is_stale(e))
+        Prunable(e.id, e.state, store.files.size(e.id) or 0, f"{reasons[e.id]} campaign asked for it")
+        for e in left
     ]
 
 
