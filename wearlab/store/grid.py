@@ -244,7 +244,7 @@ class _Stored:
             if tuple(group.variables.get(name, {}).get("dims", "?")) == own
         }
         padded = tuple(self.sizes[dim] for dim in own)
-        equal = all(group.sizes[dim] == self.sizes[dim] for group in self.groups for dim in own)
+        equal = all(group.sizes.get(dim) == self.sizes[dim] for group in self.groups for dim in own)
         whole = bool((numbers >= 0).all()) and len(places) == len(self.groups) and equal
         dtype, fill = _dtype(first["dtype"], whole)
         lazy = reading.LazyVariable(name, numbers, self.files, places, padded, dtype, fill)
