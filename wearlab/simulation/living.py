@@ -146,7 +146,7 @@ def units(system: System) -> float:
 def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Callable[..., record.Life]:
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
-    tolerance = cycle_tolerance(scene)
+    tolerance = scene.numerics.cycle_tolerance or scene.numerics.tolerance
     return partial(
         integrate.integrate,
         limits=until,
@@ -172,11 +172,6 @@ def life_at_rate(
         return None
     until = build.wear.build_limits(scene, parts.gears, parts.coupling)
     return integration(scene, parts, until)(rate, parts.coupling.flat(wear))
-
-
-def cycle_tolerance(scene: Scene) -> float:
-    """Return the tolerance of depths and life over cycles."""
-    return scene.numerics.cycle_tolerance or scene.numerics.tolerance
 
 
 def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.History:

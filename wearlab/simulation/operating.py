@@ -126,8 +126,7 @@ def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
         if new in var.dims and name in OF_THE_FLANKS:
             var = var.isel({new: 0})
         elif new in var.dims:
-            old = [dim for dim in var.dims if dim not in ("update", new)]
-            var = var.transpose(*(dim for dim in ("update", new) if dim in var.dims), *old)
+            var = var.transpose("update", new, ..., missing_dims="ignore")
         restored[name] = var
     return xr.Dataset(restored)
 

@@ -101,11 +101,9 @@ class Patch(Protocol):
 
     def felt(self, depth: Array) -> Array:
         """Return the wear that the mesh feels, (2, n) [m]."""
-        ...
 
     def rate(self, pointwise: Array, depth: Array, force: Array) -> Array:
         """Return the wear rate of the flanks from that of contact centres, (2, n) [m per cycle]."""
-        ...
 
 
 @dataclass(frozen=True)
