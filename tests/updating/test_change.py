@@ -9,7 +9,7 @@ from wearlab.campaign.inheritance import CampaignError
 from wearlab.campaign.update import read_update
 from wearlab.updating.answers import answered, facts_of
 from wearlab.updating.clocks import changing
-from wearlab.updating.grids import posterior
+from wearlab.updating.grids import Posterior
 from wearlab.updating.measurements import UpdateError
 
 CYCLES, SD = np.array([1e5, 2e5, 3e5, 4e5, 5e5, 6e5]), 2.5e-4
@@ -24,7 +24,7 @@ def worn(factor, ratio, at, cycle):
 def updated(values, kind="once"):
     seen = (observed(CYCLES, values, ErrorModel(SD)),)
     asked, some = study(PRIOR, seen), blocks(seen)
-    runs, often = changing(history(seen), kind, lambda runs: posterior(runs, some, asked.prior))
+    runs, often = changing(history(seen), kind, lambda runs: Posterior(runs, some, asked.prior))
     return answered(asked, runs, some, often)
 
 

@@ -10,7 +10,7 @@ from scipy import stats
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import answered
-from wearlab.updating.grids import posterior
+from wearlab.updating.grids import Posterior
 from wearlab.updating.likelihood import log_likelihood
 from wearlab.updating.lives import Answer
 from wearlab.updating.sampling import drawn
@@ -209,8 +209,8 @@ def test_runs_judged_at_once_are_as_each_alone(error, later):
     prior = read_distribution({"lognormal": {"median": 1.0, "cov": 0.3}}, "factor")
     runs = [history(seen, rate=rate * RATE) for rate in (1.0, 1.1, 0.9)]
     runs[1] = replace(runs[1], asked=(runs[1].asked[0]._replace(cycle=later * cycles),))
-    whole = posterior(runs, some, prior)
-    each = [posterior([run], some, prior) for run in runs]
+    whole = Posterior(runs, some, prior)
+    each = [Posterior([run], some, prior) for run in runs]
     assert whole.log_evidence == pytest.approx([one.evidence for one in each], abs=2e-6)
     if error == "many":
         return

@@ -95,7 +95,7 @@ def answered(
     """Return what is known after the observations that count in these blocks."""
     last = [runs[0].asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
     drifting = lives.drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
-    post = grids.posterior(runs, blocks, study.prior, log_proposal)
+    post = Posterior(runs, blocks, study.prior, log_proposal)
     answer = Answer(post, float(max(last, default=runs[0].start)), drifting)
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     if len(told) < 2 or study.prior is None:
@@ -104,7 +104,7 @@ def answered(
     apart, *pair = contradiction(each)
     answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
     if answer.contradiction > TENSION and _widens(answer, runs):
-        return replace(answer, posterior=grids.widened(post, each))
+        return replace(answer, posterior=post.widened(each))
     return answer
 
 
@@ -201,7 +201,7 @@ def _prior_p(
         last = np.flatnonzero(cycle == cycle.max())[-1:]
         latest = replace(block, rows=block.rows[last])
         alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
-        prior = replace(before.posterior, blocks=alone)
+        prior = before.posterior.but(blocks=alone)
         value = float(block.seen.value[latest.rows][0])
         made = sampling.replicated(prior, draws, number, rng, known=False)[0][:, 0]
         below = (np.sum(made <= value) + 0.5) / (len(draws) + 1.0)

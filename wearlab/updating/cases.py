@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from wearlab.campaign import Axis, Campaign, Case
@@ -284,7 +285,7 @@ def histories(
     return tuple(read), np.array(which, np.intp)
 
 
-def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> list[run_curves.StoredRun]:
+def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> list[xr.Dataset]:
     """Return what is stored of scenes, each under what it is called.
 
     Raises

@@ -18,6 +18,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from wearlab import options, units
 from wearlab.arrays import Array
@@ -162,11 +163,11 @@ class Era(NamedTuple):
     """A gear in service: the cycle at which it was new, and a run of its wear since."""
 
     begin: float
-    run: run_curves.StoredRun
+    run: xr.Dataset
 
 
 def renewed(
-    study: cases.MeasuredCase, first: run_curves.StoredRun, compute: Callable[[Scene], run_curves.StoredRun]
+    study: cases.MeasuredCase, first: xr.Dataset, compute: Callable[[Scene], xr.Dataset]
 ) -> tuple[cases.MeasuredCase, RunHistory]:
     """Return a study whose measurements are parted by the gears they are of, and its history.
 
@@ -181,7 +182,7 @@ def renewed(
     UpdateError : a gear is not there, or a measurement or limit does not say of which gear it is
     """
     scene, start = study.first, float(first["cycle"].values[0])
-    flanks = [str(flank) for flank in first["wear_depth"].known("flank")]
+    flanks = first["flank"].astype(str).values.tolist()
     gears = list(dict.fromkeys(map(_gear, flanks)))
     eras = {gear: [Era(start, first)] for gear in gears}
     _gear_of(study.limit.where, gears, "update.limit")
@@ -222,7 +223,7 @@ def _gear_of(where: str | None, gears: list[str], place: str) -> str:
 
 
 def _events(
-    study: cases.MeasuredCase, first: run_curves.StoredRun, gears: list[str]
+    study: cases.MeasuredCase, first: xr.Dataset, gears: list[str]
 ) -> list[tuple[int, Replaced, float]]:
     """Return when gears were replaced, in order: number, what was said, cycle."""
     found = []
@@ -272,8 +273,8 @@ def _history(
             rows = np.flatnonzero(which == k)
             if len(rows) or k == len(mine) - 1:
                 part, run = _rows(seen, rows), mine[k].run
-                keep, ended = run_curves.states_kept(run), own.limit if run is last.run else None
-                one = run_curves.asked_of(run, part, keep, study.limit, ended)
+                ended = own.limit if run is last.run else None
+                one = run_curves.asked_of(run_curves.distinct(run), part, study.limit, ended)
                 clock = _clock(mine[k].begin, own.start, own.end)
                 parts.append(part)
                 asked.append(one._replace(clock=clock, begin=mine[k].begin))
@@ -293,35 +294,29 @@ def _rows(seen: measurements.Observed, rows: np.ndarray) -> measurements.Observe
     return replace(seen, **{part: getattr(seen, part)[rows] for part in parts})
 
 
-def _profile(run: run_curves.StoredRun, flank: str, own: float) -> dict[str, Any]:
+def _profile(run: xr.Dataset, flank: str, own: float) -> dict[str, Any]:
     """Return the wear of a flank at a cycle of a run, as a scene writes it."""
-    place = run["wear_depth"].known("flank").index(flank)
-    depth, rate, position = (
-        np.asarray(run[name].at("flank", place).values, float)
-        for name in ("wear_depth", "wear_rate", "path_position")
-    )
-    keep = run_curves.states_kept(run)
-    curve = run_curves.RunCurve(np.asarray(run["cycle"].values, float)[keep], depth[keep], rate[keep])
+    mine = run_curves.distinct(run).sel(flank=flank).sortby("path_position")
+    names = ("cycle", "wear_depth", "wear_rate", "path_position")
+    cycle, depth, rate, position = (np.asarray(mine[name].values, float) for name in names)
     held = np.flatnonzero(np.isfinite(position))
-    order = held[np.argsort(position[held], kind="stable")]
-    worn = np.maximum(curve.at(np.full(len(order), own), order), 0.0)
+    worn = run_curves.RunCurve(cycle, depth, rate).at(np.full(len(held), own), held)
+    worn = np.maximum(worn, 0.0)
     if not worn.any():
         return {}
     across = {
-        "abscissa": tuple(map(options.Stored, position[order].tolist())),
+        "abscissa": tuple(map(options.Stored, position[held].tolist())),
         "ordinate": tuple(map(options.Stored, worn.tolist())),
         "continuation": "hold",
     }
     return {"shape": "measured", "x": "path_position", "y": "depth", **across}
 
 
-def _joined(run: run_curves.StoredRun, own: float, then: run_curves.StoredRun) -> run_curves.StoredRun:
+def _joined(run: xr.Dataset, own: float, then: xr.Dataset) -> xr.Dataset:
     """Return a run until one of its cycles, and from there on another."""
-    held = run["cycle"].values < own * (1.0 - 1e-9)
-    found = dict(then)
-    for name, after in then.items():
-        if name in run and after.dims[:1] == ("update",):
-            shift = own * run_curves.per_cycle(run, name) if name in CLOCKS else 0.0
-            values = np.concatenate([run[name].values[held], after.values + shift])
-            found[name] = run_curves.StoredVariable(values, after.dims, after.labels)
-    return found
+    held = run.isel(update=run["cycle"].values < own * (1.0 - 1e-9))
+    shifts = {name: own * run_curves.per_cycle(run, name) for name in CLOCKS if name in run and name in then}
+    later = then.assign({name: then[name] + shift for name, shift in shifts.items()})
+    how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
+    both: xr.Dataset = xr.concat([held, later], "update", **how)
+    return both

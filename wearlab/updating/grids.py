@@ -11,12 +11,10 @@ foretold by the rest. Unknown errors have even grids in their logs, where the po
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from copy import copy
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
@@ -39,40 +37,66 @@ ROUNDS = 60
 SpreadGrids = tuple[Array, Array]
 
 
-@dataclass(frozen=True)
 class Posterior:
-    """The answer on its grids.
+    """What is known after the observations, on its grids.
 
     Parameters
     ----------
-    histories : the stored runs
+    histories : stored runs, each with a draw of the unknowns that cost runs
     blocks : the observations that count
     prior : of the factor on the wear coefficient; None: it is what the runs have
+    log_proposal : (runs,) log of how much more often each was drawn than its prior has it [0]
+
+    Attributes
+    ----------
     nodes : (runs, n) ln factor where the likelihood is known
     spreads : for each block the grids over ln of its errors, (sd, drift), each (runs, n); (runs, 1) of known
     centre, width : (runs,) of the map ln factor = c + w sinh s
     place : (runs, n) values of s, evenly spaced; one where the factor is known
+    log_factor : (runs, n) ln factor there
     density, below : (runs, n) probability per unit of s, and up to there, of each run by itself
     log_evidence : (runs,) log of p(y | run)
     weight : (runs,) posterior probability of each run
-    log_proposal : (runs,) log of how much more often a run was drawn than its prior has it
+    mass : (runs, n) probability of each point of the grids; all together 1
     resolved : whether the grids are fine enough
     """
 
-    histories: tuple[RunHistory, ...]
-    blocks: tuple[Block, ...]
-    prior: Distribution | None
-    nodes: Array
-    spreads: tuple[SpreadGrids, ...]
-    centre: Array
-    width: Array
-    place: Array
-    density: Array
-    below: Array
-    log_evidence: Array
-    weight: Array
-    log_proposal: Array
-    resolved: bool
+    def __init__(
+        self,
+        histories: Sequence[RunHistory],
+        blocks: Sequence[Block],
+        prior: Distribution | None,
+        log_proposal: Array | None = None,
+    ) -> None:
+        self.histories, self.blocks, self.prior = tuple(histories), tuple(blocks), prior
+        self.log_proposal = np.zeros(len(self.histories)) if log_proposal is None else log_proposal
+        self._all, self.resolved = np.arange(len(self.histories)), True
+        self._axes = {
+            (number, side): self._range(spread.prior, spread.scale)
+            for number, block in enumerate(self.blocks)
+            for side, spread in enumerate((block.sd, block.drift))
+            if spread is not None and spread.prior is not None
+        }
+        self.centre, self.width = np.log([run.factor for run in self.histories]), np.ones(len(self._all))
+        if prior is not None:
+            self._factor = self._range(prior)
+        self._narrow()
+        self.spreads = self._spreads(SPREADS)
+        if prior is None:
+            self.nodes, place = self.centre[:, None], np.zeros((len(self._all), 1))
+            self._norm(place, self._log_likelihood(self.nodes, self._all))
+        else:
+            self._norm(*self._resolve(prior))
+
+    def but(self, **changed: Any) -> "Posterior":
+        """Return it with other histories or blocks, and all else as it is."""
+        other = copy(self)
+        vars(other).update(changed)
+        return other
+
+    def by(self, blocks: Sequence[Block]) -> "Posterior":
+        """Return what is known after other observations."""
+        return Posterior(self.histories, blocks, self.prior, self.log_proposal)
 
     @property
     def evidence(self) -> float:
@@ -84,31 +108,17 @@ class Posterior:
         """The effective number of runs: 1/Σ w²."""
         return float(1.0 / np.sum(self.weight**2))
 
-    @cached_property
-    def log_factor(self) -> Array:
-        """Ln factor on the grids, (runs, n)."""
-        return self.centre[:, None] + self.width[:, None] * np.sinh(self.place)
-
-    @cached_property
-    def mass(self) -> Array:
-        """Probability of each point of the grids, (runs, n); all together 1."""
-        if self.prior is None:
-            return self.weight[:, None]
-        mass = self.density * even_weights(self.place.shape[1])
-        return mass / mass.sum(axis=1, keepdims=True) * self.weight[:, None]
-
     def smaller(self, log_factor: Array) -> Array:
         """Return each run's probability of smaller factors than (runs, q), (runs, q)."""
         if self.prior is None:
             return np.asarray((log_factor > self.centre[:, None]).astype(float))
         s = np.arcsinh((log_factor - self.centre[:, None]) / self.width[:, None])
-        step = self.place[:, 1] - self.place[:, 0]
-        n = self.place.shape[1]
-        t = np.clip((s - self.place[:, :1]) / step[:, None], 0.0, n - 1.0)
+        step, n = self.place[:, 1:2] - self.place[:, :1], self.place.shape[1]
+        t = np.clip((s - self.place[:, :1]) / step, 0.0, n - 1.0)
         i = np.minimum(t.astype(np.intp), n - 2)
-        t, runs = t - i, np.arange(len(s))[:, None]
+        t, runs = t - i, self._all[:, None]
         y0, y1 = self.below[runs, i], self.below[runs, i + 1]
-        d0, d1 = (self.density[runs, j] * step[:, None] for j in (i, i + 1))
+        d0, d1 = (self.density[runs, j] * step for j in (i, i + 1))
         cubic = [d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0]
         return np.asarray(np.polyval(cubic, t))
 
@@ -121,10 +131,6 @@ class Posterior:
 
         return np.exp(risen(smaller, np.asarray(p, float), ends.min() - 1e-9, ends.max() + 1e-9))
 
-    def by(self, blocks: Sequence[Block]) -> "Posterior":
-        """Return what is known after other observations."""
-        return posterior(self.histories, blocks, self.prior, self.log_proposal)
-
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
         sd, drift = (grid[i : i + 1] for grid in self.spreads[number])
@@ -132,6 +138,172 @@ class Posterior:
         found, seen = conditional(runs, self.blocks[number], number, nodes, (sd, drift))
         mean, variance = (np.broadcast_to(part, found.shape)[0] for part in (seen.mean, seen.variance))
         return found[0], Filtered(found[0], mean, variance, seen.cycle)
+
+    def _norm(self, place: Array, logs: Array) -> None:
+        """Set densities, evidences and weights by logs at places; one place where the factor is known."""
+        n, top = logs.shape[1], logs.max(axis=1, keepdims=True)
+        self.place, self.log_factor = place, self._at(place)
+        density = np.exp(logs - top)
+        below, total = density, np.ones(len(logs))
+        if n > 1:
+            step = (place[:, -1] - place[:, 0]) / (n - 1)
+            below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step[:, None]
+            total = below[:, -1]
+        self.density, self.below = density / total[:, None], below / total[:, None]
+        self.log_evidence = top[:, 0] + np.log(total)
+        often = self.log_evidence - self.log_proposal
+        self.weight = np.exp(often - logsumexp(often))
+        mass = self.density * even_weights(n)
+        self.mass = mass / mass.sum(axis=1, keepdims=True) * self.weight[:, None]
+
+    def _range(self, prior: Distribution, scale: float = 1.0) -> Range:
+        return Range(*(np.full(len(self._all), end) for end in range_of(prior, scale)))
+
+    def _even(self, n: int, some: Any = slice(None)) -> Array:
+        """Return n even values of s over the range of the factor, (some, n)."""
+        low, high = (np.arcsinh((end - self.centre) / self.width) for end in self._factor[:2])
+        return np.linspace(low[some], high[some], n, axis=1)
+
+    def _at(self, s: Array, some: Any = slice(None)) -> Array:
+        """Return ln factor at s, (some, n)."""
+        return np.asarray(self.centre[some, None] + self.width[some, None] * np.sinh(s))
+
+    def _spreads(self, n: int) -> tuple[SpreadGrids, ...]:
+        """Return grids over the errors: n points of an unknown one."""
+
+        def grid(number: int, side: int, spread: Spread | None) -> Array:
+            if (axis := self._axes.get((number, side))) is not None:
+                return np.linspace(axis.low, axis.high, n, axis=1)
+            with np.errstate(divide="ignore"):  # an error that is 0
+                return np.full((len(self._all), 1), np.log(0.0 if spread is None else spread.known))
+
+        return tuple((grid(k, 0, block.sd), grid(k, 1, block.drift)) for k, block in enumerate(self.blocks))
+
+    def _tables(self, points: Array, some: Index) -> dict[int, Array]:
+        """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
+        tables = {}
+        for number, block in ((n, block) for n, block in enumerate(self.blocks) if len(block.rows)):
+            (sd, drift), parts = (grid[some] for grid in self.spreads[number]), []
+            size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
+            for mine in np.array_split(np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)):
+                runs = [self.histories[i] for i in some[mine]]
+                parts.append(conditional(runs, block, number, points[mine], (sd[mine], drift[mine]))[0])
+            tables[number] = np.concatenate(parts)
+        return tables
+
+    def _log_likelihood(self, points: Array, some: Index) -> Array:
+        total = np.zeros(points.shape)
+        for table in self._tables(points, some).values():
+            total += table[:, :, 0, 0] if table[0, 0].size == 1 else logsumexp(table, axis=(2, 3))
+        return total
+
+    def _narrow(self) -> None:
+        """Narrow all ranges to where the posterior is, or widen them where a prior goes on.
+
+        How small an error may be is seen only where the factor is right: its range comes first.
+        """
+        self.spreads = self._spreads(COARSE_SPREAD)
+        for _ in range(1 + (len(self._axes) > 0)):
+            if self.prior is not None:
+                self._narrow_factor(self.prior)
+            some = self._all
+            for _ in range(ROUNDS if self._axes else 0):
+                some = some[self._errors_moved(some)]
+                if not len(some):
+                    break
+
+    def _narrow_factor(self, prior: Distribution) -> None:
+        def logs_at(points: Array, some: Index) -> Array:
+            return log_density(prior, points) + self._log_likelihood(points, some)
+
+        some = self._all
+        for _ in range(ROUNDS):
+            points = np.linspace(self._factor.low[some], self._factor.high[some], COARSE, axis=1)
+            some = some[_narrowed(self._factor, some, points, logs_at(points, some))]
+            if not len(some):
+                break
+        self.centre, self.width = peak(logs_at, *self._factor[:2])
+
+    def _errors_moved(self, some: Index) -> Flags:
+        """Fit the ranges of unknown errors once; say of which runs any moved."""
+        points, own = self.centre[some, None], np.zeros((len(some), 1))
+        if self.prior is not None:
+            s = self._even(COARSE, some)
+            points = self._at(s, some)
+            own = log_density(self.prior, points) + np.log(np.cosh(s))
+        tables = self._tables(points, some)
+        alone = {number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()}
+        together = own + sum(alone.values(), np.zeros(points.shape))
+        moved = np.zeros(len(some), bool)
+        for (number, side), axis in self._axes.items():
+            if number in tables:
+                grid = self.spreads[number][side]
+                table = tables[number] + (together - alone[number])[:, :, None, None]
+                margin = logsumexp(table, axis=(1, 3 - side)) - np.log(even_weights(grid.shape[1]))
+                moved |= _narrowed(axis, some, grid[some], margin)
+        self.spreads = self._spreads(COARSE_SPREAD)
+        return moved
+
+    def _resolve(self, prior: Distribution) -> tuple[Array, Array]:
+        """Return s on a fine grid, and the log of prior times likelihood per unit of s, (runs, n).
+
+        Nodes are doubled until every other one is foretold by the rest; where it is, those between are.
+        """
+        self.nodes = self._at(self._even(NODES))
+        values = self._log_likelihood(self.nodes, self._all)
+        while True:
+            n = values.shape[1]
+            logs = values + log_density(prior, self.nodes)
+            top = np.where(np.isfinite(logs), logs, -np.inf).max(axis=1, keepdims=True)
+            largest = np.where(np.isfinite(logs), values, -1e300).max(axis=1, keepdims=True)
+            safe = np.maximum(values, largest - 1e6)
+            foretold = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)(np.arange(1, n, 2))
+            off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
+            rough = np.flatnonzero(~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1))
+            self.resolved = not len(rough)
+            if self.resolved or 2 * n - 1 > MOST_NODES[bool(self._axes)]:
+                break
+            self.nodes, coarse = self._at(self._even(2 * n - 1)), values
+            values = _between(coarse, 0.5 * np.arange(2 * n - 1))
+            values[:, ::2] = coarse
+            values[rough, 1::2] = self._log_likelihood(self.nodes[rough, 1::2], rough)
+        s = self._even(FINER * (n - 1) + 1)
+        logs = _between(values, np.linspace(0.0, n - 1.0, s.shape[1])) + log_density(prior, self._at(s))
+        return s, logs + np.log(self.width[:, None] * np.cosh(s))
+
+    def widened(self, alone: "Sequence[Posterior]") -> "Posterior":
+        """Return what is known where each source has a scale of its own: it sees ln k + δ, δ ~ N(0, τ²).
+
+        p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a standard deviation of
+        `SCALE`: the random effects of a meta-analysis.
+
+        Parameters
+        ----------
+        alone : of each source alone; this is of all together, as if each were right
+        """
+        assert self.prior is not None
+        n, runs = self.place.shape[1], len(self._all)
+        tau = np.geomspace(0.01, 4.0, 25) * SCALE
+        log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
+        s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
+        found, logs = self.but(centre=self.centre.copy(), width=np.empty(runs)), np.empty((runs, n))
+        for i in range(runs):
+            means = [float(np.sum(one.mass[i] * one.log_factor[i]) / one.mass[i].sum()) for one in alone]
+            found.centre[i], found.width[i] = np.mean(means), max(np.ptp(means), 1e-6) / 4.0
+            u = found.centre[i] + found.width[i] * np.sinh(s[i])
+            together = log_tau + np.zeros((n, 1))
+            for one in alone:
+                x = one.log_factor[i][::4]
+                own = np.log(np.maximum(one.density[i][::4] * even_weights(n)[::4], 1e-290))
+                own = own - log_density(self.prior, x) + one.log_evidence[i]
+                away = (u[:, None] - x) ** 2
+                seen = [logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau]
+                together = together + np.stack(seen, axis=1)
+            jacobian = np.log(found.width[i] * np.cosh(s[i]))
+            logs[i] = logsumexp(together, axis=1) + log_density(self.prior, u) + jacobian
+        found.nodes = found._at(s[:, ::FINER])
+        found._norm(s, logs)
+        return found
 
 
 def weighted_quantiles(value: Array, weight: Array, p: Any) -> Array:
@@ -194,220 +366,7 @@ def _log_prior(spread: Spread | None, grid: Array) -> Array:
     return np.asarray(logs + np.log(even_weights(grid.shape[1]) * step))
 
 
-def posterior(
-    histories: Sequence[RunHistory],
-    blocks: Sequence[Block],
-    prior: Distribution | None,
-    log_proposal: Array | None = None,
-) -> Posterior:
-    """Return what is known after the observations.
-
-    Parameters
-    ----------
-    histories : stored runs, each with a draw of the unknowns that cost runs
-    blocks : the observations that count
-    prior : of the factor on the wear coefficient
-    log_proposal : (runs,) log of how much more often each was drawn than its prior has it [0]
-    """
-    runs, some = tuple(histories), tuple(blocks)
-    grids = _Grids(runs, some, prior)
-    place, logs = grids.fine(FINER * (grids.nodes.shape[1] - 1) + 1)
-    often = np.zeros(len(runs)) if log_proposal is None else log_proposal
-    own = {name: getattr(grids, name) for name in ("nodes", "spreads", "centre", "width", "resolved")}
-    return Posterior(runs, some, prior, log_proposal=often, **own, **_normed(place, logs, often))
-
-
-def _normed(place: Array, logs: Array, often: Array) -> dict[str, Any]:
-    """Return densities, evidences and weights by logs at places; one place where the factor is known."""
-    n, top = logs.shape[1], logs.max(axis=1, keepdims=True)
-    density = np.exp(logs - top)
-    below, total = density, np.ones(len(logs))
-    if n > 1:
-        step = (place[:, -1] - place[:, 0]) / (n - 1)
-        below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step[:, None]
-        total = below[:, -1]
-        density, below = density / total[:, None], below / total[:, None]
-    evidence = top[:, 0] + np.log(total)
-    weight = np.exp(evidence - often - logsumexp(evidence - often))
-    return dict(place=place, density=density, below=below, log_evidence=evidence, weight=weight)
-
-
-def widened(post: Posterior, alone: Sequence[Posterior]) -> Posterior:
-    """Return what is known where each source has a scale of its own: it sees ln k + δ, δ ~ N(0, τ²).
-
-    p(u | y) ∝ p(u) ∫ p(τ) Π_b ∫ L_b(x) N(x; u, τ²) dx dτ, τ half-normal with a standard deviation of `SCALE`:
-    the random effects of a meta-analysis.
-
-    Parameters
-    ----------
-    post : of all sources together, as if each were right
-    alone : of each source alone
-    """
-    assert post.prior is not None
-    n, runs = post.place.shape[1], len(post.weight)
-    tau = np.geomspace(0.01, 4.0, 25) * SCALE
-    log_tau = -0.5 * (tau / SCALE) ** 2 + np.log(tau)
-    s = np.broadcast_to(np.linspace(-6.0, 6.0, n), (runs, n))
-    centre, width, logs = post.centre.copy(), np.empty(runs), np.empty((runs, n))
-    for i in range(runs):
-        means = [float(np.sum(one.mass[i] * one.log_factor[i]) / one.mass[i].sum()) for one in alone]
-        centre[i], width[i] = np.mean(means), max(np.ptp(means), 1e-6) / 4.0
-        u = centre[i] + width[i] * np.sinh(s[i])
-        together = log_tau + np.zeros((n, 1))
-        for one in alone:
-            x = one.log_factor[i][::4]
-            own = np.log(np.maximum(one.density[i][::4] * even_weights(n)[::4], 1e-290))
-            own = own - log_density(post.prior, x) + one.log_evidence[i]
-            away = (u[:, None] - x) ** 2
-            seen = [logsumexp(own - 0.5 * away / t**2, axis=1) - np.log(t) for t in tau]
-            together = together + np.stack(seen, axis=1)
-        logs[i] = logsumexp(together, axis=1) + log_density(post.prior, u) + np.log(width[i] * np.cosh(s[i]))
-    nodes = centre[:, None] + width[:, None] * np.sinh(s[:, ::FINER])
-    return replace(post, nodes=nodes, centre=centre, width=width, **_normed(s, logs, post.log_proposal))
-
-
-class _Grids:
-    """The grids of all runs, each put where its posterior is; ``some`` are the numbers of those looked at."""
-
-    def __init__(
-        self, runs: Sequence[RunHistory], blocks: tuple[Block, ...], prior: Distribution | None
-    ) -> None:
-        self.runs, self.prior, self.all = runs, prior, np.arange(len(runs))
-        self.blocks = [(number, block) for number, block in enumerate(blocks) if len(block.rows)]
-        self.axes = {
-            (number, side): self._range(spread.prior, spread.scale)
-            for number, block in enumerate(blocks)
-            for side, spread in enumerate((block.sd, block.drift))
-            if spread is not None and spread.prior is not None
-        }
-        self.known = [[0.0 if s is None else s.known for s in (block.sd, block.drift)] for block in blocks]
-        self.resolved = True
-        self.centre, self.width = np.log([run.factor for run in runs]), np.ones(len(runs))
-        if prior is not None:
-            self.factor = self._range(prior)
-        self._narrow()
-        self.spreads = self._spreads(SPREADS)
-        self.nodes = self.centre[:, None] if prior is None else self._at(NODES)
-        self.likelihood = self._log_likelihood(self.nodes, self.all)
-        if prior is not None:
-            self._resolve(prior)
-
-    def fine(self, n: int) -> tuple[Array, Array]:
-        """Return s and the log of prior times likelihood per unit of s, (runs, n)."""
-        if self.prior is None:
-            return np.zeros((len(self.runs), 1)), self.likelihood
-        s = np.linspace(*self._ends(self.all), n, axis=1)
-        logs = _between(self.likelihood, np.linspace(0.0, self.nodes.shape[1] - 1.0, n))
-        u, width = self.centre[:, None] + self.width[:, None] * np.sinh(s), self.width[:, None]
-        return s, logs + log_density(self.prior, u) + np.log(width * np.cosh(s))
-
-    def _range(self, prior: Distribution, scale: float = 1.0) -> Range:
-        return Range(*(np.full(len(self.runs), end) for end in range_of(prior, scale)))
-
-    def _ends(self, some: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return s at the ends of the ranges of the factor."""
-        low, high = (np.arcsinh((end - self.centre) / self.width)[some] for end in self.factor[:2])
-        return low, high
-
-    def _spreads(self, n: int) -> tuple[SpreadGrids, ...]:
-        with np.errstate(divide="ignore"):  # an error that is 0
-            grids = [[np.full((len(self.runs), 1), np.log(one)) for one in both] for both in self.known]
-        for (number, side), axis in self.axes.items():
-            grids[number][side] = np.linspace(axis.low, axis.high, n, axis=1)
-        return tuple((sd, drift) for sd, drift in grids)
-
-    def _tables(self, points: Array, some: NDArray[np.intp]) -> dict[int, Array]:
-        """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
-        tables = {}
-        for number, block in self.blocks:
-            (sd, drift), parts = (grid[some] for grid in self.spreads[number]), []
-            size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
-            for mine in np.array_split(np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)):
-                runs = [self.runs[i] for i in some[mine]]
-                parts.append(conditional(runs, block, number, points[mine], (sd[mine], drift[mine]))[0])
-            tables[number] = np.concatenate(parts)
-        return tables
-
-    def _log_likelihood(self, points: Array, some: NDArray[np.intp]) -> Array:
-        total = np.zeros(points.shape)
-        for table in self._tables(points, some).values():
-            total += table[:, :, 0, 0] if table[0, 0].size == 1 else logsumexp(table, axis=(2, 3))
-        return total
-
-    def _narrow(self) -> None:
-        """Narrow all ranges to where the posterior is, or widen them where a prior goes on.
-
-        How small an error may be is seen only where the factor is right: its range comes first.
-        """
-        self.spreads = self._spreads(COARSE_SPREAD)
-        for _ in range(1 + (len(self.axes) > 0)):
-            if self.prior is not None:
-                self._narrow_factor(self.prior)
-            some = self.all
-            for _ in range(ROUNDS if self.axes else 0):
-                some = some[self._errors_moved(some)]
-                if not len(some):
-                    break
-
-    def _narrow_factor(self, prior: Distribution) -> None:
-        def logs_at(points: Array, some: NDArray[np.intp]) -> Array:
-            return log_density(prior, points) + self._log_likelihood(points, some)
-
-        some = self.all
-        for _ in range(ROUNDS):
-            points = np.linspace(self.factor.low[some], self.factor.high[some], COARSE, axis=1)
-            some = some[_narrowed(self.factor, some, points, logs_at(points, some))]
-            if not len(some):
-                break
-        self.centre, self.width = peak(logs_at, *self.factor[:2])
-
-    def _errors_moved(self, some: NDArray[np.intp]) -> Flags:
-        """Fit the ranges of unknown errors once; say of which runs any moved."""
-        points, own = self.centre[some, None], np.zeros((len(some), 1))
-        if self.prior is not None:
-            s = np.linspace(*self._ends(some), COARSE, axis=1)
-            points = points + self.width[some, None] * np.sinh(s)
-            own = log_density(self.prior, points) + np.log(np.cosh(s))
-        tables = self._tables(points, some)
-        alone = {number: logsumexp(table, axis=(2, 3)) for number, table in tables.items()}
-        together = own + sum(alone.values(), np.zeros(points.shape))
-        moved = np.zeros(len(some), bool)
-        for (number, side), axis in self.axes.items():
-            grid = self.spreads[number][side]
-            if number in tables:
-                table = tables[number] + (together - alone[number])[:, :, None, None]
-                margin = logsumexp(table, axis=(1, 3 - side)) - np.log(even_weights(grid.shape[1]))
-                moved |= _narrowed(axis, some, grid[some], margin)
-        self.spreads = self._spreads(COARSE_SPREAD)
-        return moved
-
-    def _resolve(self, prior: Distribution) -> None:
-        """Double the nodes until every other one is foretold by the rest; where it is, those between are."""
-        most = MOST_NODES[bool(self.axes)]
-        while True:
-            n, values = self.nodes.shape[1], self.likelihood
-            logs = values + log_density(prior, self.nodes)
-            top = np.where(np.isfinite(logs), logs, -np.inf).max(axis=1, keepdims=True)
-            largest = np.where(np.isfinite(logs), values, -1e300).max(axis=1, keepdims=True)
-            safe = np.maximum(values, largest - 1e6)
-            foretold = CubicSpline(np.arange(0, n, 2), safe[:, ::2], axis=1)(np.arange(1, n, 2))
-            off = np.abs(np.expm1(np.minimum(foretold - safe[:, 1::2], 50.0)))
-            rough = np.flatnonzero(~np.all(off * np.exp(logs[:, 1::2] - top) < FORETOLD, axis=1))
-            self.resolved = not len(rough)
-            if self.resolved or 2 * n - 1 > most:
-                return
-            self.nodes = self._at(2 * n - 1)
-            self.likelihood = _between(values, 0.5 * np.arange(2 * n - 1))
-            self.likelihood[:, ::2] = values
-            self.likelihood[rough, 1::2] = self._log_likelihood(self.nodes[rough, 1::2], rough)
-
-    def _at(self, n: int) -> Array:
-        """Return ln factor at n nodes, (runs, n)."""
-        s = np.linspace(*self._ends(self.all), n, axis=1)
-        return np.asarray(self.centre[:, None] + self.width[:, None] * np.sinh(s))
-
-
-def peak(logs_at: Callable[[Array, NDArray[np.intp]], Array], low: Array, high: Array) -> tuple[Array, Array]:
+def peak(logs_at: Callable[[Array, Index], Array], low: Array, high: Array) -> tuple[Array, Array]:
     """Return where densities are largest within ranges, (rows,), and their standard deviations there.
 
     Parameters
@@ -437,7 +396,7 @@ def _between(values: Array, at: Array) -> Array:
     return np.asarray(CubicSpline(np.arange(values.shape[1]), safe, axis=1)(at))
 
 
-def _narrowed(axis: Range, some: NDArray[np.intp], points: Array, logs: Array) -> Flags:
+def _narrowed(axis: Range, some: Index, points: Array, logs: Array) -> Flags:
     """Fit ranges of some runs to all within `DEPTH` of the top of logs, (some, points); say which moved."""
     rows, end, (low, high, least, most) = np.arange(len(some)), logs.shape[1] - 1, (e[some] for e in axis)
     held, top = logs > logs.max(axis=1, keepdims=True) - DEPTH, np.argmax(logs, axis=1)

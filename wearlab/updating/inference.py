@@ -136,7 +136,7 @@ class Runner(NamedTuple):
             found.append((runs, which))
         return found
 
-    def stored(self, study: cases.MeasuredCase, scenes: Mapping[str, Scene]) -> list[run_curves.StoredRun]:
+    def stored(self, study: cases.MeasuredCase, scenes: Mapping[str, Scene]) -> "list[xr.Dataset]":
         """Return what is stored of scenes, each under what it is called; those that are missing are run."""
         self._compute([study], tuple(scenes.values()))
         return cases.stored(study, scenes, self.store)
@@ -154,7 +154,7 @@ def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
     ((runs, which),) = runner.run([study])
     if study.spec.replaced:
 
-        def compute(scene: Scene) -> run_curves.StoredRun:
+        def compute(scene: Scene) -> "xr.Dataset":
             return runner.stored(study, {"update.replaced: its run with worn mates": scene})[0]
 
         study, history = clocks.renewed(study, compute(study.first), compute)
@@ -177,7 +177,7 @@ def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
         blocks, asked = answers.blocks_of(study, runs), study
 
         def judge(some: tuple[run_curves.RunHistory, ...]) -> grids.Posterior:
-            return grids.posterior(some, blocks, asked.prior)
+            return grids.Posterior(some, blocks, asked.prior)
 
         runs, proposal = clocks.changing(runs[0], study.spec.change, judge)
         which, known = np.zeros(len(runs), np.intp), None

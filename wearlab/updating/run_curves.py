@@ -13,18 +13,17 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from wearlab.arrays import Array, Flags
+from wearlab.arrays import Array
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.store.files import StoreError
 from wearlab.updating.calendar import straight
 from wearlab.updating.measurements import Observed, UpdateError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from wearlab.store import Store
 
 TINY = 1e-12
@@ -32,43 +31,9 @@ BITS, CLOSE = 60, 1e-12  # halvings to round-off; of its range, by which a root 
 WHOLE = ("max_wear_depth", "worn_mass")  # quantities that are one number of a gear
 
 
-class StoredVariable(NamedTuple):
-    """A variable of a run: its array, the names of its dims, and labels of those that have some."""
-
-    values: NDArray[Any]
-    dims: tuple[str, ...]
-    labels: Mapping[str, list[Any]]
-
-    def at(self, dim: str, index: "int | list[int]") -> "StoredVariable":
-        """Return the values at a place of a dim, which goes with it, or at some places."""
-        dims = self.dims if isinstance(index, list) else tuple(own for own in self.dims if own != dim)
-        return StoredVariable(np.take(self.values, index, axis=self.dims.index(dim)), dims, self.labels)
-
-    def largest(self, dim: str) -> "StoredVariable":
-        """Return the largest along a dim, of those that are numbers."""
-        top = np.fmax.reduce(self.values, axis=self.dims.index(dim))
-        return StoredVariable(top, tuple(own for own in self.dims if own != dim), self.labels)
-
-    def known(self, dim: str) -> list[Any]:
-        """Return the labels of a dim, numbers from 0 on where it has none."""
-        return self.labels.get(dim) or list(range(self.values.shape[self.dims.index(dim)]))
-
-
-StoredRun = Mapping[str, StoredVariable]
-
-
-def variables_of(run: "xr.Dataset") -> StoredRun:
-    """Return the variables of a dataset: a thousand of them are read faster than xarray makes one."""
-    labels = {str(dim): run[dim].values.tolist() for dim in run.dims if dim in run.coords}
-    return {
-        str(name): StoredVariable(np.asarray(one.values), tuple(map(str, one.dims)), labels)
-        for name, one in run.variables.items()
-    }
-
-
 def read_runs(
     store: "Store", ids: Collection[str], names: Collection[str], once: Collection[str] = ()
-) -> dict[str, StoredRun]:
+) -> dict[str, xr.Dataset]:
     """Return the runs among ``ids`` that have data, with those variables of ``names`` that they have.
 
     Every file is opened once, and compared with its hash when first read; the catalogue has dims and labels.
@@ -85,18 +50,19 @@ def read_runs(
     """
     from wearlab.store import reading
 
-    found = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
-    placed = {run_id: found[run_id] for run_id in ids if run_id in found}
+    placed = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
-    runs: dict[str, StoredRun] = {}
-    for run_id, run in placed.items():
-        layout, path = layouts[str(run.layout)], str(store.file_of(run_id))
-        wanted = names if runs else {*names, *once}
-        dims = {name: layout["variables"][name]["dims"] for name in wanted if name in layout["variables"]}
-        arrays = reading.read_variables(path, dims, run.sha256)
+    runs: dict[str, xr.Dataset] = {}
+    for run_id in (each for each in ids if each in placed):
+        layout, path = layouts[str(placed[run_id].layout)], str(store.file_of(run_id))
+        known, wanted = layout["variables"], names if runs else {*names, *once}
+        dims = {name: known[name]["dims"] for name in wanted if name in known}
+        arrays = reading.read_variables(path, dims, placed[run_id].sha256)
         if wrong := [name for name, values in arrays.items() if values.ndim != len(dims[name])]:
             raise StoreError(f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' mends it")
-        runs[run_id] = {n: StoredVariable(v, tuple(dims[n]), layout["labels"]) for n, v in arrays.items()}
+        each = {name: (dims[name], values) for name, values in arrays.items()}
+        has = {dim for own in dims.values() for dim in own}
+        runs[run_id] = xr.Dataset(each, {d: known for d, known in layout["labels"].items() if d in has})
     return runs
 
 
@@ -191,16 +157,12 @@ class Clock(NamedTuple):
 
     def __call__(self, cycle: Array) -> Array:
         """Return how many cycles at the run's own coefficient and load wear as much."""
-        return _through(cycle, self.cycle, self.equal)
+        rate = (self.equal[-1] - self.equal[-2]) / (self.cycle[-1] - self.cycle[-2])
+        return straight(np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate)
 
     def inverse(self, equal: Array) -> Array:
         """Return the real cycles."""
-        return _through(equal, self.equal, self.cycle)
-
-
-def _through(x: Array, knots: Array, values: Array) -> Array:
-    rate = (values[-1] - values[-2]) / (knots[-1] - knots[-2])
-    return straight(np.maximum(x, knots[0]), knots, values, rate)
+        return Clock(self.equal, self.cycle)(equal)
 
 
 @dataclass(frozen=True)
@@ -292,7 +254,7 @@ def refuse_stages(scene: Mapping[str, Any]) -> None:
 
 
 def history_of(
-    run: StoredRun, run_id: str, scene: Mapping[str, Any], seen: tuple[Observed, ...], limit: Limit
+    run: xr.Dataset, run_id: str, scene: Mapping[str, Any], seen: tuple[Observed, ...], limit: Limit
 ) -> RunHistory:
     """Return what a stored run says over the cycles.
 
@@ -308,10 +270,10 @@ def history_of(
     UpdateError : the run lacks a quantity, or what happens in it does not scale with k
     """
     refuse_stages(scene)
-    if "cycle" not in run or len(run["cycle"].values) < 2:
+    if "cycle" not in run or run["cycle"].size < 2:
         raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
-    cycle, keep = np.asarray(run["cycle"].values, float), states_kept(run)
-    ended = curve_of(run, limit.quantity, limit.where, {}, keep, "update.limit")
+    run = distinct(run)
+    ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     coefficient = (scene.get("wear") or {}).get("coefficient") or {}
     factor = float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
     limit_cycle = float(ended.first_above(np.array(limit.value)))
@@ -320,26 +282,27 @@ def history_of(
         id=run_id,
         factor=factor,
         coefficient=_coefficient(run, limit.where) / factor,
-        start=float(cycle[0]),
-        end=float(cycle[-1]),
+        start=float(ended.cycle[0]),
+        end=float(ended.cycle[-1]),
         seconds_per_cycle=per_cycle(run, "operating_hours"),
-        asked=tuple(asked_of(run, inspection, keep, limit, ended) for inspection in seen),
+        asked=tuple(asked_of(run, inspection, limit, ended) for inspection in seen),
         limit=ended,
         level=limit.value,
         limit_cycle=limit_cycle,
-        beside=_beside(run, limit, ended, keep),
+        beside=_beside(run, limit, ended),
         numerical=anywhere,
         numerical_whole=whole,
     )
 
 
-def states_kept(run: StoredRun) -> Flags:
-    """Return which states of a run count: of several at one cycle the first."""
-    cycle = np.asarray(run["cycle"].values, float)
-    return np.concatenate([[True], np.diff(cycle) > TINY * max(cycle[-1], 1.0)])
+def distinct(run: xr.Dataset) -> xr.Dataset:
+    """Return a run with the states that count: of several at one cycle the first."""
+    cycle = run["cycle"].values
+    keep = np.append(True, np.diff(cycle) > TINY * max(cycle[-1], 1.0))
+    return run if keep.all() else run.isel(update=keep)
 
 
-def cycles_of(run: StoredRun, seen: Observed) -> Array:
+def cycles_of(run: xr.Dataset, seen: Observed) -> Array:
     """Return the cycles of a run at which a block was measured."""
     cycle, start = np.asarray(seen.time, float), float(run["cycle"].values[0])
     if seen.clock != "cycle":
@@ -350,27 +313,26 @@ def cycles_of(run: StoredRun, seen: Observed) -> Array:
     return cycle
 
 
-def asked_of(run: StoredRun, seen: Observed, keep: Flags, limit: Limit, ended: RunCurve | None) -> Asked:
+def asked_of(run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | None) -> Asked:
     """Return what a block of observations asks of a run.
 
     Parameters
     ----------
     run, seen : the run, the block
-    keep : which states of the run count
     limit, ended : what ends the life, and its curve, where it is of this run
     """
     data, cycle = seen.data, cycles_of(run, seen)
     if seen.place_kind is None:
         same = (data.quantity, data.where) == (limit.quantity, limit.where) and not data.select
         if ended is None or not same:
-            ended = curve_of(run, data.quantity, data.where, data.select, keep, data.place)
+            ended = curve_of(run, data.quantity, data.where, data.select, data.place)
         return Asked(ended, np.zeros(len(seen), np.intp), cycle)
     places, column = np.unique(seen.place, return_inverse=True)
-    return Asked(_profile(run, seen, places, keep), column.astype(np.intp), cycle)
+    return Asked(_profile(run, seen, places), column.astype(np.intp), cycle)
 
 
 def curve_of(
-    run: StoredRun, name: str, where: str | None, select: Mapping[str, Any], keep: Flags, place: str
+    run: xr.Dataset, name: str, where: str | None, select: Mapping[str, Any], place: str
 ) -> RunCurve:
     """Return a scalar over the cycles; every dimension with several labels needs one."""
     if name not in run:
@@ -380,24 +342,22 @@ def curve_of(
     if own is not None and where is not None:
         labels[own] = where
     if own == "flank" and own not in labels and name == "max_wear_depth":
-        values = values.largest("flank")
-    unknown = [dim for dim in select if dim not in values.dims]
-    if unknown:
+        values = values.max("flank")
+    if unknown := [dim for dim in select if dim not in values.dims]:
         raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
-    for dim in [dim for dim in values.dims if dim != "update"]:
-        known, key = values.known(dim), dim if dim in ("flank", "member") else f"select.{dim}"
+    for dim in [str(dim) for dim in values.dims if dim != "update"]:
+        known, key = values[dim].values.tolist(), dim if dim in ("flank", "member") else f"select.{dim}"
         listed = ", ".join(map(str, known[:8]))
         if dim not in labels and len(known) > 1:
             raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
         if dim in labels and labels[dim] not in known:
             raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
-        values = values.at(dim, known.index(labels[dim]) if dim in labels else 0)
-    cycle = np.asarray(run["cycle"].values, float)[keep]
-    y = np.asarray(values.values, float)[keep]
+        values = values.isel({dim: known.index(labels[dim]) if dim in labels else 0})
+    cycle, y = (np.asarray(each.values, float) for each in (run["cycle"], values))
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
         secant = np.diff(y) / np.diff(cycle)  # no cubic piece overshoots below three times the secants
         least = np.minimum(np.append(secant, secant[-1]), np.insert(secant, 0, secant[0]))
-        slope = np.clip(_rate_at_the_deepest(run, where)[keep], 0.0, 3.0 * np.maximum(least, 0.0))
+        slope = np.clip(_rate_at_the_deepest(run, where), 0.0, 3.0 * np.maximum(least, 0.0))
     elif len(cycle) == 2:
         slope = np.full(2, (y[1] - y[0]) / (cycle[1] - cycle[0]))
     else:
@@ -405,33 +365,24 @@ def curve_of(
     return RunCurve(cycle, y[:, None], slope[:, None])
 
 
-def _rate_at_the_deepest(run: StoredRun, where: str | None) -> Array:
+def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
     """Return the wear rate where the wear is deepest; of unworn flanks, where it is fastest."""
-    depth, rate = run["wear_depth"], run["wear_rate"]
-    if where is not None:
-        flank = depth.known("flank").index(where)
-        depth, rate = depth.at("flank", flank), rate.at("flank", flank)
-    flat = (len(run["cycle"].values), -1)
-    deep, fast = np.nan_to_num(depth.values.reshape(flat)), np.nan_to_num(rate.values.reshape(flat))
+    each = [
+        run[name] if where is None else run[name].sel(flank=where) for name in ("wear_depth", "wear_rate")
+    ]
+    deep, fast = (np.nan_to_num(one.values.reshape(len(one), -1)) for one in each)
     at = np.where(deep.max(axis=1) > 0.0, deep.argmax(axis=1), fast.argmax(axis=1))
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: StoredRun, seen: Observed, places: Array, keep: Flags) -> RunCurve:
+def _profile(run: xr.Dataset, seen: Observed, places: Array) -> RunCurve:
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
-    data = seen.data
-
-    def on_flank(name: str) -> Array:
-        values = run[name]
-        known = [str(flank) for flank in values.known("flank")]
-        if data.where not in known:
-            raise UpdateError(f"{data.place}.flank: {data.where!r} is not one of {', '.join(known)}")
-        return np.asarray(values.at("flank", known.index(data.where)).values, float)
-
-    x = on_flank(str(seen.place_kind))
-    held = np.flatnonzero(np.isfinite(x))
-    order = held[np.argsort(x[held], kind="stable")]
-    x = x[order]
+    data, flanks = seen.data, run["flank"].astype(str).values.tolist()
+    if data.where not in flanks:
+        raise UpdateError(f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}")
+    flank = run.isel(flank=flanks.index(data.where)).sortby(str(seen.place_kind))
+    flank = flank.isel(profile=np.isfinite(flank[seen.place_kind].values))
+    x = flank[seen.place_kind].values
     outside = (seen.place < x[0] - TINY) | (seen.place > x[-1] + TINY)
     if outside.any():
         i = int(np.argmax(outside))
@@ -439,14 +390,14 @@ def _profile(run: StoredRun, seen: Observed, places: Array, keep: Flags) -> RunC
             f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: outside the active "
             f"flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
         )
-    both = [on_flank(name)[:, order][keep] for name in ("wear_depth", "wear_rate")]
+    both = [flank[name].values for name in ("wear_depth", "wear_rate")]
     if data.quantity == THICKNESS:  # along the arc: 1/cos of the pressure angle there, whose tan is the roll
-        both = [values * np.hypot(1.0, on_flank("roll_angle")[order]) for values in both]
+        both = [values * np.hypot(1.0, flank["roll_angle"].values) for values in both]
     value, slope = (np.stack([np.interp(places, x, state) for state in values]) for values in both)
-    return RunCurve(np.asarray(run["cycle"].values, float)[keep], value, slope)
+    return RunCurve(np.asarray(run["cycle"].values, float), value, slope)
 
 
-def per_cycle(run: StoredRun, clock: str) -> float:
+def per_cycle(run: xr.Dataset, clock: str) -> float:
     """Return how much of a clock one cycle takes; conditions are constant, so any span tells."""
     if clock not in run:
         return math.nan
@@ -454,7 +405,7 @@ def per_cycle(run: StoredRun, clock: str) -> float:
     return float((other[-1] - other[0]) / (cycle[-1] - cycle[0]))
 
 
-def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: Flags) -> dict[str, RunCurve]:
+def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurve]:
     """Return depth and mass of the gear that ends the life, where the run has them."""
     curves: dict[str, RunCurve] = {}
     member = None if limit.where is None else limit.where.split("-")[0]
@@ -462,31 +413,30 @@ def _beside(run: StoredRun, limit: Limit, ended: RunCurve, keep: Flags) -> dict[
     for name, dim, where in (("max_wear_depth", "flank", flank), ("worn_mass", "member", member)):
         if name == limit.quantity and where == limit.where:
             curves[name] = ended
-        elif name in run and (where is None or where in run[name].labels.get(dim, ())):
+        elif name in run and (where is None or where in run.get(dim, ())):
             with suppress(UpdateError):
-                curves[name] = curve_of(run, name, where, {}, keep, "")
+                curves[name] = curve_of(run, name, where, {}, "")
     return curves
 
 
-def _coefficient(run: StoredRun, where: str | None) -> float:
+def _coefficient(run: xr.Dataset, where: str | None) -> float:
     """Return the largest wear coefficient along the flank at the first state [m²/N]."""
-    name = "effective_wear_coefficient"
-    if name not in run:
+    if "effective_wear_coefficient" not in run:
         return math.nan
-    values = run[name].at("update", 0)
+    values = run["effective_wear_coefficient"].isel(update=0)
     member = None if where is None else where.split("-")[0]
-    mine = [i for i, label in enumerate(values.known("flank")) if str(label).split("-")[0] == member]
-    return float(np.nanmax((values.at("flank", mine) if mine else values).values))
+    mine = [str(flank).split("-")[0] == member for flank in values["flank"].values]
+    return float((values.isel(flank=mine) if any(mine) else values).max())
 
 
-def _numerical(run: StoredRun, limit_cycle: float) -> tuple[float, float]:
+def _numerical(run: xr.Dataset, limit_cycle: float) -> tuple[float, float]:
     """Return the relative error of the depth anywhere, and that of the largest depth and of masses.
 
     The second is that of the run's life, where it tells one.
     """
     anywhere = 0.0
     if "error_estimate_wear_depth" in run and "max_wear_depth" in run:
-        depth, error = run["max_wear_depth"].largest("flank").values, run["error_estimate_wear_depth"].values
+        depth, error = run["max_wear_depth"].max("flank").values, run["error_estimate_wear_depth"].values
         cycle = run["cycle"].values
         before = cycle <= max(limit_cycle, cycle[1]) * (1.0 + 1e-9)
         late = before & (depth > 0.05 * depth[before][-1])
@@ -494,5 +444,5 @@ def _numerical(run: StoredRun, limit_cycle: float) -> tuple[float, float]:
         anywhere = float(np.nanmax(ratio)) if np.isfinite(ratio).any() else 0.0
     if "life" not in run or "error_estimate_life" not in run:
         return anywhere, anywhere
-    whole = float(run["error_estimate_life"].values) / float(run["life"].values)
+    whole = float(run["error_estimate_life"]) / float(run["life"])
     return anywhere, whole if np.isfinite(whole) else anywhere

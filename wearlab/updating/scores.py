@@ -5,7 +5,6 @@ inspection left out is foretold exactly, without a sampling error: ln p(y_i | th
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -155,7 +154,7 @@ def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
     if drifts:
         yield name(errors[1], change), post, [block.drifting(not accumulates) for block in post.blocks]
     if changes:
-        constant = replace(post, histories=post.histories[:1], log_proposal=np.zeros(1))
+        constant = post.but(histories=post.histories[:1], log_proposal=np.zeros(1))
         yield name(errors[0], "k constant"), constant, post.blocks
 
 

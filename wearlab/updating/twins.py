@@ -43,7 +43,7 @@ def calibrated(
     rng, true, source = np.random.default_rng([study.spec.seed, 2]), study.spec.check, post
     if true is not None:
         runs = tuple(_bent(run, true.power) for run in post.histories)
-        source, told = replace(post, histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
+        source, told = post.but(histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
     before = answers.answered(study, source.histories, answers.unseen(source.blocks), post.log_proposal)
     truths, unmeasured = sampling.drawn(before, n, rng), before.life(scores.EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
@@ -159,8 +159,7 @@ def twin_files(
     for key, true in truth.items():
         scene = scene.replace(key, true)
     measured = tuple(found.values())
-    true_run = run_curves.variables_of(simulate(scene))
-    run = run_curves.history_of(true_run, "twin", scene.model_dump(), measured, wanted[0].limit)
+    run = run_curves.history_of(simulate(scene), "twin", scene.model_dump(), measured, wanted[0].limit)
     for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
@@ -169,8 +168,8 @@ def twin_files(
     sd, drift = zip(*known, strict=True)
     life = np.full(1, run.limit_cycle)
     true_draw = sampling.Draws(np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, life)
-    unmeasured = grids.posterior((run,), answers.unseen(blocks), None)
-    before = lives.Answer(replace(unmeasured, blocks=blocks), run.start, None)
+    unmeasured = grids.Posterior((run,), answers.unseen(blocks), None)
+    before = lives.Answer(unmeasured.but(blocks=blocks), run.start, None)
     made, true_life = twin(before.posterior, true_draw, before, np.random.default_rng(seed))
     texts: dict[Path, str] = {}
     for block in made:
