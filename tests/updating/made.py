@@ -48,7 +48,18 @@ def history(seen, *, end=2e6, rate=RATE, factor=1.0, run="made"):
     asked = tuple(Asked(curve, np.zeros(len(one), np.intp), one.time) for one in seen)
     crossing = float(curve.first_above(np.array(LIMIT.value)))
     return RunHistory(
-        run, factor, 1e-15, 0.0, end, 3.6, asked, curve, LIMIT.value, crossing, {"worn_mass": curve}, 0.0, 0.0
+        run,
+        factor,
+        1e-15,
+        0.0,
+        end,
+        3.6,
+        asked,
+        curve,
+        LIMIT.value,
+        crossing,
+        {"worn_mass": curve},
+        (0.0, 0.0),
     )
 
 

@@ -185,7 +185,7 @@ def twin(case, seed):
     value = np.where(value < case.below, np.nan, value)
     life = true_life(case, factor, drift, float(walk[-1]), rng)
     answer = answer_to(case, value)
-    each, courses = checks(answer.posterior, drawn(answer, 300, rng))
+    each, courses = checks(drawn(answer, 300, rng))
     called = any(check.p < ALARM / len(each) for check in each) or min(courses.values(), default=1.0) < ALARM
     over = drift > 0.0 and wear(factor * TIMES[-1]) + walk[-1] >= LIMIT.value  # when, nobody knows any more
     rank = rng.random() * answer.passed if over else float(answer.life_below(life)[0])

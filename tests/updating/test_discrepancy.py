@@ -75,10 +75,10 @@ def test_replicas_stray_as_far_as_a_drift_says(since, passed):
     seen = (observed(CYCLES, made, ErrorModel(sd, drift=drift), since=since),)
     found = answered(study(TIGHT, seen, "accumulating"), [history(seen)], blocks(seen, accumulating=True))
     rng = np.random.default_rng(1)
-    values, strayed = replicated(found.posterior, drawn(found, 4000, rng), 0, rng, known=False)
+    values, strayed = replicated(drawn(found, 4000, rng), 0, rng, known=False)
     expected = np.hypot(sd, drift * np.sqrt(passed / 1e6))
     assert values.std(axis=0) == pytest.approx(expected, rel=0.05)
     assert strayed.std() == pytest.approx(drift * np.sqrt(passed[-1] / 1e6), rel=0.05)
     if since is not None:  # given what was measured, too: each step is new
-        again, _ = replicated(found.posterior, drawn(found, 4000, rng), 0, rng)
+        again, _ = replicated(drawn(found, 4000, rng), 0, rng)
         assert again.std(axis=0) == pytest.approx(expected, rel=0.05)

@@ -19,7 +19,7 @@ def judged(cycles, values, error, seed=0, draws=300, prior=WIDE):
     """Return whether any inspection, and whether the course of all, is called."""
     seen = (observed(cycles, values, error),)
     answer = answered(study(prior, seen), [history(seen, end=4e6)], blocks(seen))
-    each, courses = checks(answer.posterior, drawn(answer, draws, np.random.default_rng(seed)))
+    each, courses = checks(drawn(answer, draws, np.random.default_rng(seed)))
     return any(check.p < ALARM / len(each) for check in each), courses.get(0, 1.0) < ALARM
 
 
@@ -165,7 +165,7 @@ def test_a_gain_of_its_own_is_no_misfit(n):
     sensor = observed(cycles, heard, ErrorModel(4e-4, gain_sd=0.2), number=2, where="planet")
     seen = (weighed, sensor)
     answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
-    each, courses = checks(answer.posterior, drawn(answer, 300, rng))
+    each, courses = checks(drawn(answer, 300, rng))
     assert min(check.p for check in each) > ALARM / len(each) and courses[1] > ALARM
 
 
@@ -175,6 +175,6 @@ def test_inspections_told_in_groups_surprise_as_chance_does():
     values = RATE * cycles + np.hypot(2e-4, 3e-4) * rng.standard_normal(1000)
     seen = (observed(cycles, values, ErrorModel(2e-4, 0.0, 3e-4)),)
     answer = answered(study(WIDE, seen), [history(seen)], blocks(seen))
-    each, _ = checks(answer.posterior, drawn(answer, 100, rng))
+    each, _ = checks(drawn(answer, 100, rng))
     assert len(each) == 200 and all(check.count == 5 for check in each)
     assert np.std([check.surprise for check in each]) == pytest.approx(1.0, abs=0.15)

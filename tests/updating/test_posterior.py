@@ -215,7 +215,7 @@ def test_runs_judged_at_once_are_as_each_alone(error, later):
     if error == "many":
         return
     draws = drawn(Answer(whole, 8e5, None), 30, np.random.default_rng(0))
-    steps = draws.seen(whole, 0, steps=True).steps
+    steps = draws.seen(0, steps=True).steps
     for i, run in enumerate(runs):
         mine = np.flatnonzero(draws.run == i)
         own = log_likelihood(some[0], run, 0, draws.lanes(0, mine), steps=True).steps

@@ -58,8 +58,7 @@ def unit(name, cycle, value, sd=5e-5):
         LIMIT,
         LIMIT / RATE,
         {"max_wear_depth": curve},
-        0.0,
-        0.0,
+        (0.0, 0.0),
     )
     return FleetMember(name, run, blocks((seen,)))
 

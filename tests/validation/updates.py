@@ -77,7 +77,7 @@ def called(cycles: np.ndarray, values: np.ndarray, error: ErrorModel) -> bool:
     """Return whether an inspection or the course of all is called."""
     seen = (observed(cycles, values, error),)
     answer = answered(study(WIDE, seen), [history(seen, end=4e6)], blocks(seen))
-    each, courses = checks(answer.posterior, drawn(answer, 300, np.random.default_rng(0)))
+    each, courses = checks(drawn(answer, 300, np.random.default_rng(0)))
     return any(check.p < ALARM / len(each) for check in each) or min(courses.values(), default=1.0) < ALARM
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from wearlab.arrays import Array
-from wearlab.updating import grids, layout, likelihood, lives, measurements, sampling
+from wearlab.updating import grids, layout, likelihood, measurements, sampling
 from wearlab.updating.cases import MeasuredCase
 from wearlab.updating.grids import Posterior
 from wearlab.updating.lives import Answer
@@ -94,9 +95,10 @@ def answered(
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     last = [runs[0].asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
-    drifting = lives.drifting_block(tuple(blocks), study.limit.quantity, study.limit.where)
+    quantity, where = study.limit.quantity, study.limit.where
+    drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where))
     post = Posterior(runs, blocks, study.prior, log_proposal)
-    answer = Answer(post, float(max(last, default=runs[0].start)), drifting)
+    answer = Answer(post, float(max(last, default=runs[0].start)), next(drift, None))
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     if len(told) < 2 or study.prior is None:
         return answer
@@ -136,7 +138,7 @@ def outcome(
     draws = sampling.drawn(answer, study.spec.draws, rng)
     before = answered(study, runs, unseen(blocks), log_proposal)
     prior_draws = sampling.drawn(before, study.spec.draws, rng)
-    each, courses = sampling.checks(answer.posterior, draws)
+    each, courses = sampling.checks(draws)
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     sources = {}
     for n in told if len(told) > 1 else ():
@@ -201,9 +203,9 @@ def _prior_p(
         last = np.flatnonzero(cycle == cycle.max())[-1:]
         latest = replace(block, rows=block.rows[last])
         alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
-        prior = before.posterior.but(blocks=alone)
+        prior = replace(draws, posterior=before.posterior.but(blocks=alone))
         value = float(block.seen.value[latest.rows][0])
-        made = sampling.replicated(prior, draws, number, rng, known=False)[0][:, 0]
+        made = sampling.replicated(prior, number, rng, known=False)[0][:, 0]
         below = (np.sum(made <= value) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))
     return float(least)
@@ -211,11 +213,14 @@ def _prior_p(
 
 def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
     """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
-    known = [Answer(post, 0.0, None).mean_factor for post in each]
+    means = [float(np.sum(post.mass * post.log_factor)) for post in each]
+    sds = [
+        np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2))
+        for post, mean in zip(each, means, strict=True)
+    ]
     return max(
-        (abs(a[0] - b[0]) / max(float(np.hypot(a[1], b[1])), 1e-12), i, j)
-        for i, a in enumerate(known)
-        for j, b in enumerate(known[i + 1 :], i + 1)
+        (abs(means[i] - means[j]) / max(float(np.hypot(sds[i], sds[j])), 1e-12), i, j)
+        for i, j in combinations(range(len(each)), 2)
     )
 
 

@@ -232,29 +232,21 @@ def _events(
         for gear in event.members:
             if gear not in gears:
                 raise measurements.UpdateError(f"{place}.members: {gear!r} is not one of {', '.join(gears)}")
-        at = event.cycle
+        at, hours = event.cycle, event.hours
         if at is None:
-            hours = _hours(event, study, place)
+            if hours is None:
+                hours = np.nan if study.calendar is None else float(study.calendar.hours(event.date))
+                if np.isnan(hours):
+                    said = "needs update.calendar = { date, hours, hours_per_year }; or give hours"
+                    raise measurements.UpdateError(f"{place}.date: {said}")
+                if hours < 0.0:
+                    said = "is before the first operating hour, by update.calendar"
+                    raise measurements.UpdateError(f"{place}.date: {event.date} {said}")
             each = run_curves.per_cycle(first, "operating_hours")
             at = float(first["cycle"].values[0]) + hours * units.HOUR / each
         found.append((event, at))
     found.sort(key=lambda one: one[1])
     return [(number, *one) for number, one in enumerate(found)]
-
-
-def _hours(event: Replaced, study: cases.MeasuredCase, place: str) -> float:
-    if event.hours is not None:
-        return event.hours
-    hours = np.nan if study.calendar is None else float(study.calendar.hours(event.date))
-    if np.isnan(hours):
-        raise measurements.UpdateError(
-            f"{place}.date: needs update.calendar = {{ date, hours, hours_per_year }}; or give hours"
-        )
-    if hours < 0.0:
-        raise measurements.UpdateError(
-            f"{place}.date: {event.date} is before the first operating hour, by update.calendar"
-        )
-    return hours
 
 
 def _history(
@@ -272,7 +264,8 @@ def _history(
         for k in reversed(range(len(mine))):
             rows = np.flatnonzero(which == k)
             if len(rows) or k == len(mine) - 1:
-                part, run = _rows(seen, rows), mine[k].run
+                names, run = ("time", "value", "sd", "below", "place", "row"), mine[k].run
+                part = replace(seen, **{name: getattr(seen, name)[rows] for name in names})
                 ended = own.limit if run is last.run else None
                 one = run_curves.asked_of(run_curves.distinct(run), part, study.limit, ended)
                 clock = _clock(mine[k].begin, own.start, own.end)
@@ -287,11 +280,6 @@ def _clock(begin: float, start: float, end: float) -> Clock:
     ahead = FAR * (end - start)
     cycle = np.array([min(start, begin - 1.0), begin, begin + ahead])
     return Clock(cycle, np.array([start, start, start + ahead]))
-
-
-def _rows(seen: measurements.Observed, rows: np.ndarray) -> measurements.Observed:
-    parts = ("time", "value", "sd", "below", "place", "row")
-    return replace(seen, **{part: getattr(seen, part)[rows] for part in parts})
 
 
 def _profile(run: xr.Dataset, flank: str, own: float) -> dict[str, Any]:

@@ -56,7 +56,7 @@ def virtual_inspection(outcome: answers.UpdateOutcome, rng: np.random.Generator)
     present = float(np.ptp(grids.weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
     if not present > 0.0:
         return None
-    states = zip(looks, states_at(outcome, draws, number, looks, rng), strict=True)
+    states = zip(looks, states_at(answer, draws, number, looks, rng), strict=True)
     widths = [
         [expected_width(value, life - look, times * sd, rng) / present for times in INSTRUMENTS]
         for look, (value, life, sd) in states
@@ -90,15 +90,14 @@ def virtual_block(outcome: answers.UpdateOutcome) -> int | None:
 
 
 def states_at(
-    outcome: answers.UpdateOutcome, draws: sampling.Draws, number: int, looks: Array, rng: np.random.Generator
+    answer: lives.Answer, draws: sampling.Draws, number: int, looks: Array, rng: np.random.Generator
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
-    answer, post, n = outcome.answer, outcome.posterior, len(draws)
-    block, drift = post.blocks[number], draws.drift[number]
+    n, block, drift = len(draws), draws.posterior.blocks[number], draws.drift[number]
     own = float(np.median(block.seen.sd)) if len(block.seen) else 0.0  # of its column, as until now
-    gain, runs = sampling.gains(post, draws, number, rng), draws.by_run(post)
+    gain, runs = sampling.gains(draws, number, rng), draws.by_run()
     rate, w = drift**2 / likelihood.PER, np.zeros(n)
-    last = draws.seen(post, number) if drift.any() else None
+    last = draws.seen(number) if drift.any() else None
     for look in map(float, looks):
         mean, life = np.empty(n), draws.life.copy()
         if last is not None:
@@ -155,7 +154,7 @@ def decided(outcome: answers.UpdateOutcome, costs: Decision, rng: np.random.Gene
     age = hour * (answer.now - run.start)
     looks = np.linspace(answer.now, float(answer.life(np.array([0.5]))[0]), LOOKS + 1)[1:]
     rates = []
-    for look, (value, life, sd) in zip(looks, states_at(outcome, draws, number, looks, rng), strict=True):
+    for look, (value, life, sd) in zip(looks, states_at(answer, draws, number, looks, rng), strict=True):
         early = draws.life <= look
         rest = hour * np.where(early, draws.life - answer.now, life - answer.now)
         rates.append(with_a_look(rest, value, sd, hour * (float(look) - answer.now), (age, costs), rng))

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -47,44 +48,28 @@ class UnitState:
         """The last inspection [cycles]."""
         return self.unit.now
 
-    @property
-    def _limit(self) -> run_curves.Asked:
-        """What ends the life, as a block asks it of the run."""
-        return run_curves.Asked(self.unit.run.limit, np.zeros(0, np.intp), np.zeros(0))
-
-    @property
-    def _asked(self) -> run_curves.Asked:
-        """What the block measures; what ends the life without one."""
-        return self._limit if self.block is None else self.unit.run.asked[self.block]
-
     def _equal(self, cycle: float) -> Array:
         equal = self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0]
         return np.broadcast_to(equal, self.factor.shape)
 
-    def _worn(self, curve: run_curves.RunCurve) -> Array:
-        """Return what W of a quantity is told in, (n,)."""
-        return self.shared.worn(self.unit.run, curve, self.factor)
-
-    def wear(self, cycle: float, asked: run_curves.Asked | None = None) -> tuple[Array, Array]:
-        """Return mean and variance of a quantity at a cycle, (n,); of what ends the life by default."""
-        own, at = self._limit if asked is None else asked, np.array([cycle])
-        mean = self.shared.mean(self.unit.run, own, self.factor[:, None], at)[:, 0, 0]
-        left, worn = np.maximum(self._equal(cycle) - self.since, 0.0), self._worn(own.curve)
+    def wear(self, cycle: float, block: int | None = None) -> tuple[Array, Array]:
+        """Return mean and variance of what a block measures at a cycle, (n,); of what ends the life."""
+        run, none = self.unit.run, (np.zeros(0, np.intp), np.zeros(0))
+        own = run_curves.Asked(run.limit, *none) if block is None else run.asked[block]
+        mean = self.shared.mean(run, own, self.factor[:, None], np.array([cycle]))[:, 0, 0]
+        worn = self.shared.worn(run, own.curve, self.factor)
+        left = np.maximum(self._equal(cycle) - self.since, 0.0)
         return mean + worn * self.strayed, worn**2 * (self.variance + self.shared.rate[:, 0] * left)
 
     def measured(self, cycle: float, count: int = 1) -> tuple[Array, Array]:
         """Return mean and standard deviation of the mean of some values of the block, (n,) [SI]."""
-        mean, variance = self.wear(cycle, self._asked)
+        mean, variance = self.wear(cycle, self.block)
         if self.block is not None:
             block = self.unit.blocks[self.block]
             column = float(np.median(block.seen.sd)) if len(block.seen) else 0.0
             own = self.shared.sd[self.block][:, 0] ** 2 + column**2 + (block.relative * mean) ** 2
             variance = variance + own / count + block.data.error.offset_sd**2
         return mean, np.sqrt(variance)
-
-    def value_below(self, cycle: float, value: Array | float, count: int = 1) -> Array:
-        """Return the probability that less is measured at a cycle, (q,); of the mean of so many values."""
-        return _below(np.atleast_1d(value), *self.measured(cycle, count))
 
     def value(self, cycle: float, p: Array) -> Array:
         """Return quantiles of a value measured at a cycle [SI]."""
@@ -102,7 +87,8 @@ class UnitState:
 
     @cached_property
     def _passage(self) -> lives.Passage:
-        run, (nodes, heights), worn = self.unit.run, STATES, self._worn(self.unit.run.limit)
+        run, (nodes, heights) = self.unit.run, STATES
+        worn = self.shared.worn(run, run.limit, self.factor)  # what W is told in
         w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
         weight = np.repeat(heights, len(self.factor))
         factor, rate, since = (
@@ -259,8 +245,8 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
         cycle = unit.run.asked[n].cycle[block.rows]
         return replace(block, rows=block.rows[[(unit.name, n, at) not in out for at in cycle.tolist()]])
 
-    each = [tuple(kept(unit, n, one) for n, one in enumerate(unit.blocks)) for unit in found.units]
-    return [replace(unit, blocks=blocks) for unit, blocks in zip(found.units, each, strict=True)]
+    each = [(unit, [kept(unit, n, one) for n, one in enumerate(unit.blocks)]) for unit in found.units]
+    return [replace(unit, blocks=tuple(blocks)) for unit, blocks in each]
 
 
 def _posterior(found: Population, theta: Array, each: Array, rng: np.random.Generator) -> xr.Dataset:
@@ -299,20 +285,17 @@ def _predictions(
         if calendars:
             row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
             row.setdefault("end_of_life_quantile", np.array([""] * len(layout.P), dtype=object))
+        told = layout.dataset("predictions", row, quantile=layout.P)
         advice = None if costs is None else decision.changes(state, run, costs, PLACES)
         if advice is not None:
-            row |= {str(n): v.variable for n, v in layout.dated(advice, days).data_vars.items() if not v.dims}
-        rows.append(row)
-    blank = {  # of a unit whose limit has been passed nothing is advised
-        name: one.copy(data=np.full_like(one, "" if one.dtype == object else np.nan))
-        for row in rows
-        for name, one in row.items()
-        if isinstance(one, xr.Variable)
-    }
-    values: dict[str, Any] = {"limit": layout.limit_of(studies[0].limit)}
-    for name, column in layout.stacked([{**blank, **row} for row in rows]).items():
-        values[name] = xr.Variable("unit", column, blank[name].attrs) if name in blank else column
-    return layout.dataset("predictions", values, over="unit", unit=_names(found), quantile=layout.P)
+            advice = layout.dated(advice, days)
+            told = told.merge(advice[[name for name, one in advice.data_vars.items() if not one.dims]])
+        rows.append(told)
+    # of a unit whose limit has been passed nothing is advised
+    both = xr.concat(rows, "unit", data_vars="all", coords="minimal", join="outer", **layout.MERGED)
+    texts = {name: one.fillna("") for name, one in both.data_vars.items() if one.dtype == object}
+    both = both.assign({**texts, "limit": layout.limit_of(studies[0].limit)})
+    return both.assign_coords(unit=layout.variable("coordinates", "unit", _names(found)))
 
 
 def _like_the_others(found: Population, number: int, blank: UnitState) -> float:
@@ -332,7 +315,8 @@ def _inspections(unit: FleetMember, number: int) -> list[tuple[float, float, int
 
 
 def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> float:
-    below = float(state.value_below(cycle, value, count)[0])
+    """Return the probability that the mean of so many values measured at a cycle is as far off."""
+    below = float(_below(np.array([value]), *state.measured(cycle, count))[0])
     return 2.0 * min(below, 1.0 - below)
 
 
@@ -415,19 +399,12 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
 
 def _notes(studies: Sequence[MeasuredCase], found: Population) -> list[str]:
     """Return what a reader must know of the whole fleet, most important first."""
-    units = [
-        {
-            "name": unit.name,
-            "hours": one.record and one.record.excess(one.calendar and one.calendar.a_year),
-            "oddities": [
-                odd
-                for n, block in enumerate(unit.blocks)
-                for odd in (answers.oddities(n, block, unit.run) if len(block.rows) else ())
-            ],
-            "ends": unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12),
-        }
-        for one, unit in zip(studies, found.units, strict=True)
-    ]
+    units = []
+    for one, unit in zip(studies, found.units, strict=True):
+        hours = one.record and one.record.excess(one.calendar and one.calendar.a_year)
+        odd = [answers.oddities(n, block, unit.run) for n, block in enumerate(unit.blocks) if len(block.rows)]
+        ends = unit.run.limit_cycle > unit.run.end * (1.0 + 1e-12)
+        units.append({"name": unit.name, "hours": hours, "oddities": [*chain(*odd)], "ends": ends})
     nothing = not any(len(unit.cycles) for unit in found.units)
     values = {"units": units, "nothing": nothing, "resolved": found.resolved}
     return layout.rendered("fleet_notes.txt", values)

@@ -191,7 +191,7 @@ def _again(
     study: cases.MeasuredCase, weight: Array, which: NDArray[np.intp], runner: Runner
 ) -> tuple[cases.MeasuredCase, tuple[run_curves.RunHistory, ...], NDArray[np.intp], Array]:
     """Return the study with a second round of draws, its runs, and how they were drawn."""
-    from scipy.stats import qmc
+    from scipy.stats import multivariate_normal, norm, qmc
 
     first, z = len(next(iter(study.drawn.values()))), scores_of(study)[which]
     mean = weight @ z
@@ -206,7 +206,10 @@ def _again(
     }
     both = replace(study, drawn=values)
     ((runs, which),) = runner.run([both])
-    return both, runs, which, log_mixture(scores_of(both)[which], mean, covariance)
+    # how often two equal rounds have draws there, over the prior
+    z = scores_of(both)[which]
+    log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(axis=1)
+    return both, runs, which, np.logaddexp(0.0, log_ratio) - np.log(2.0)
 
 
 def scores_of(study: cases.MeasuredCase) -> Array:
@@ -215,20 +218,6 @@ def scores_of(study: cases.MeasuredCase) -> Array:
         prior.below(np.array([*map(cases.plain, study.drawn[key])])) for key, prior in study.costly.items()
     ]
     return np.asarray(ndtri(np.clip(np.array(columns).T, 1e-12, 1.0 - 1e-12)))
-
-
-def log_mixture(z: Array, mean: Array, covariance: Array) -> Array:
-    """Return the log of the density that two equal rounds were drawn from, over that of the prior.
-
-    Parameters
-    ----------
-    z : (n, keys) scores
-    mean, covariance : of the second round
-    """
-    from scipy.stats import multivariate_normal, norm
-
-    log_ratio = multivariate_normal(mean, covariance).logpdf(z) - norm.logpdf(z).sum(axis=1)
-    return np.asarray(np.logaddexp(0.0, log_ratio) - np.log(2.0))
 
 
 def identity(about: str, *, replay: bool, check: int) -> str:

@@ -16,6 +16,7 @@ from wearlab.store.outcome import hours_text
 from wearlab.updating import cases, run_curves
 from wearlab.updating.calendar import NEVER, Calendar
 
+MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 TINY = 1e-15  # probability below which none is told
 TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))

@@ -136,6 +136,11 @@ class Block:
         return kept[2]
 
 
+def cycles_of(blocks: Sequence[Block], run: RunHistory) -> Array:
+    """Return the times of values that count in any block, rising [cycles]."""
+    return np.unique([at for n, b in enumerate(blocks) for at in run.asked[n].cycle[b.rows]])
+
+
 def held(
     blocks: Sequence[Block], run: RunHistory, holds: Callable[[Array, float], Any], cycle: float
 ) -> tuple[Block, ...]:
@@ -248,15 +253,13 @@ def log_likelihood(
     rate = drift**2 / PER
     shape = np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape)
 
-    asked = [run.asked[number] for run, _ in pairs]
-    cycles, begins = [one.cycle[rows] for one in asked], [run.begin(number) for run, _ in pairs]
-    alike = len(set(begins)) == 1 and all(np.array_equal(own, cycles[0]) for own in cycles[1:])
+    asked = pairs[0][0].asked[number]
 
     def of_lanes(told: Callable[[Array, float], Any]) -> Any:
         """Return what is told of the cycles of all runs, of each lane where they differ."""
-        if alike:
-            return told(cycles[0], begins[0])
-        each = [told(*one) for one in zip(cycles, begins, strict=True)]
+        each = [told(run.asked[number].cycle[rows], run.begin(number)) for run, _ in pairs]
+        if all(np.array_equal(one, each[0]) for one in each[1:]):
+            return each[0]
         found = np.empty((shape[0], *np.ones(len(shape) - 1, int), *np.shape(each[0])))
         for (_, mine), one in zip(pairs, each, strict=True):
             found[mine] = one
@@ -264,7 +267,7 @@ def log_likelihood(
 
     last = of_lanes(lambda cycle, begin: cycle.max(initial=begin))
     shares = bool(np.any(rate > 0.0)) or data.error.offset_sd > 0.0
-    if not steps and not shares and condenses(block, asked[0], sd):
+    if not steps and not shares and condenses(block, asked, sd):
         sums = np.empty((3, *shape))
         for run, mine in pairs:
             sums[:, mine] = _condensed(block, run, run.asked[number], factor[mine], sd[mine])

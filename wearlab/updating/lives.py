@@ -15,7 +15,7 @@ from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array
 from wearlab.updating.grids import Posterior
-from wearlab.updating.likelihood import PER, Block
+from wearlab.updating.likelihood import PER
 from wearlab.updating.run_curves import RunHistory, risen
 
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
@@ -95,13 +95,6 @@ class Answer:
     def passed(self) -> float:
         """The probability that the end of life is over already."""
         return float(self.life_below(self.now)[0])
-
-    @property
-    def mean_factor(self) -> tuple[float, float]:
-        """Mean and standard deviation of ln factor."""
-        mass, u = self.posterior.mass, self.posterior.log_factor
-        mean = float(np.sum(mass * u))
-        return mean, float(np.sqrt(max(np.sum(mass * (u - mean) ** 2), 0.0)))
 
     @property
     def beyond(self) -> float:
@@ -241,9 +234,3 @@ def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Ar
     gap, ahead = present_state(run, np.exp(nodes)[kept[0]], mean, now)
     weight = np.multiply.outer(heights / heights.sum(), mass[kept])
     return weight.ravel(), gap.ravel(), ahead.ravel(), np.broadcast_to(rate, mean.shape).ravel()
-
-
-def drifting_block(blocks: Sequence[Block], quantity: str, where: str | None) -> int | None:
-    """Return the number of the block whose drift is that of the quantity with the limit, None without one."""
-    measured = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where))
-    return next(measured, None)

@@ -29,11 +29,6 @@ MOST = 12  # conditions that are run as they are; of more, the means of TORQUES 
 TORQUES, SPEEDS = 6, 2
 
 
-def toml_key(name: str) -> str:
-    """Return a name as a key of a TOML file, quoted where it has to be."""
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name, ensure_ascii=False)
-
-
 class UpdateError(problems.Refusal):
     """An update cannot be done; its problems tell place and remedy."""
 
@@ -94,10 +89,10 @@ class MeasuredColumns:
         given = {self.table.find(written): own for written, own in self.block.units.items()}
         own = given.get(column) or self.table.units[column] or ("h" if unit == "s" else None)
         if own is None and unit not in ("1", ""):
-            raise UpdateError(
-                f"{self.block.place}.units: column {column!r} needs its unit: "
-                f'units = {{ {toml_key(column)} = "…" }}'
-            )
+            bare = re.fullmatch(r"[A-Za-z0-9_-]+", column)
+            key = column if bare else json.dumps(column, ensure_ascii=False)
+            said = f'column {column!r} needs its unit: units = {{ {key} = "…" }}'
+            raise UpdateError(f"{self.block.place}.units: {said}")
         try:
             numbers = self.table.numbers(column, empty=empty)
             return numbers if own is None else in_unit(numbers, own, unit, column)

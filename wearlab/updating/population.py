@@ -49,12 +49,6 @@ class Parameter(NamedTuple):
     prior: distributions.Distribution
     scale: float = 1.0
 
-    @property
-    def normal(self) -> tuple[float, float]:
-        """Mean and standard deviation of ln value, by the prior's quantiles."""
-        low, middle, high = np.log(self.scale * np.asarray(self.prior.at(np.array([0.159, 0.5, 0.841]))))
-        return float(middle), float(0.5 * (high - low))
-
 
 @dataclass(frozen=True)
 class FleetMember:
@@ -174,22 +168,22 @@ def _side_by_side(
     parts: Sequence[tuple[Array, Array, kalman.Hidden | None]],
 ) -> tuple[Array, Array, kalman.Hidden | None]:
     """Return residuals, variances and limits of several blocks as those of one."""
-    shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part[:2]))
+    residuals, variances, limits = zip(*parts, strict=True)
+    shape = np.broadcast_shapes(*(each.shape[:-1] for each in (*residuals, *variances)))
+    counts = [residual.shape[-1] for residual in residuals]
 
     def joined(each: Sequence[Array]) -> Array:
-        lanes = [
-            np.broadcast_to(one, (*shape, part[0].shape[-1])) for one, part in zip(each, parts, strict=True)
-        ]
+        lanes = [np.broadcast_to(one, (*shape, n)) for one, n in zip(each, counts, strict=True)]
         return np.concatenate(lanes, axis=-1)
 
-    residuals, variances, limits = zip(*parts, strict=True)
     hidden = None
     if any(limit is not None for limit in limits):
-        none = [kalman.Hidden(np.zeros(r.shape[-1], bool), np.zeros(1)) for r in residuals]
-        each = [own or empty for own, empty in zip(limits, none, strict=True)]
-        hidden = kalman.Hidden(
-            np.concatenate([one.which for one in each]), joined([one.room for one in each])
-        )
+        told = [
+            own or kalman.Hidden(np.zeros(n, bool), np.zeros(1))
+            for own, n in zip(limits, counts, strict=True)
+        ]
+        which, rooms = zip(*told, strict=True)
+        hidden = kalman.Hidden(np.concatenate(which), joined(rooms))
     return joined(residuals), joined(variances), hidden
 
 
@@ -198,7 +192,7 @@ class Law(NamedTuple):
 
     Parameters
     ----------
-    parameters : unknown; the errors first, then spread and median
+    parameters : unknown; the errors first (``sd_`` and the number of a block), then spread and median
     reference : T, cycles at which f and straying are said
     power, straying : where they are known
     sd : of each block where it is known
@@ -216,14 +210,9 @@ class Law(NamedTuple):
             p.name: np.exp(column)[:, None] for p, column in zip(self.parameters, theta.T, strict=True)
         }
         one = np.ones((len(theta), 1))
-        sd = tuple(columns.get(sd_name(n), known * one) for n, known in enumerate(self.sd))
+        sd = tuple(columns.get(f"sd_{n}", known * one) for n, known in enumerate(self.sd))
         power = columns.get(POWER, np.full((1, 1), self.power))
         return Shared(power, columns.get(STRAYING, self.straying * one), sd, self.reference)
-
-
-def sd_name(number: int) -> str:
-    """Return the name of the unknown error of a block."""
-    return f"sd_{number}"
 
 
 def law_of(
@@ -241,7 +230,7 @@ def law_of(
     errors = [block.sd for block in units[0].blocks]
     parameters = [
         *(Parameter(n, one) for n, one in unknown.items()),
-        *(Parameter(sd_name(n), sd.prior, sd.scale) for n, sd in enumerate(errors) if sd.prior is not None),
+        *(Parameter(f"sd_{n}", sd.prior, sd.scale) for n, sd in enumerate(errors) if sd.prior is not None),
         Parameter(SPREAD, fleet.spread),
         Parameter(MEDIAN, prior),
     ]
@@ -285,30 +274,23 @@ def _table(
     return (centre + width * np.sinh(fine))[deep], (logs + np.log(spacing))[..., deep]
 
 
-def integrand(unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None) -> tuple[Array, Array]:
-    """Return ln f of a unit, (n,), and ln of the mass there of L N(u; m, s²), (p, n), for points (p, d)."""
+def masses(
+    unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return ln f of a unit, (n,), the mass there of L N(u; m, s²) over the largest, and ln of their sums.
+
+    Masses are (…, p, n) for points (p, parameters): with cycles, of what had been measured by each of them.
+    """
     spread, median = np.exp(theta[:, -2]), theta[:, -1]
     low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
     errors = np.round(theta[:, :-2], 10)
     _, first, which = np.unique(errors, axis=0, return_index=True, return_inverse=True)
     u, logs = _table(unit, law.shared(theta[first]), (low, high), cycles)
     z = (u - median[:, None]) / spread[:, None]
-    return u, logs[..., which.ravel(), :] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
-
-
-def masses(
-    unit: FleetMember, law: Law, theta: Array, cycles: Array | None = None
-) -> tuple[Array, Array, Array]:
-    """Return ln f of a unit, (n,), the mass there over the largest, (…, p, n), and ln of their sums."""
-    u, logs = integrand(unit, law, theta, cycles)
+    logs = logs[..., which.ravel(), :] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
     top = logs.max(axis=-1)
     mass = np.exp(logs - top[..., None])
     return u, mass, top + np.log(mass.sum(axis=-1))
-
-
-def log_marginal(unit: FleetMember, law: Law, theta: Array) -> Array:
-    """Return ln Z of a unit at points (p, parameters), (p,)."""
-    return masses(unit, law, theta)[2] if len(unit.cycles) else np.zeros(len(theta))
 
 
 @dataclass(frozen=True)
@@ -356,8 +338,8 @@ class Population:
         z, weight = lattice(d), self.weight()
         ratio = np.log(np.maximum(weight, 1e-300)) + 0.5 * np.sum(z * z, axis=1)
         reach = int(RADIUS // SPACING[d])
-        cube = np.stack(np.meshgrid(*[np.arange(2 * reach + 1)] * d, indexing="ij"), axis=-1).reshape(-1, d)
-        table = ratio[cKDTree(z).query(SPACING[d] * (cube - reach))[1]].reshape((2 * reach + 1,) * d)
+        cube = SPACING[d] * (np.indices((2 * reach + 1,) * d) - reach)
+        table = ratio[cKDTree(z).query(np.moveaxis(cube, 0, -1))[1]]
         points = WIDER * ndtri(np.clip(qmc.Sobol(d, rng=0).random(BETWEEN), 1e-5, 1.0 - 1e-5))
         logs = map_coordinates(table, (points / SPACING[d] + reach).T, order=3, mode="nearest")
         logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
@@ -392,11 +374,12 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
         return np.asarray(sum(each))
 
     def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:
-        return np.stack([log_marginal(unit, law, theta) for unit in some])
+        nothing = np.zeros(len(theta))
+        return np.stack([masses(unit, law, theta)[2] if len(unit.cycles) else nothing for unit in some])
 
-    middle, spread = np.array([p.normal for p in law.parameters]).T
-    mean, root = middle, np.diag(spread)
-    temper, d = 0.0, len(middle)
+    thirds = np.array([0.159, 0.5, 0.841])  # a standard deviation about the prior's median
+    low, mean, high = np.log([p.scale * np.asarray(p.prior.at(thirds)) for p in law.parameters]).T
+    root, temper, d = np.diag(0.5 * (high - low)), 0.0, len(mean)
     some = units[:: max(len(units) // SOME, 1)]
     for n in range(ROUNDS):
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
@@ -432,8 +415,8 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
 @cache
 def lattice(d: int) -> Array:
     """Return even points within `RADIUS` of 0 in ``d`` dimensions, (p, d)."""
-    side = SPACING[d] * np.arange(-(RADIUS // SPACING[d]), RADIUS // SPACING[d] + 1.0)
-    points = np.stack(np.meshgrid(*[side] * d, indexing="ij"), axis=-1).reshape(-1, d)
+    reach = int(RADIUS // SPACING[d])
+    points = SPACING[d] * (np.indices((2 * reach + 1,) * d).reshape(d, -1).T - reach)
     return np.asarray(points[np.linalg.norm(points, axis=1) <= RADIUS])
 
 

@@ -181,8 +181,8 @@ class RunHistory:
     level : of it at which it does [SI]
     limit_cycle : cycle of this run at which it does, ∞ never
     beside : what else is predicted over the cycles: max_wear_depth, worn_mass
-    numerical : relative error of the depth anywhere along the flanks, as the run estimates it
-    numerical_whole : of the largest depth and of masses, where the run tells the error of its life
+    numerical : relative error of the depth anywhere along the flanks, as the run estimates it, and that of
+        the largest depth and of masses, where the run tells the error of its life
     clock : where coefficient or load change in time: cycles of equal wear
     change : at which cycle the coefficient changed, the ratio of that after it to that before, and the width
         of the cycles that this one stands for
@@ -199,14 +199,13 @@ class RunHistory:
     level: float
     limit_cycle: float
     beside: Mapping[str, RunCurve]
-    numerical: float
-    numerical_whole: float
+    numerical: tuple[float, float]
     clock: Clock | None = None
     change: tuple[float, float, float] | None = None
 
     def numerical_of(self, quantity: str) -> float:
         """Return the relative numerical error of a quantity: of one number, or of any place of a profile."""
-        return self.numerical_whole if quantity in WHOLE else self.numerical
+        return self.numerical[quantity in WHOLE]
 
     def begin(self, number: int) -> float:
         """Return the cycle from which a block's wear counts."""
@@ -277,7 +276,6 @@ def history_of(
     coefficient = (scene.get("wear") or {}).get("coefficient") or {}
     factor = float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
     limit_cycle = float(ended.first_above(np.array(limit.value)))
-    anywhere, whole = _numerical(run, limit_cycle)
     return RunHistory(
         id=run_id,
         factor=factor,
@@ -290,8 +288,7 @@ def history_of(
         level=limit.value,
         limit_cycle=limit_cycle,
         beside=_beside(run, limit, ended),
-        numerical=anywhere,
-        numerical_whole=whole,
+        numerical=_numerical(run, limit_cycle),
     )
 
 

@@ -4,7 +4,6 @@ Checks say whether each inspection is like the others, and the course of all of 
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +26,14 @@ class Draws:
 
     Parameters
     ----------
+    posterior : runs and blocks, the draws being from it or from what was known before
     run : (n,) number of the stored run
     factor : (n,) on the wear coefficient
     sd, drift : for each block (n,) [SI]
     life : (n,) [cycles]
     """
 
+    posterior: Posterior
     run: NDArray[np.intp]
     factor: Array
     sd: tuple[Array, ...]
@@ -45,20 +46,18 @@ class Draws:
     def __getitem__(self, some: slice | NDArray[np.intp]) -> "Draws":
         """Return some of them."""
         sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
-        return Draws(self.run[some], self.factor[some], sd, drift, self.life[some])
+        return Draws(self.posterior, self.run[some], self.factor[some], sd, drift, self.life[some])
 
-    def by_run(self, post: Posterior) -> list[tuple[RunHistory, NDArray[np.intp]]]:
+    def by_run(self) -> list[tuple[RunHistory, NDArray[np.intp]]]:
         """Return each run that was drawn, with its draws."""
-        return [(post.histories[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
+        runs = self.posterior.histories
+        return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
 
-    def lanes(self, block: int, some: Any = slice(None)) -> likelihood.Lanes:
-        """Return what some draws ask the likelihood of a block; all of them without ``some``."""
-        return likelihood.Lanes(self.factor[some], self.sd[block][some], self.drift[block][some])
-
-    def seen(self, post: Posterior, number: int, *, steps: bool = False) -> kalman.Filtered:
+    def seen(self, number: int, *, steps: bool = False) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
-        runs, lanes = self.by_run(post), self.lanes(number)
-        return likelihood.log_likelihood(post.blocks[number], runs, number, lanes, steps=steps)
+        block = self.posterior.blocks[number]
+        lanes = likelihood.Lanes(self.factor, self.sd[number], self.drift[number])
+        return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps=steps)
 
 
 def drawn(answer: lives.Answer, n: int, rng: np.random.Generator) -> Draws:
@@ -82,15 +81,15 @@ def drawn(answer: lives.Answer, n: int, rng: np.random.Generator) -> Draws:
     spreads = [_errors(post, number, run, log_factor, rng) for number in range(len(post.blocks))]
     order = rng.permutation(n)
     sd, drift = (tuple(each[side][order] for each in spreads) for side in (0, 1))
-    alive = Draws(run[order], np.exp(log_factor)[order], sd, drift, np.empty(n))
+    alive = Draws(post, run[order], np.exp(log_factor)[order], sd, drift, np.empty(n))
     if (number := answer.drifting) is None:
-        for history, mine in alive.by_run(post):
+        for history, mine in alive.by_run():
             alive.life[mine] = history.life(alive.factor[mine])
         return alive
-    seen, rate = alive.seen(post, number), drift[number] ** 2 / likelihood.PER
+    seen, rate = alive.seen(number), drift[number] ** 2 / likelihood.PER
     spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))
     present = seen.mean + spread * rng.standard_normal(n)
-    for history, mine in alive.by_run(post):
+    for history, mine in alive.by_run():
         gap, ahead = lives.present_state(history, alive.factor[mine], present[mine], answer.now)
         alive.life[mine] = answer.now + lives.passage_time(gap, ahead, rate[mine], rng)
     return alive
@@ -135,44 +134,43 @@ def _of_logs(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Arra
     return np.exp(np.interp(at, np.arange(len(grid)), grid)), at
 
 
-def gains(
-    post: Posterior, draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
-) -> Array:
+def gains(draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True) -> Array:
     """Return a draw of a block's gain for every draw, (n,): given its values, or as it was before them."""
-    gain, sd = np.ones(len(draws)), post.blocks[number].data.error.gain_sd
-    if not sd:
+    block, gain = draws.posterior.blocks[number], np.ones(len(draws))
+    if not (sd := block.data.error.gain_sd):
         return gain
-    if not known or not len(post.blocks[number].rows):
+    if not known or not len(block.rows):
         return np.asarray(gain + sd * rng.standard_normal(len(draws)))
-    seen = draws.seen(post, number)
+    seen = draws.seen(number)
     return np.asarray(gain + seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(draws)))
 
 
 def over_cycles(
-    post: Posterior, draws: Draws, name: str, cycles: Array, drifting: int | None, rng: np.random.Generator
+    draws: Draws, name: str, cycles: Array, drifting: int | None, rng: np.random.Generator
 ) -> Array:
     """Return a quantity over the cycles for every draw, (cycles, draws) [SI].
 
     Parameters
     ----------
-    post, draws : the posterior and draws from it
+    draws : from the posterior
     name : a quantity that is predicted
     cycles : rising
     drifting : the block whose drift the quantity follows, None without one
     rng : of the paths of the drift
     """
     depths = np.empty((len(cycles), len(draws)))
-    for history, mine in draws.by_run(post):
+    for history, mine in draws.by_run():
         depths[:, mine] = history.beside[name].at(history.own_cycle(cycles[:, None], draws.factor[mine]))
     if drifting is None:
         return depths
-    block, n, start = post.blocks[drifting], len(draws), post.histories[0].begin(drifting)
+    post, n = draws.posterior, len(draws)
+    block, start = post.blocks[drifting], post.histories[0].begin(drifting)
     rate = draws.drift[drifting] ** 2 / likelihood.PER
     known, paths = [start], [np.zeros(n)]
     if len(block.rows):
         inspections = likelihood.inspections_of(block, post.histories[0], drifting)
         times = [inspection.cycle for inspection in inspections]
-        smooth = kalman.smoothed_paths(draws.seen(post, drifting, steps=True).steps, times, rate, rng)
+        smooth = kalman.smoothed_paths(draws.seen(drifting, steps=True).steps, times, rate, rng)
         first = 1 if times[0] <= start else 0
         known, paths = known + times[first:], paths + list(smooth[first:])
     at, w, after = known[0], paths[0], 1
@@ -189,7 +187,7 @@ def over_cycles(
 
 
 def replicated(
-    post: Posterior, draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
+    draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
 ) -> tuple[Array, Array]:
     """Return measurements as they could have come out, (draws, values) [SI], and how far the wear strays.
 
@@ -197,28 +195,28 @@ def replicated(
 
     Parameters
     ----------
-    post, draws : runs and blocks, and what is true of each replica
+    draws : runs and blocks, and what is true of each replica
     number : of the block
     rng : of errors and drift
     known : whether they are drawn given the block's own values
     """
-    block, n, strayed = post.blocks[number], len(draws), np.zeros(len(draws))
-    model = np.empty((n, len(block.rows)))
-    for history, mine in draws.by_run(post):
+    block, run, n = draws.posterior.blocks[number], draws.posterior.histories[0], len(draws)
+    model, strayed = np.empty((n, len(block.rows))), np.zeros(n)
+    for history, mine in draws.by_run():
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
-    model = model * gains(post, draws, number, rng, known=known)[:, None]
+    model = model * gains(draws, number, rng, known=known)[:, None]
     square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
     spread = np.sqrt(square + (block.relative * model) ** 2)
     values = model + spread * rng.standard_normal(model.shape)
     offset, since = block.data.error.offset_sd, block.data.since
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
-    times = likelihood.inspections_of(block, post.histories[0], number) if drifts or offset else []
+    times = likelihood.inspections_of(block, run, number) if drifts or offset else []
     if drifts:
         rate, cycles = draws.drift[number] ** 2 / likelihood.PER, [t.cycle for t in times]
         if known and since != PREVIOUS:
-            paths = kalman.smoothed_paths(draws.seen(post, number, steps=True).steps, cycles, rate, rng)
+            paths = kalman.smoothed_paths(draws.seen(number, steps=True).steps, cycles, rate, rng)
         else:
-            begin = since if isinstance(since, float) else post.histories[0].begin(number)
+            begin = since if isinstance(since, float) else run.begin(number)
             steps = rng.standard_normal((len(times), n))
             steps *= np.sqrt(rate * np.diff(cycles, prepend=begin)[:, None])
             paths = steps if since == PREVIOUS else np.cumsum(steps, axis=0)
@@ -263,7 +261,7 @@ class Check:
         return f"{'much ' if self.p < 0.01 else ''}{'farther off' if far else side} than expected"
 
 
-def checks(post: Posterior, draws: Draws) -> tuple[list[Check], dict[int, float]]:
+def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
     """Return a check of every inspection, block by block, and of each block the probability of its course.
 
     Given a draw, the standardised innovations z of the inspections are independent and standard normal. Their
@@ -272,10 +270,10 @@ def checks(post: Posterior, draws: Draws) -> tuple[list[Check], dict[int, float]
     """
     each: list[Check] = []
     courses: dict[int, float] = {}
-    for number, block in enumerate(post.blocks):
+    for number, block in enumerate(draws.posterior.blocks):
         if not len(block.rows):
             continue
-        cycles, counts, z, chi, hidden = _innovations(post, draws, number)
+        cycles, counts, z, chi, hidden = _innovations(draws, number)
         for t, (cycle, count) in enumerate(zip(cycles, counts, strict=True)):
             if count:
                 p = float(np.mean(gammaincc(0.5 * count, 0.5 * chi[t])))
@@ -303,16 +301,16 @@ def _course(z: Array, chi: Array, counts: Array) -> float:
     return float(min(1.0, 3.0 * min(np.mean(p) for p in (together, alike, whole))))
 
 
-def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
+def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
     """Return cycles, counts, z, chi square and probability of inspections, of many some together."""
-    block = post.blocks[number]
-    cycles, which = np.unique(post.histories[0].asked[number].cycle[block.rows], return_inverse=True)
+    block, run = draws.posterior.blocks[number], draws.posterior.histories[0]
+    cycles, which = np.unique(run.asked[number].cycle[block.rows], return_inverse=True)
     few = draws if len(cycles) <= MOST else draws[:FEW]
     groups = np.array_split(np.arange(len(cycles)), min(len(cycles), MOST))
     middle, size = (np.array([part(cycles[group]) for group in groups]) for part in (np.mean, len))
     shares = bool(np.any(few.drift[number] > 0.0)) or block.data.error.offset_sd > 0.0 or block.data.since
     if few is draws or shares or block.seen.censored.any():
-        steps = few.seen(post, number, steps=True).steps
+        steps = few.seen(number, steps=True).steps
         count = np.array([sum(steps[t].count for t in group) for group in groups])
         z, chi, logs = (
             np.stack([np.sum([getattr(steps[t], part) for t in group], axis=0) for group in groups])
@@ -321,13 +319,13 @@ def _innovations(post: Posterior, draws: Draws, number: int) -> tuple[Array, Arr
         hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)
         return middle, count, z / np.sqrt(size)[:, None], chi, hidden
     z, chi, count = np.empty((MOST, len(few))), np.empty((MOST, len(few))), np.empty(MOST, int)
-    gain = gains(post, few, number, np.random.default_rng(0))
+    gain = gains(few, number, np.random.default_rng(0))
     order, until = np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))
     for g, values in enumerate(np.split(order, [until[group[-1]] for group in groups[:-1]])):
         rows = block.rows[values]
         own = replace(block, rows=rows)
         count[g] = len(rows)
-        for history, mine in few.by_run(post):
+        for history, mine in few.by_run():
             model = likelihood.modelled(own, history, number, few.factor[mine])
             model = gain[mine, None] * model
             square = few.sd[number][mine, None] ** 2 + (block.relative * model) ** 2

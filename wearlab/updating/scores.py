@@ -5,6 +5,7 @@ inspection left out is foretold exactly, without a sampling error: ln p(y_i | th
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -81,8 +82,7 @@ def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Da
     end : cycle at which the limit was measured, NaN where it was not
     """
     run = post.histories[0]
-    each = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
-    cycles = np.unique(np.concatenate(each)) if each else np.zeros(0)
+    cycles = likelihood.cycles_of(post.blocks, run)
     if len(cycles) > MOST:
         cycles = cycles[np.linspace(0, len(cycles) - 1, MOST).astype(int)]
     rng = np.random.default_rng([study.spec.seed, 3])
@@ -92,7 +92,8 @@ def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Da
     for cycle in map(float, cycles):
         until = likelihood.held(post.blocks, run, np.less_equal, cycle)
         answer = answers.answered(study, post.histories, until, post.log_proposal)
-        last = [check.p for check in sampling.checks(answer.posterior, known)[0] if check.cycle == cycle]
+        each, _ = sampling.checks(replace(known, posterior=answer.posterior))
+        last = [check.p for check in each if check.cycle == cycle]
         known, life = sampling.drawn(answer, DRAWS, rng), answer.life(layout.P)
         row: dict[str, Any] = {"life_quantile": life, "factor_quantile": answer.factor(layout.P)}
         row |= {"remaining_useful_life_quantile": np.maximum(life - answer.now, 0.0)}
@@ -163,8 +164,7 @@ def left_out(post: Posterior) -> Array:
     run, found = post.histories[0], []
     if len(post.histories) * sum(len(asked.cycle) for asked in run.asked) > MOST_LEFT_OUT:
         return np.full(1, np.nan)
-    cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(post.blocks)]
-    for cycle in np.unique(np.concatenate(cycles)):
+    for cycle in likelihood.cycles_of(post.blocks, run):
         less = post.by(likelihood.held(post.blocks, run, np.not_equal, cycle))
         found.append(post.evidence - less.evidence)
     return np.array(found)

@@ -17,7 +17,6 @@ MOST_VALUES = 2_000_000  # of a variable with a value for each draw and observat
 MOST_STEPS = 500  # inspections whose log likelihoods are told apart
 PLACES = 121  # cycles at which the wear is predicted
 AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
-MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 
 
 def tree_of(
@@ -36,13 +35,11 @@ def tree_of(
     joined = each[0]
     if len(each) > 1:
         labels = xr.Variable("case", [outcome.study.label for outcome in outcomes], {"long_name": "case"})
-        how: Any = {"join": "outer", "data_vars": "all", "coords": "minimal", **MERGED}
+        how: Any = {"join": "outer", "data_vars": "all", "coords": "minimal", **layout.MERGED}
         names = dict.fromkeys(name for groups in each for name in groups)
-        joined = {
-            name: xr.concat([groups.get(name, xr.Dataset()) for groups in each], "case", **how)
-            for name in names
-        }
-        joined = {name: group.assign_coords(case=labels) for name, group in joined.items()}
+        for name in names:
+            group = xr.concat([groups.get(name, xr.Dataset()) for groups in each], "case", **how)
+            joined[name] = group.assign_coords(case=labels)
     same = len({tuple(seen.fingerprint for seen in outcome.study.seen) for outcome in outcomes}) == 1
     beside = scores.compared(outcomes if same else outcomes[:1])
     joined |= {} if beside is None else {"comparison": beside}
@@ -93,16 +90,15 @@ def _groups(outcome: answers.UpdateOutcome, replay: bool, check: int) -> dict[st
         "sample_stats": _statistics(outcome),
     }
     if told := [n for n, block in enumerate(post.blocks) if len(block.rows)]:
-        groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **MERGED)
-        groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **MERGED)
+        groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **layout.MERGED)
+        groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **layout.MERGED)
     days = layout.calendar_of(outcome.study, post.histories[0], now)
-    advice = {"virtual_inspection": decision.virtual_inspection(outcome, rng)}
-    advice["decision"] = None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
-    look, change = advice.values()
+    look = decision.virtual_inspection(outcome, rng)
+    change = None if spec.decision is None else decision.decided(outcome, spec.decision, rng)
     if look is not None and change is not None:
-        advice["virtual_inspection"] = decision.before_change(look, float(change["best_change"]))
-    for name, found in advice.items():
-        groups |= {} if found is None else {name: layout.dated(found, days)}
+        look = decision.before_change(look, float(change["best_change"]))
+    advice = {"virtual_inspection": look, "decision": change}
+    groups |= {name: layout.dated(one, days) for name, one in advice.items() if one is not None}
     if replay:
         end = float(groups["observed_data"]["observed_life"])
         again = scores.replayed(outcome.study, post, end)
@@ -138,9 +134,8 @@ def _units(block: likelihood.Block) -> dict[str, str]:
 
 def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life, after or before."""
-    post, draws = outcome.posterior, outcome.draws
-    if before:
-        post, draws = outcome.prior.posterior, outcome.prior_draws
+    known, draws = (outcome.prior, outcome.prior_draws) if before else (outcome.answer, outcome.draws)
+    post = known.posterior
     found: dict[str, xr.Variable] = {}
     for key, name in names_of(list(outcome.study.spec.unknown)).items():
         if key == cases.FACTOR:
@@ -158,16 +153,16 @@ def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Datas
         "remaining_useful_life": np.maximum(draws.life - outcome.answer.now, 0.0),
     }
     found |= {name: layout.variable("sample", name, one) for name, one in derived.items()}
-    for block, sd, drift in zip(post.blocks, draws.sd, draws.drift, strict=True):
-        for name, spread, values in (("sd", block.sd, sd), ("drift", block.drift, drift)):
+    for number, block in enumerate(post.blocks):
+        for name, spread in (("sd", block.sd), ("drift", block.drift)):
             if spread is not None and spread.prior is not None:
+                values = getattr(draws, name)[number]
                 found[spread.name] = layout.variable("sample", name, values, **_units(block))
     rng = np.random.default_rng([outcome.study.spec.seed, 4])
     for number, block in enumerate(post.blocks):
         if block.data.error.gain_sd:
-            name = f"gain_{block.data.label}"
-            gains = sampling.gains(post, draws, number, rng, known=not before)
-            found[name] = layout.variable("sample", "gain", gains)
+            gains = sampling.gains(draws, number, rng, known=not before)
+            found[f"gain_{block.data.label}"] = layout.variable("sample", "gain", gains)
     return layout.sample(found, len(draws))
 
 
@@ -176,7 +171,7 @@ def _replicas(outcome: answers.UpdateOutcome, number: int, rng: np.random.Genera
     block, name = outcome.posterior.blocks[number], block_name(outcome, number)
     most = max(len(each.rows) for each in outcome.posterior.blocks)
     draws = outcome.draws[: max(min(len(outcome.draws), MOST_VALUES // max(most, 1)), 1)]
-    values, _ = sampling.replicated(outcome.posterior, draws, number, rng)
+    values, _ = sampling.replicated(draws, number, rng)
     made = layout.variable("sample", "replica", values, name, **_units(block))
     return layout.sample({name: made}, len(draws))
 
@@ -190,9 +185,9 @@ def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
         condensed = likelihood.condenses(block, post.histories[0].asked[number], draws.sd[number])
         pieces = 1 if condensed else max(len(draws) * len(block.rows) // MOST_VALUES, 1)
         parts = [draws[some] for some in np.array_split(np.arange(len(draws)), pieces)]
-        whole = np.concatenate([part.seen(post, number).log_likelihood for part in parts])
+        whole = np.concatenate([part.seen(number).log_likelihood for part in parts])
         return layout.sample({name: layout.variable("sample", "log_likelihood_of_all", whole)}, len(draws))
-    values = np.stack([step.log_likelihood for step in draws.seen(post, number, steps=True).steps], axis=-1)
+    values = np.stack([step.log_likelihood for step in draws.seen(number, steps=True).steps], axis=-1)
     found = layout.sample({name: layout.variable("sample", "log_likelihood", values, name)}, len(draws))
     return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
 
@@ -211,16 +206,13 @@ def _predictions(outcome: answers.UpdateOutcome, rng: np.random.Generator) -> xr
         found |= layout.places_of(days, run.start)
         at = "day on which the limit is reached, that of the last inspection where it was before, at "
         at += f"{days.a_year * run.seconds_per_cycle / units.HOUR:g} operating hours a year"
-        ends = found["end_of_life_quantile"]
-        found["end_of_life_quantile"] = layout.variable(
-            "predictions", "end_of_life_quantile", ends, long_name=at
-        )
-    both = (("", post, outcome.draws), ("prior_", prior.posterior, outcome.prior_draws))
+        name = "end_of_life_quantile"
+        found[name] = layout.variable("predictions", name, found[name], long_name=at)
     for name in run.beside:
         drifting, own = answer.drifting if name == limit.quantity else None, schema.VARIABLES[name]
         shown = {"units": own.units, "display_units": own.display_units, "long_name": own.long_name}
-        for prefix, of, draws in both:
-            worn = sampling.over_cycles(of, draws, name, cycles, drifting, rng)
+        for prefix, draws in (("", outcome.draws), ("prior_", outcome.prior_draws)):
+            worn = sampling.over_cycles(draws, name, cycles, drifting, rng)
             values = np.quantile(worn, layout.P, axis=1).T
             found[f"{prefix}{name}_quantile"] = layout.variable("predictions", "wear", values, **shown)
     return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
@@ -248,7 +240,7 @@ def _observed_data(outcome: answers.UpdateOutcome) -> xr.Dataset:
             )
         parts.append(part.set_coords(coords))
     parts.append(layout.dataset("observed", {"observed_life": _observed_life(outcome)}))
-    return xr.merge(parts, **MERGED)
+    return xr.merge(parts, **layout.MERGED)
 
 
 def _observed_life(outcome: answers.UpdateOutcome) -> float:
@@ -285,4 +277,4 @@ def _statistics(outcome: answers.UpdateOutcome) -> xr.Dataset:
         if number in outcome.sources:
             told["remaining_without_*"] = outcome.sources[number].remaining(layout.P[[0, 2, 4]])
         parts.append(layout.dataset("statistics", told, name).set_coords([f"cycle_{name}"] if own else []))
-    return xr.merge(parts, **MERGED)
+    return xr.merge(parts, **layout.MERGED)

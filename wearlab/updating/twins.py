@@ -45,12 +45,13 @@ def calibrated(
         runs = tuple(_bent(run, true.power) for run in post.histories)
         source, told = post.but(histories=runs, blocks=_true_blocks(post, true)), told or post.blocks
     before = answers.answered(study, source.histories, answers.unseen(source.blocks), post.log_proposal)
-    truths, unmeasured = sampling.drawn(before, n, rng), before.life(scores.EVEN)
+    truths = replace(sampling.drawn(before, n, rng), posterior=source)
+    unmeasured = before.life(scores.EVEN)
     ranks: dict[str, list[float]] = {"factor": [], "life": []}
     scored: list[tuple[tuple[float, float], ...]] = []
     foreseen: list[tuple[float, ...]] = []
     for t in range(n):
-        made, life = twin(source, truths[t : t + 1], before, rng)
+        made, life = twin(truths[t : t + 1], before, rng)
         made = tuple(
             replace(believed, seen=replace(real.seen, data=believed.data))
             for believed, real in zip(told or made, made, strict=True)
@@ -107,22 +108,22 @@ def _true_blocks(post: grids.Posterior, true: TrueModel) -> tuple[likelihood.Blo
 
 
 def twin(
-    post: grids.Posterior, truth: sampling.Draws, before: lives.Answer, rng: np.random.Generator
+    truth: sampling.Draws, before: lives.Answer, rng: np.random.Generator
 ) -> tuple[tuple[likelihood.Block, ...], float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters
     ----------
-    post : for its runs and blocks
-    truth : one draw
+    truth : one draw, with runs and blocks
     before : the prior, for what drifts on to the limit
     rng : of errors and drift
     """
-    run, made, life = post.histories[int(truth.run[0])], [], float(truth.life[0])
+    post, made, life = truth.posterior, [], float(truth.life[0])
+    run = post.histories[int(truth.run[0])]
     last = [run.asked[n].cycle[b.rows].max(initial=run.start) for n, b in enumerate(post.blocks)]
     now = float(max(last))
     for number, block in enumerate(post.blocks):
-        value, w = sampling.replicated(post, truth, number, rng, known=False)
+        value, w = sampling.replicated(truth, number, rng, known=False)
         values, below = block.seen.value.copy(), block.seen.below[block.rows]
         values[block.rows] = np.where(value[0] < below, np.nan, value[0])  # a file says the limit alone
         made.append(replace(block, seen=replace(block.seen, value=values)))
@@ -167,10 +168,9 @@ def twin_files(
     known = [[np.full(1, 0.0 if one is None else one.known) for one in (b.sd, b.drift)] for b in blocks]
     sd, drift = zip(*known, strict=True)
     life = np.full(1, run.limit_cycle)
-    true_draw = sampling.Draws(np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, life)
-    unmeasured = grids.Posterior((run,), answers.unseen(blocks), None)
-    before = lives.Answer(unmeasured.but(blocks=blocks), run.start, None)
-    made, true_life = twin(before.posterior, true_draw, before, np.random.default_rng(seed))
+    post = grids.Posterior((run,), answers.unseen(blocks), None).but(blocks=blocks)
+    true_draw = sampling.Draws(post, np.zeros(1, np.intp), np.full(1, run.factor), sd, drift, life)
+    made, true_life = twin(true_draw, lives.Answer(post, run.start, None), np.random.default_rng(seed))
     texts: dict[Path, str] = {}
     for block in made:
         file = Path(block.data.file)
