@@ -97,9 +97,8 @@ class ErrorBlock(Strict):
         """
         sd, drift = (_spread(getattr(self, name), unit, f"{where}.{name}") for name in ("sd", "drift"))
         relative, gain = self.relative or 0.0, self.gain_sd or 0.0
-        offset = 0.0
-        if self.offset_sd is not None:
-            offset = _positive(self.offset_sd, unit, f"{where}.offset_sd")
+        own = self.offset_sd
+        offset = 0.0 if own is None else _positive(own, unit, f"{where}.offset_sd")
         if sd is None and not relative and not by_column:
             said = "required: sd (a value with its unit, or a distribution), relative, or columns.sd"
             raise CampaignError(f"{where}: {said}")

@@ -231,10 +231,8 @@ def answer(
     store : where the runs are, to say which flank is worn deepest
     """
     limit = _limit(campaign.cases[0].scene) if campaign.cases else ""
-    done = [
-        (case, entries[case.id].summary) for case in campaign.cases if case.id in entries
-        and entries[case.id].state == "done"
-    ]  # fmt: skip
+    known = ((case, entries.get(case.id)) for case in campaign.cases)
+    done = [(case, entry.summary) for case, entry in known if entry is not None and entry.state == "done"]
     worn = [(case, summary) for case, summary in done if summary.get("operating_hours")]
     ended = _ended_otherwise([(case_name(campaign, case), summary) for case, summary in done])
     if not worn:
@@ -242,7 +240,8 @@ def answer(
     lives = {case.id: float(s["service_life"]) for case, s in worn if _is_number(s.get("service_life"))}
     longest = max(lives.values(), default=0.0)
     first = next(iter(lives.values()), None) if len(worn) > 1 else None
-    range_by = None if _varies_coefficient(campaign) else factor
+    given = [getattr(case.scene.wear, "coefficient", None) for case in campaign.cases]
+    range_by = factor if all(each == given[0] for each in given) else None  # cases are the range themselves
     told = [(case, case_name(campaign, case), summary) for case, summary in worn[:MOST_CASES]]
     cases = [
         _case(name, own, lives.get(case.id), first, longest, range_by)._replace(**_deepest(store, case))
@@ -268,13 +267,6 @@ def _ended_otherwise(done: "Sequence[tuple[str, Mapping[str, Any]]]") -> list[st
         f"{', …' if len(names) > FEW else ''}): {end}."
         for end, names in cases.items()
     ]
-
-
-def _varies_coefficient(campaign: Campaign) -> bool:
-    """Say whether the cases differ in their wear coefficient, so that they are the range themselves."""
-    wears = [case.scene.wear for case in campaign.cases]
-    given = [None if wear is None else getattr(wear, "coefficient", None) for wear in wears]
-    return any(known_case != given[0] for known_case in given)
 
 
 def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
@@ -313,8 +305,7 @@ def _begun(cases: Sequence[CaseTold], asked: Sequence[Case]) -> Iterator[str]:
     told: dict[tuple[str, str], list[float]] = {}
     for known_case, case in zip(cases, asked, strict=True):
         if known_case.begins > 0.0:
-            initial = getattr(case.scene.wear, "initial", None)
-            given = None if initial is None else getattr(initial, known_case.flank, None)
+            given = getattr(getattr(case.scene.wear, "initial", None), known_case.flank, None)
             whence = initial_wear(given) if given else ""
             told.setdefault((known_case.flank, whence), []).append(known_case.begins)
     for (flank, whence), depths in told.items():
@@ -329,12 +320,9 @@ def _is_number(value: Any) -> bool:
 
 def _limit(scene: Scene) -> str:
     until = getattr(scene.wear, "until", None)
-    depth = getattr(until, "depth", None)
-    if depth is None:
-        return ""
-    named = getattr(until, "flank", None)
-    flank = f" on the {named}" if named else ""
-    return f"{1e6 * depth:.4g} µm of wear{flank}"
+    depth, flank = (getattr(until, name, None) for name in ("depth", "flank"))
+    on = f" on the {flank}" if flank else ""
+    return "" if depth is None else f"{1e6 * depth:.4g} µm of wear{on}"
 
 
 def _case(

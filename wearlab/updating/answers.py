@@ -6,16 +6,15 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index, Random
 from wearlab.updating import grids, layout, likelihood, measurements, sampling
 from wearlab.updating.cases import MeasuredCase
 from wearlab.updating.grids import Posterior
 from wearlab.updating.lives import Answer
-from wearlab.updating.run_curves import RunHistory
+from wearlab.updating.run_curves import RunHistory, Runs
 
 ACCUMULATING = "accumulating"
 MOST_WIDENED = 60  # runs that contradicting sources are widened in
@@ -54,7 +53,7 @@ class UpdateOutcome:
     checks: tuple[sampling.Check, ...]
     courses: dict[int, float]
     sources: dict[int, Answer]
-    which: NDArray[np.intp]
+    which: Index
     notes: tuple[str, ...]
     stats: dict[str, float]
 
@@ -64,7 +63,7 @@ class UpdateOutcome:
         return self.answer.posterior
 
 
-def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[likelihood.Block, ...]:
+def blocks_of(study: MeasuredCase, runs: Runs) -> tuple[likelihood.Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts.
 
     Raises
@@ -88,17 +87,14 @@ def blocks_of(study: MeasuredCase, runs: Sequence[RunHistory]) -> tuple[likeliho
 
 
 def answered(
-    study: MeasuredCase,
-    runs: Sequence[RunHistory],
-    blocks: Sequence[likelihood.Block],
-    log_proposal: Array | None = None,
+    study: MeasuredCase, runs: Runs, blocks: likelihood.Blocks, log_proposal: Array | None = None
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
-    last = [runs[0].asked[n].cycle[b.rows].max() for n, b in enumerate(blocks) if len(b.rows)]
+    now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
     quantity, where = study.limit.quantity, study.limit.where
     drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where))
     post = Posterior(runs, blocks, study.prior, log_proposal)
-    answer = Answer(post, float(max(last, default=runs[0].start)), next(drift, None))
+    answer = Answer(post, now, next(drift, None))
     told = [n for n, block in enumerate(blocks) if len(block.rows)]
     if len(told) < 2 or study.prior is None:
         return answer
@@ -110,7 +106,7 @@ def answered(
     return answer
 
 
-def unseen(blocks: Sequence[likelihood.Block], but: Collection[int] = ()) -> tuple[likelihood.Block, ...]:
+def unseen(blocks: likelihood.Blocks, but: Collection[int] = ()) -> tuple[likelihood.Block, ...]:
     """Return blocks of which nothing counts, but of those with such numbers; of none: the prior."""
     none = np.zeros(0, np.intp)
     return tuple(b if n in but else replace(b, rows=none) for n, b in enumerate(blocks))
@@ -118,8 +114,8 @@ def unseen(blocks: Sequence[likelihood.Block], but: Collection[int] = ()) -> tup
 
 def outcome(
     study: MeasuredCase,
-    runs: tuple[RunHistory, ...],
-    which: NDArray[np.intp],
+    runs: Runs,
+    which: Index,
     log_proposal: Array | None = None,
     known: Answer | None = None,
 ) -> UpdateOutcome:
@@ -191,9 +187,7 @@ def facts_of(post: Posterior) -> dict[str, float]:
     return found
 
 
-def _prior_p(
-    before: Answer, draws: sampling.Draws, blocks: Sequence[likelihood.Block], rng: np.random.Generator
-) -> float:
+def _prior_p(before: Answer, draws: sampling.Draws, blocks: likelihood.Blocks, rng: Random) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
     least = 1.0
     for number, block in enumerate(blocks):
@@ -224,7 +218,7 @@ def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
     )
 
 
-def _widens(answer: Answer, runs: Sequence[RunHistory]) -> bool:
+def _widens(answer: Answer, runs: Runs) -> bool:
     """Whether sources that contradict each other widen the interval: without drift, and in few runs."""
     return answer.drifting is None and len(runs) <= MOST_WIDENED
 
@@ -258,7 +252,7 @@ def _notes(
 
 
 def _larger_errors(
-    blocks: Sequence[likelihood.Block], draws: sampling.Draws, before: sampling.Draws
+    blocks: likelihood.Blocks, draws: sampling.Draws, before: sampling.Draws
 ) -> Iterator[tuple[str, float]]:
     """Yield which unknown errors came out far from what was thought, and how many times that."""
     for n, block in enumerate(blocks):

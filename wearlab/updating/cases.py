@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from wearlab.arrays import Index
 from wearlab.campaign import Axis, Campaign, Case
 from wearlab.campaign.distributions import Distribution, Sample, draw
 from wearlab.campaign.update import FACTOR
@@ -92,11 +92,10 @@ class MeasuredCase:
         for point in zip(*self.drawn.values(), strict=True):
             yield lean.replace(dict(zip(self.drawn, point, strict=True)))
 
-    def campaign(self, title: str, scenes: Sequence[Scene] | None = None) -> Campaign:
-        """Return its runs, or other scenes, as a campaign with the axis ``draw``."""
-        some = self.scenes if scenes is None else scenes
-        cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(some))
-        return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(some)))),))
+    def campaign(self, title: str, scenes: Sequence[Scene]) -> Campaign:
+        """Return scenes as a campaign with the axis ``draw``."""
+        cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(scenes))
+        return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(cases)))),))
 
 
 def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
@@ -138,8 +137,6 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
     UpdateError : with file, line and value, or the limit's path
     """
     depths = [block for block in seen if block.data.quantity in DEPTHS and len(block)]
-    if not depths and limit.quantity != "max_wear_depth":
-        return
     try:
         gears = build_set(scene)
     except GearError:
@@ -236,10 +233,9 @@ def _lengthened(scene: Scene, times: float) -> Scene:
 def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
-    names = (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
-    if quantities & {"max_wear_depth", "wear_depth", THICKNESS}:  # a depth is interpolated with its rate
-        names |= {"wear_depth", "wear_rate"}
-    return names
+    rates = {"wear_depth", "wear_rate"} if quantities & {*DEPTHS} else set()  # a depth goes with its rate
+    names = {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
+    return (quantities - {THICKNESS}) | names | rates
 
 
 def wanted_of(study: MeasuredCase) -> set[str]:
@@ -252,9 +248,7 @@ def wanted_of(study: MeasuredCase) -> set[str]:
     return wanted - {"verdict", "end_reason"}  # those are for people
 
 
-def histories(
-    study: MeasuredCase, store: "Store"
-) -> tuple[tuple[run_curves.RunHistory, ...], NDArray[np.intp]]:
+def histories(study: MeasuredCase, store: "Store") -> tuple[run_curves.Runs, Index]:
     """Return what the stored runs of a study say, and which draw each is.
 
     Raises

@@ -13,7 +13,7 @@ k: one run has one wear to begin with. The mates' own wear goes on from one run 
 so that it stays a function of f N.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -25,7 +25,7 @@ from wearlab.arrays import Array
 from wearlab.campaign.update_options import Replaced
 from wearlab.scene import Scene
 from wearlab.updating import answers, cases, grids, likelihood, measurements, run_curves
-from wearlab.updating.run_curves import Clock, RunHistory
+from wearlab.updating.run_curves import Clock, RunHistory, Runs
 
 RATIOS, IN_GAP, TIMES = 15, 3, 20  # points over ln r, cycles in a gap, cycles of running-in
 GOLDEN = 0.6180339887
@@ -38,15 +38,11 @@ CLOCKS = ("cycle", "operating_hours", "mesh_cycles")
 DIGITS = 2  # of the factor at which the mates' wear is taken: it says how much, and hardly how
 FAR = 1e6  # times a run's length that a clock reaches
 
-Judge = Callable[[tuple[RunHistory, ...]], grids.Posterior]
+Judge = Callable[[Runs], grids.Posterior]
 
 
 def clock_of(
-    record: measurements.OperatingRecord,
-    own: RunHistory,
-    runs: Sequence[RunHistory],
-    factor: float,
-    block: int | None = None,
+    record: measurements.OperatingRecord, own: RunHistory, runs: Runs, factor: float, block: int | None = None
 ) -> Clock:
     """Return the clock of equal wear of what ran, from a run of the scene and one of each condition.
 
@@ -79,7 +75,7 @@ def clock_of(
     return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
 
 
-def clocked_run(study: cases.MeasuredCase, own: RunHistory, conditions: Sequence[RunHistory]) -> RunHistory:
+def clocked_run(study: cases.MeasuredCase, own: RunHistory, conditions: Runs) -> RunHistory:
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
@@ -110,7 +106,7 @@ def stepped(run: RunHistory, at: float, ratio: float, width: float = 0.0) -> Run
     return replace(run, clock=Clock(knots, run.start + passed, own.off), change=(at, 1.0 / ratio, width))
 
 
-def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[tuple[RunHistory, ...], Array]:
+def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[Runs, Array]:
     """Return a run of constant k and those with a change that counts, and ln of how often each stands.
 
     Parameters

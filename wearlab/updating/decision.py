@@ -24,7 +24,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 from scipy.special import ndtri
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Random
 from wearlab.campaign.update_options import Decision
 from wearlab.units import HOUR
 from wearlab.updating import answers, grids, layout, likelihood, lives, sampling
@@ -40,7 +40,7 @@ DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
 STEPS = 300  # of a horizon
 
 
-def virtual_inspection(outcome: answers.UpdateOutcome, rng: np.random.Generator) -> xr.Dataset | None:
+def virtual_inspection(outcome: answers.UpdateOutcome, rng: Random) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where there is no such
@@ -90,7 +90,7 @@ def virtual_block(outcome: answers.UpdateOutcome) -> int | None:
 
 
 def states_at(
-    answer: lives.Answer, draws: sampling.Draws, number: int, looks: Array, rng: np.random.Generator
+    answer: lives.Answer, draws: sampling.Draws, number: int, looks: Array, rng: Random
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Yield for some draws the quantity at later cycles, the life as it then is, and a value's error."""
     n, block, drift = len(draws), draws.posterior.blocks[number], draws.drift[number]
@@ -113,7 +113,7 @@ def states_at(
         yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
 
 
-def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generator) -> float:
+def expected_width(value: Array, rest: Array, sd: Array, rng: Random) -> float:
     """Return the mean width of the 90 % interval of the remaining life after a measurement of the value.
 
     Parameters
@@ -130,7 +130,7 @@ def expected_width(value: Array, rest: Array, sd: Array, rng: np.random.Generato
     return float(np.mean([np.ptp(np.interp(ENDS, row, rest)) for row in below]))
 
 
-def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArray[np.float32]:
+def virtual_weights(value: Array, sd: Array, rng: Random) -> NDArray[np.float32]:
     """Return how well all draws explain virtual measurements of some of them, which are in order.
 
     In single precision, (measurements, draws): a weight need not be known to more than its sum is by chance.
@@ -144,7 +144,7 @@ def virtual_weights(value: Array, sd: Array, rng: np.random.Generator) -> NDArra
     return np.exp(np.float32(-0.5) * off * off) * (share * np.float32(sd.min()))
 
 
-def decided(outcome: answers.UpdateOutcome, costs: Decision, rng: np.random.Generator) -> xr.Dataset | None:
+def decided(outcome: answers.UpdateOutcome, costs: Decision, rng: Random) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer, run = outcome.answer, outcome.posterior.histories[0]
     found, number = changes(answer, run, costs), virtual_block(outcome)
@@ -223,7 +223,7 @@ def _costs_of_ages(below: Array, value: Array, costs: Decision) -> Array:
 
 
 def with_a_look(
-    rest: Array, value: Array, sd: Array, look: float, asked: tuple[float, Decision], rng: np.random.Generator
+    rest: Array, value: Array, sd: Array, look: float, asked: tuple[float, Decision], rng: Random
 ) -> float:
     """Return the least cost per hour with a look, after which the change is chosen.
 

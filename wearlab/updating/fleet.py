@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.special import ndtr
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Random
 from wearlab.updating import answers, decision, layout, likelihood, lives, population, run_curves, sampling
 from wearlab.updating.cases import MeasuredCase
 from wearlab.updating.grids import along, equally
@@ -77,7 +77,7 @@ class UnitState:
         low, high = float(np.min(mean - 9.0 * sd)), float(np.max(mean + 9.0 * sd))
         return run_curves.risen(lambda x: _below(x, mean, sd), p, low, high, 1e-6)
 
-    def crps(self, cycle: float, value: float, rng: np.random.Generator) -> float:
+    def crps(self, cycle: float, value: float, rng: Random) -> float:
         """Return the continuous ranked probability score of a value: E|x − y| − ½ E|x − x′|."""
         mean, sd = self.measured(cycle)
         x = np.sort(mean + sd * rng.standard_normal(len(mean)))
@@ -147,7 +147,7 @@ def states_of(
     return states
 
 
-def joint(found: Population, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
+def joint(found: Population, n: int, rng: Random) -> tuple[Array, Array]:
     """Return draws of what units share, (n, parameters), and of ln f of each unit with it, (units, n)."""
     theta, near = found.parameters(n, rng)
     return theta, np.stack([population.factors(unit, found.law, near, rng) for unit in found.units])
@@ -166,7 +166,7 @@ def after(
     found: Population,
     number: int,
     cycles: Sequence[float],
-    rng: np.random.Generator,
+    rng: Random,
     draws: int = DRAWS,
     asked: int | None = None,
 ) -> list[UnitState]:
@@ -194,7 +194,7 @@ FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def fleet_of(studies: Sequence[MeasuredCase], runs: Sequence[run_curves.RunHistory]) -> Population:
+def fleet_of(studies: Sequence[MeasuredCase], runs: run_curves.Runs) -> Population:
     """Return what is known of a fleet, from the study and the run of every unit."""
     spec = studies[0].spec
     both = zip(studies, runs, strict=True)
@@ -232,7 +232,7 @@ def fleet_groups(
     return groups
 
 
-def _blanks(found: Population, rng: np.random.Generator) -> list[UnitState]:
+def _blanks(found: Population, rng: Random) -> list[UnitState]:
     """Return the states of units by what is known of the others alone."""
     return [after(found, number, [-np.inf], rng, FEW)[0] for number in range(len(found.units))]
 
@@ -249,7 +249,7 @@ def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
     return [replace(unit, blocks=tuple(blocks)) for unit, blocks in each]
 
 
-def _posterior(found: Population, theta: Array, each: Array, rng: np.random.Generator) -> xr.Dataset:
+def _posterior(found: Population, theta: Array, each: Array, rng: Random) -> xr.Dataset:
     """Return equally probable draws of what the units share, and of each unit's factor."""
     n, shown = len(theta), {}
     for parameter, column in zip(found.law.parameters, theta.T, strict=True):
@@ -320,7 +320,7 @@ def _two_sided(state: UnitState, cycle: float, value: float, count: int) -> floa
     return 2.0 * min(below, 1.0 - below)
 
 
-def _observed(found: Population, blanks: list[UnitState], rng: np.random.Generator) -> xr.Dataset:
+def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dataset:
     """Return every inspection that is foreseen: its value, what those before and the other units tell.
 
     Two simple rules stand beside it: the others' median rate between inspections, a line through the origin.

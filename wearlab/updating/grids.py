@@ -18,11 +18,20 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
-from wearlab.arrays import Array, Flags, Index
+from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.campaign.distributions import Distribution
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import Block, Lanes, Range, Spread, log_density, log_likelihood, range_of
-from wearlab.updating.run_curves import RunHistory, risen
+from wearlab.updating.likelihood import (
+    Block,
+    Blocks,
+    Lanes,
+    Range,
+    Spread,
+    log_density,
+    log_likelihood,
+    range_of,
+)
+from wearlab.updating.run_curves import Runs, risen
 
 COARSE, COARSE_SPREAD, CENTRED = 101, 21, 41  # points while ranges are narrowed, and the top is found
 AT_ONCE = 2_000_000  # values of all lanes that are worked on at once
@@ -62,24 +71,20 @@ class Posterior:
     """
 
     def __init__(
-        self,
-        histories: Sequence[RunHistory],
-        blocks: Sequence[Block],
-        prior: Distribution | None,
-        log_proposal: Array | None = None,
+        self, histories: Runs, blocks: Blocks, prior: Distribution | None, log_proposal: Array | None = None
     ) -> None:
         self.histories, self.blocks, self.prior = tuple(histories), tuple(blocks), prior
         self.log_proposal = np.zeros(len(self.histories)) if log_proposal is None else log_proposal
         self._all, self.resolved = np.arange(len(self.histories)), True
         self._axes = {
-            (number, side): self._range(spread.prior, spread.scale)
+            (number, side): range_of(spread.prior, len(self._all), spread.scale)
             for number, block in enumerate(self.blocks)
             for side, spread in enumerate((block.sd, block.drift))
             if spread is not None and spread.prior is not None
         }
         self.centre, self.width = np.log([run.factor for run in self.histories]), np.ones(len(self._all))
         if prior is not None:
-            self._factor = self._range(prior)
+            self._factor = range_of(prior, len(self._all))
         self._narrow()
         self.spreads = self._spreads(SPREADS)
         if prior is None:
@@ -94,7 +99,7 @@ class Posterior:
         vars(other).update(changed)
         return other
 
-    def by(self, blocks: Sequence[Block]) -> "Posterior":
+    def by(self, blocks: Blocks) -> "Posterior":
         """Return what is known after other observations."""
         return Posterior(self.histories, blocks, self.prior, self.log_proposal)
 
@@ -155,9 +160,6 @@ class Posterior:
         self.weight = np.exp(often - logsumexp(often))
         mass = self.density * even_weights(n)
         self.mass = mass / mass.sum(axis=1, keepdims=True) * self.weight[:, None]
-
-    def _range(self, prior: Distribution, scale: float = 1.0) -> Range:
-        return Range(*(np.full(len(self._all), end) for end in range_of(prior, scale)))
 
     def _even(self, n: int, some: Any = slice(None)) -> Array:
         """Return n even values of s over the range of the factor, (some, n)."""
@@ -323,13 +325,13 @@ def even_weights(n: int) -> Array:
     return weights
 
 
-def equally(probability: Array, n: int, rng: np.random.Generator) -> Index:
+def equally(probability: Array, n: int, rng: Random) -> Index:
     """Return the places of ``n`` equally probable draws from probabilities, (n,), in their order."""
     below = np.cumsum(probability)
     return np.minimum(np.searchsorted(below, (np.arange(n) + rng.random()) / n), len(below) - 1)
 
 
-def along(u: Array, mass: Array, rows: Index, rng: np.random.Generator) -> Array:
+def along(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
     """Return draws from laws on one grid, (n,), each from its row of the masses (p, grid)."""
     below = np.cumsum(0.5 * (mass[:, 1:] + mass[:, :-1]), axis=1)
     at = rng.random(len(rows)) * below[rows, -1]
@@ -340,7 +342,7 @@ def along(u: Array, mass: Array, rows: Index, rng: np.random.Generator) -> Array
 
 
 def conditional(
-    runs: Sequence[RunHistory], block: Block, number: int, log_factor: Array, spreads: SpreadGrids
+    runs: Runs, block: Block, number: int, log_factor: Array, spreads: SpreadGrids
 ) -> tuple[Array, Filtered]:
     """Return log p(y_b, ln sd, ln drift | factor) weighted by the grids, (runs, factors, sds, drifts).
 

@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from wearlab import sources
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.campaign import Campaign, distributions
 from wearlab.scene import Scene, SceneError
 from wearlab.updating import answers, cases, clocks, fleet, grids, lives, measurements, run_curves, tree
@@ -117,9 +116,7 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(
-        self, wanted: Sequence[cases.MeasuredCase]
-    ) -> list[tuple[tuple[run_curves.RunHistory, ...], NDArray[np.intp]]]:
+    def run(self, wanted: Sequence[cases.MeasuredCase]) -> list[tuple[run_curves.Runs, Index]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
         self._compute(wanted, [scene for study in wanted for scene in study.scenes])
         conditions = [{} if study.record is None else cases.conditions_of(study) for study in wanted]
@@ -176,7 +173,7 @@ def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
     if study.spec.change != "none":
         blocks, asked = answers.blocks_of(study, runs), study
 
-        def judge(some: tuple[run_curves.RunHistory, ...]) -> grids.Posterior:
+        def judge(some: run_curves.Runs) -> grids.Posterior:
             return grids.Posterior(some, blocks, asked.prior)
 
         runs, proposal = clocks.changing(runs[0], study.spec.change, judge)
@@ -188,8 +185,8 @@ def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
 
 
 def _again(
-    study: cases.MeasuredCase, weight: Array, which: NDArray[np.intp], runner: Runner
-) -> tuple[cases.MeasuredCase, tuple[run_curves.RunHistory, ...], NDArray[np.intp], Array]:
+    study: cases.MeasuredCase, weight: Array, which: Index, runner: Runner
+) -> tuple[cases.MeasuredCase, run_curves.Runs, Index, Array]:
     """Return the study with a second round of draws, its runs, and how they were drawn."""
     from scipy.stats import multivariate_normal, norm, qmc
 

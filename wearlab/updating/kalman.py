@@ -15,10 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import hermite_e, legendre
-from numpy.typing import NDArray
 from scipy.special import log_ndtr, logsumexp
 
-from wearlab.arrays import Array, Flags
+from wearlab.arrays import Array, Flags, Index, Random
 
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 REACH = 7.0  # standard deviations of u that are integrated over
@@ -38,7 +37,7 @@ class Inspection(NamedTuple):
     """
 
     cycle: Any
-    values: NDArray[np.intp]
+    values: Index
     offset_variance: float = 0.0
     scale: Any = 1.0
 
@@ -239,7 +238,7 @@ def gain_after(g: Any, spread: Any, square: Array, cross: Array, precision: Arra
 
 
 def _mean_of(
-    residual: Array, variance: Array, values: NDArray[np.intp], before: Array, spread: Array
+    residual: Array, variance: Array, values: Index, before: Array, spread: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Return how far an inspection's mean is off, its variance expected, chi square and log likelihood."""
     r = residual[..., values]
@@ -260,7 +259,7 @@ def _mean_of(
 
 
 def below(
-    room: Array, variance: Array, values: NDArray[np.intp], mean: Array, spread: Array
+    room: Array, variance: Array, values: Index, mean: Array, spread: Array
 ) -> tuple[Array, Array, Array]:
     """Return log probability that all these values are below, and mean and variance of u given that.
 
@@ -301,9 +300,7 @@ def _normal_rule(panels: int) -> tuple[Array, Array]:
     return z, np.log(weight / weight.sum())
 
 
-def smoothed_paths(
-    steps: list[Innovation], cycles: list[float], rate: Array, rng: np.random.Generator
-) -> Array:
+def smoothed_paths(steps: list[Innovation], cycles: list[float], rate: Array, rng: Random) -> Array:
     """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards."""
     lanes = np.shape(steps[-1].mean)
     paths = np.empty((len(steps), *lanes))

@@ -18,10 +18,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data
 from wearlab.units import convert
@@ -57,22 +56,23 @@ OfRuns = Sequence[tuple[RunHistory, Any]]  # each run with the lanes that are it
 
 
 class Range(NamedTuple):
-    """Where ln of an unknown is looked for, and what its prior allows at all; a number, or one a run."""
+    """Where ln of an unknown is looked for, and what its prior allows at all; each (runs,)."""
 
-    low: Any
-    high: Any
-    least: Any
-    most: Any
+    low: Array
+    high: Array
+    least: Array
+    most: Array
 
 
-def range_of(prior: Distribution, scale: float = 1.0) -> Range:
-    """Return the range of ln value of a prior; a normal law allows more than it starts with."""
+def range_of(prior: Distribution, runs: int, scale: float = 1.0) -> Range:
+    """Return the range of ln value of a prior, by run; a normal law allows more than it starts with."""
     with np.errstate(divide="ignore"):
         low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])).tolist()
         ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high])).tolist()
     if not np.isfinite(low):  # a normal law of what is positive
         low = math.log(scale * prior.at(0.5)) - 40.0
-    return Range(low, high, *(ends if prior.word in ("lognormal", "normal") else (low, high)))
+    allowed = ends if prior.word in ("lognormal", "normal") else (low, high)
+    return Range(*(np.full(runs, end) for end in (low, high, *allowed)))
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Block:
     """
 
     seen: measurements.Observed
-    rows: NDArray[np.intp]
+    rows: Index
     sd: Spread
     drift: Spread | None
     numerical: float = 0.0
@@ -136,13 +136,16 @@ class Block:
         return kept[2]
 
 
-def cycles_of(blocks: Sequence[Block], run: RunHistory) -> Array:
+Blocks = Sequence[Block]
+
+
+def cycles_of(blocks: Blocks, run: RunHistory) -> Array:
     """Return the times of values that count in any block, rising [cycles]."""
     return np.unique([at for n, b in enumerate(blocks) for at in run.asked[n].cycle[b.rows]])
 
 
 def held(
-    blocks: Sequence[Block], run: RunHistory, holds: Callable[[Array, float], Any], cycle: float
+    blocks: Blocks, run: RunHistory, holds: Callable[[Array, float], Any], cycle: float
 ) -> tuple[Block, ...]:
     """Return blocks of which those values count that did and whose cycles compare so with one."""
     cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(blocks)]
@@ -352,7 +355,7 @@ class Condensed(NamedTuple):
     many : (bins, NODES) the sums N
     """
 
-    column: NDArray[np.intp]
+    column: Index
     cycle: Array
     value: Array
     weight: Array
@@ -363,7 +366,7 @@ class Condensed(NamedTuple):
     many: Array
 
 
-def condensed(cycle: Array, column: NDArray[np.intp], value: Array, weight: Array) -> Condensed:
+def condensed(cycle: Array, column: Index, value: Array, weight: Array) -> Condensed:
     """Return bins of values: when, which column of the curve, what was measured, of its square; each (n,)."""
     order, counts = np.lexsort((cycle, column)), np.bincount(column)
     counts = counts[counts > 0]

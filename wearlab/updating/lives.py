@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtr
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Random
 from wearlab.updating.grids import Posterior
 from wearlab.updating.likelihood import PER
 from wearlab.updating.run_curves import RunHistory, risen
@@ -208,7 +208,7 @@ def present_state(run: RunHistory, factor: Array, mean: Array, now: float) -> tu
     return gap, np.maximum(ahead, 1e-300)
 
 
-def passage_time(gap: Array, ahead: Array, rate: Array, rng: np.random.Generator) -> Array:
+def passage_time(gap: Array, ahead: Array, rate: Array, rng: Random) -> Array:
     """Return draws of the cycles in which a Wiener process closes a gap, 0 where it is closed."""
     closed = gap <= 0.0
     mean = np.where(np.isfinite(ahead), ahead, 1e300)

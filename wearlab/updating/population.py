@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 from scipy.special import logsumexp, ndtri, softmax
 from scipy.stats import qmc
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array, Index, Random
 from wearlab.campaign import distributions, update_options
 from wearlab.units import HOUR
 from wearlab.updating import grids, kalman, likelihood, measurements
@@ -62,7 +62,7 @@ class FleetMember:
 
     name: str
     run: RunHistory
-    blocks: tuple[likelihood.Block, ...]
+    blocks: likelihood.Blocks
     asked: int | None = None
 
     @property
@@ -345,7 +345,7 @@ class Population:
         logs -= 0.5 * (1.0 - WIDER**-2) * np.sum(points**2, axis=1)
         return points, softmax(logs)
 
-    def parameters(self, n: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    def parameters(self, n: int, rng: Random) -> tuple[Array, Array]:
         """Return draws of ln of the parameters, (n, parameters), and these with errors on the lattice.
 
         Each value of the errors takes a likelihood of its own: those of the lattice are few.
@@ -432,7 +432,7 @@ def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
     return np.asarray(weight @ theta, float), np.asarray(root, float)
 
 
-def factors(unit: FleetMember, law: Law, theta: Array, rng: np.random.Generator) -> Array:
+def factors(unit: FleetMember, law: Law, theta: Array, rng: Random) -> Array:
     """Return a draw of ln f of a unit for each of the points (n, parameters), given its measurements."""
     if not len(unit.cycles):
         return np.asarray(theta[:, -1] + np.exp(theta[:, -2]) * rng.standard_normal(len(theta)))

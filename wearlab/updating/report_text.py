@@ -75,20 +75,18 @@ def _limit(predictions: xr.Dataset) -> str:
 
 def _days(predictions: xr.Dataset) -> list[str]:
     """Return the days on which the limit is reached; of what has passed, that it was before the last look."""
-    days, rest = (predictions[f"{name}_quantile"] for name in ("end_of_life", "remaining_useful_life"))
-    return [
-        f"{BEFORE if left <= 0.0 else ''}{day}" for day, left in zip(days.values, _last(rest), strict=True)
-    ]
+    days = predictions["end_of_life_quantile"].values
+    both = zip(days, _last(predictions["remaining_useful_life_quantile"]), strict=True)
+    return [f"{BEFORE if left <= 0.0 else ''}{day}" for day, left in both]
 
 
 def text_of_models(found: xr.Dataset) -> list[str]:
     """Return the models beside each other as a table and one sentence."""
-    names = [str(name) for name in found["model"].values]
-    gain = found["log_evidence"].values - found["log_evidence"].values[0]
-    off, error = found["left_out_difference"].values, found["left_out_error"].values
-    width = max(map(len, names))
-    rows = list(zip((name.ljust(width) for name in names), gain, off, error, strict=True))
-    return rendered("models.txt", {"rows": rows})
+    names = ("log_evidence", "left_out_difference", "left_out_error")
+    gain, off, error = (found[name].values for name in names)
+    width = max(map(len, found["model"].values))
+    labels = (name.ljust(width) for name in found["model"].values)
+    return rendered("models.txt", {"rows": list(zip(labels, gain - gain[0], off, error, strict=True))})
 
 
 def cases_of(tree: xr.DataTree) -> dict[str, dict[str, xr.Dataset]]:
@@ -227,10 +225,9 @@ def _checks(stats: xr.Dataset) -> Iterator[tuple[str, list[tuple[float, float, s
 def _sources(stats: xr.Dataset, rest: Array, hours: float) -> list[tuple[Any, ...]]:
     """Return the answer with all sources and without each."""
     scale = hours if np.isfinite(hours) else 1.0
-    named = [str(n) for n in stats.data_vars if str(n).startswith(WITHOUT) and np.isfinite(stats[n]).any()]
-    rows = [
-        (f"  without {n.removeprefix(WITHOUT).replace('_', ' ')}", *scale * stats[n].values) for n in named
-    ]
+    named = [n for n in map(str, stats.data_vars) if n.startswith(WITHOUT) and np.isfinite(stats[n]).any()]
+    shown = {n: n.removeprefix(WITHOUT).replace("_", " ") for n in named}
+    rows = [(f"  without {name}", *scale * stats[n].values) for n, name in shown.items()]
     return [("remaining life with all sources", *scale * rest[::2]), *rows] if rows else []
 
 
@@ -284,7 +281,10 @@ def fleet_tables(tree: xr.DataTree) -> list[tuple[str, tuple[str, ...], list[tup
     for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
         if name in tree.children and "unit" in tree[name].dims:
             predictions = tree[name].to_dataset()
-            found.append((words, _heads(predictions), _rows(predictions)))
+            heads: tuple[str, ...] = (
+                (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
+            )
+            found.append((words, heads, _rows(predictions)))
     return found
 
 
@@ -333,10 +333,6 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
         return texts, rest, False
     on = np.where(days == NEVER, "NaT", days).astype("datetime64[D]")
     return texts, np.where(np.isnat(on), np.inf, on.astype(float)), True
-
-
-def _heads(predictions: xr.Dataset) -> tuple[str, ...]:
-    return (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
 
 
 def _rows(predictions: xr.Dataset) -> list[tuple[str, ...]]:

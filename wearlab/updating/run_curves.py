@@ -6,7 +6,7 @@ duty mixed within each cycle. It ends where something happens at a given cycle: 
 """
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.store.files import StoreError
 from wearlab.updating.calendar import straight
@@ -80,7 +79,7 @@ class RunCurve:
     value: Array
     slope: Array
 
-    def at(self, cycle: Array, column: NDArray[np.intp] | int = 0) -> Array:
+    def at(self, cycle: Array, column: Index | int = 0) -> Array:
         """Return values at cycles, each of its column; the shapes are broadcast."""
         inside = np.clip(cycle, self.cycle[0], self.cycle[-1])
         beyond = np.maximum(cycle - self.cycle[-1], 0.0)
@@ -142,7 +141,7 @@ class Asked(NamedTuple):
     """
 
     curve: RunCurve
-    column: NDArray[np.intp]
+    column: Index
     cycle: Array
     clock: "Clock | None" = None
     begin: float | None = None
@@ -236,6 +235,9 @@ class RunHistory:
     def life(self, factor: Array) -> Array:
         """Return the cycles to the limit with a factor on the wear coefficient."""
         return self.after(np.asarray(self.limit_cycle), factor)
+
+
+Runs = Sequence[RunHistory]
 
 
 def refuse_stages(scene: Mapping[str, Any]) -> None:

@@ -6,11 +6,10 @@ Checks say whether each inspection is like the others, and the course of all of 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import gammaincc, kolmogorov, ndtr
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.update_options import PREVIOUS
 from wearlab.updating import kalman, likelihood, lives
 from wearlab.updating.grids import Posterior, along, equally, even_weights
@@ -34,7 +33,7 @@ class Draws:
     """
 
     posterior: Posterior
-    run: NDArray[np.intp]
+    run: Index
     factor: Array
     sd: tuple[Array, ...]
     drift: tuple[Array, ...]
@@ -43,12 +42,12 @@ class Draws:
     def __len__(self) -> int:
         return len(self.run)
 
-    def __getitem__(self, some: slice | NDArray[np.intp]) -> "Draws":
+    def __getitem__(self, some: slice | Index) -> "Draws":
         """Return some of them."""
         sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
         return Draws(self.posterior, self.run[some], self.factor[some], sd, drift, self.life[some])
 
-    def by_run(self) -> list[tuple[RunHistory, NDArray[np.intp]]]:
+    def by_run(self) -> list[tuple[RunHistory, Index]]:
         """Return each run that was drawn, with its draws."""
         runs = self.posterior.histories
         return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
@@ -60,7 +59,7 @@ class Draws:
         return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps=steps)
 
 
-def drawn(answer: lives.Answer, n: int, rng: np.random.Generator) -> Draws:
+def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
     """Return draws of everything unknown, and of the life that follows.
 
     Parameters
@@ -95,9 +94,7 @@ def drawn(answer: lives.Answer, n: int, rng: np.random.Generator) -> Draws:
     return alive
 
 
-def _errors(
-    post: Posterior, number: int, run: NDArray[np.intp], log_factor: Array, rng: np.random.Generator
-) -> tuple[Array, Array]:
+def _errors(post: Posterior, number: int, run: Index, log_factor: Array, rng: Random) -> tuple[Array, Array]:
     """Return draws of the unknown errors of a block given the factor; the known ones as they are."""
     block = post.blocks[number]
     unknown = [spread is not None and spread.prior is not None for spread in (block.sd, block.drift)]
@@ -125,7 +122,7 @@ def _errors(
     return sd, drift
 
 
-def _of_logs(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+def _of_logs(grid: Array, weight: Array, rng: Random) -> tuple[Array, Array]:
     """Return draws from laws known on a grid of logs, one a row, and where on the grid."""
     logs = np.log(np.maximum(weight, 1e-290)) - np.log(even_weights(len(grid)))
     places = np.linspace(0.0, len(grid) - 1.0, FINE * (len(grid) - 1) + 1)
@@ -134,7 +131,7 @@ def _of_logs(grid: Array, weight: Array, rng: np.random.Generator) -> tuple[Arra
     return np.exp(np.interp(at, np.arange(len(grid)), grid)), at
 
 
-def gains(draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True) -> Array:
+def gains(draws: Draws, number: int, rng: Random, *, known: bool = True) -> Array:
     """Return a draw of a block's gain for every draw, (n,): given its values, or as it was before them."""
     block, gain = draws.posterior.blocks[number], np.ones(len(draws))
     if not (sd := block.data.error.gain_sd):
@@ -145,9 +142,7 @@ def gains(draws: Draws, number: int, rng: np.random.Generator, *, known: bool = 
     return np.asarray(gain + seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(draws)))
 
 
-def over_cycles(
-    draws: Draws, name: str, cycles: Array, drifting: int | None, rng: np.random.Generator
-) -> Array:
+def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rng: Random) -> Array:
     """Return a quantity over the cycles for every draw, (cycles, draws) [SI].
 
     Parameters
@@ -186,9 +181,7 @@ def over_cycles(
     return depths
 
 
-def replicated(
-    draws: Draws, number: int, rng: np.random.Generator, *, known: bool = True
-) -> tuple[Array, Array]:
+def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) -> tuple[Array, Array]:
     """Return measurements as they could have come out, (draws, values) [SI], and how far the wear strays.
 
     That is W at the last inspection, (draws,).

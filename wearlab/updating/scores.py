@@ -137,7 +137,7 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
 MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left out
 
 
-Model = tuple[str, Posterior, Sequence[likelihood.Block]]  # name, a posterior of its runs, observations
+Model = tuple[str, Posterior, likelihood.Blocks]  # name, a posterior of its runs, observations
 
 
 def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
@@ -179,11 +179,12 @@ def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
     found = [(post.evidence, name, left_out(post)) for name, post in known]
     found.sort(key=lambda one: -one[0])
     best = found[0][2]
-    off = [alone - best if len(alone) == len(best) else np.full(1, np.nan) for *_, alone in found]
+    evidence, names, each_left = zip(*found, strict=True)
+    off = [alone - best if len(alone) == len(best) else np.full(1, np.nan) for alone in each_left]
     values = {
-        "log_evidence": [evidence for evidence, *_ in found],
-        "log_left_out": [float(np.sum(alone)) for *_, alone in found],
+        "log_evidence": evidence,
+        "log_left_out": [float(np.sum(alone)) for alone in each_left],
         "left_out_difference": [float(np.sum(o)) for o in off],
         "left_out_error": [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off],
     }
-    return layout.dataset("comparison", values, model=np.array([name for _, name, _ in found], dtype=object))
+    return layout.dataset("comparison", values, model=np.array(names, dtype=object))

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab import schema, sources, units, version
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Random
 from wearlab.campaign import Campaign, update_options
 from wearlab.store.export import credited
 from wearlab.updating import answers, cases, decision, layout, likelihood, sampling, scores, twins
@@ -166,7 +166,7 @@ def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Datas
     return layout.sample(found, len(draws))
 
 
-def _replicas(outcome: answers.UpdateOutcome, number: int, rng: np.random.Generator) -> xr.Dataset:
+def _replicas(outcome: answers.UpdateOutcome, number: int, rng: Random) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
     block, name = outcome.posterior.blocks[number], block_name(outcome, number)
     most = max(len(each.rows) for each in outcome.posterior.blocks)
@@ -192,7 +192,7 @@ def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
     return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
 
 
-def _predictions(outcome: answers.UpdateOutcome, rng: np.random.Generator) -> xr.Dataset:
+def _predictions(outcome: answers.UpdateOutcome, rng: Random) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
     post, answer, limit = outcome.posterior, outcome.answer, outcome.study.limit
     run, life = post.histories[0], answer.life(layout.P)

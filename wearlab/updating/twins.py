@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab import tables, units
+from wearlab.arrays import Random
 from wearlab.campaign import Campaign, load
 from wearlab.campaign.update_options import TrueModel
 from wearlab.updating import answers, cases, grids, layout, likelihood, lives, run_curves, sampling, scores
@@ -30,7 +31,7 @@ SKILLS = ("life_skill", "life_interval_skill")
 
 
 def calibrated(
-    study: cases.MeasuredCase, post: grids.Posterior, n: int, *, told: Sequence[likelihood.Block] = ()
+    study: cases.MeasuredCase, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()
 ) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 
@@ -107,9 +108,7 @@ def _true_blocks(post: grids.Posterior, true: TrueModel) -> tuple[likelihood.Blo
     return post.blocks if true.errors is None else tuple(made)
 
 
-def twin(
-    truth: sampling.Draws, before: lives.Answer, rng: np.random.Generator
-) -> tuple[tuple[likelihood.Block, ...], float]:
+def twin(truth: sampling.Draws, before: lives.Answer, rng: Random) -> tuple[likelihood.Blocks, float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters
