@@ -183,7 +183,7 @@ def renewed(
     eras = {gear: [Era(start, first)] for gear in gears}
     _gear_of(study.limit.where, gears, "update.limit")
     told = []
-    for number, event, at in _events(study, first, gears):
+    for number, (event, at) in enumerate(_events(study, first, gears)):
         known, history = _history(study, scene, eras)
         before = likelihood.held(answers.blocks_of(known, (history,)), history, np.less_equal, at)
         factor = float(answers.answered(known, (history,), before).factor(np.array([0.5]))[0])
@@ -218,10 +218,8 @@ def _gear_of(where: str | None, gears: list[str], place: str) -> str:
     return _gear(where)
 
 
-def _events(
-    study: cases.MeasuredCase, first: xr.Dataset, gears: list[str]
-) -> list[tuple[int, Replaced, float]]:
-    """Return when gears were replaced, in order: number, what was said, cycle."""
+def _events(study: cases.MeasuredCase, first: xr.Dataset, gears: list[str]) -> list[tuple[Replaced, float]]:
+    """Return when gears were replaced, in order: what was said, cycle."""
     found = []
     for number, event in enumerate(study.spec.replaced):
         place = f"update.replaced[{number}]"
@@ -241,8 +239,7 @@ def _events(
             each = run_curves.per_cycle(first, "operating_hours")
             at = float(first["cycle"].values[0]) + hours * units.HOUR / each
         found.append((event, at))
-    found.sort(key=lambda one: one[1])
-    return [(number, *one) for number, one in enumerate(found)]
+    return sorted(found, key=lambda one: one[1])
 
 
 def _history(

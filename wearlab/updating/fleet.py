@@ -194,27 +194,22 @@ FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def fleet_of(studies: Sequence[MeasuredCase], runs: run_curves.Runs) -> Population:
-    """Return what is known of a fleet, from the study and the run of every unit."""
-    spec = studies[0].spec
-    both = zip(studies, runs, strict=True)
-    units = [FleetMember(one.label, run, answers.blocks_of(one, [run])) for one, run in both]
-    assert spec.fleet is not None and studies[0].prior is not None
-    return population.population(units, population.law_of(spec.fleet, studies[0].prior, units), spec.seed)
-
-
 def fleet_groups(
-    studies: Sequence[MeasuredCase], found: Population, *, replay: bool
+    studies: Sequence[MeasuredCase], runs: run_curves.Runs, *, replay: bool
 ) -> dict[str, xr.Dataset]:
     """Return the groups of a fleet's tree.
 
     Parameters
     ----------
-    studies, found : what was asked, and what is known
+    studies, runs : what was asked, and the run, of every unit
     replay : also how well every inspection was foreseen
     """
-    rng = np.random.default_rng([studies[0].spec.seed, 1])
-    blanks, (theta, each) = _blanks(found, rng), joint(found, studies[0].spec.draws, rng)
+    spec, prior, both = studies[0].spec, studies[0].prior, zip(studies, runs, strict=True)
+    assert spec.fleet is not None and prior is not None
+    units = [FleetMember(one.label, run, answers.blocks_of(one, [run])) for one, run in both]
+    found = population.population(units, population.law_of(spec.fleet, prior, units), spec.seed)
+    rng = np.random.default_rng([spec.seed, 1])
+    blanks, (theta, each) = _blanks(found, rng), joint(found, spec.draws, rng)
     rows = _observed(found, blanks, rng)
     stats: dict[str, Any] = {"log_evidence": found.evidence, "points": float(len(found.theta))}
     stats |= {"notes": " | ".join(_notes(studies, found)), **(_scores(rows) if replay else {})}

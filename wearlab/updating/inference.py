@@ -82,8 +82,7 @@ def update(
                 "--check: twins are made of one unit; of a fleet, --replay scores what it foresaw"
             )
         runs = [runs[0] for runs, _ in runner.run(wanted)]
-        found = fleet.fleet_of(wanted, runs)
-        made = tree.tree_of_groups(campaign, wanted, fleet.fleet_groups(wanted, found, replay=replay))
+        made = tree.tree_of_groups(campaign, wanted, fleet.fleet_groups(wanted, runs, replay=replay))
         each = made["predictions"].to_dataset()
         told = list(zip(each["unit"].values, each["now"].values, each[REST].values[:, ::2], strict=True))
     else:

@@ -302,14 +302,13 @@ def _normal_rule(panels: int) -> tuple[Array, Array]:
 
 def smoothed_paths(steps: list[Innovation], cycles: list[float], rate: Array, rng: Random) -> Array:
     """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards."""
-    lanes = np.shape(steps[-1].mean)
-    paths = np.empty((len(steps), *lanes))
-    paths[-1] = steps[-1].mean + np.sqrt(steps[-1].variance) * rng.standard_normal(lanes)
-    for t in range(len(steps) - 2, -1, -1):
-        ahead = rate * (cycles[t + 1] - cycles[t])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            gain = np.where(steps[t].variance > 0.0, steps[t].variance / (steps[t].variance + ahead), 0.0)
-        mean = steps[t].mean + gain * (paths[t + 1] - steps[t].mean)
-        spread = np.maximum(steps[t].variance * (1.0 - gain), 0.0)
-        paths[t] = mean + np.sqrt(spread) * rng.standard_normal(lanes)
+    paths = np.empty((len(steps), *np.shape(steps[-1].mean)))
+    for t in reversed(range(len(steps))):
+        mean, variance = steps[t].mean, steps[t].variance
+        if t + 1 < len(steps):
+            ahead = rate * (cycles[t + 1] - cycles[t])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                gain = np.where(variance > 0.0, variance / (variance + ahead), 0.0)
+            mean, variance = mean + gain * (paths[t + 1] - mean), np.maximum(variance * (1.0 - gain), 0.0)
+        paths[t] = mean + np.sqrt(variance) * rng.standard_normal(mean.shape)
     return paths

@@ -75,17 +75,12 @@ class Answer:
         cycle = np.atleast_1d(np.asarray(cycle, float))
         if self._passage is not None:
             return np.array([self._passage.below(end) for end in cycle])
-        post = self.posterior
-        passed = np.stack([run.equal(cycle) for run in post.histories])
+        post, runs = self.posterior, self.posterior.histories
+        passed = np.stack([run.equal(cycle) for run in runs])
+        spans = np.array([max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs])  # at factor 1
         with np.errstate(divide="ignore", invalid="ignore"):
-            needed = np.log(self._spans[:, None] / np.maximum(passed, 0.0))
+            needed = np.log(spans[:, None] / np.maximum(passed, 0.0))
         return np.asarray(post.weight @ (1.0 - post.smaller(np.nan_to_num(needed, nan=-np.inf))))
-
-    @cached_property
-    def _spans(self) -> Array:
-        """Cycles of each run to the limit at factor 1."""
-        runs = self.posterior.histories
-        return np.array([max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs])
 
     def remaining(self, p: Array) -> Array:
         """Return quantiles of the remaining life [cycles], 0 where the end has passed."""
@@ -101,10 +96,8 @@ class Answer:
         """The probability that the wear seen at the last inspection, or the limit, lies beyond the runs."""
         post, risk = self.posterior, 0.0
         for run, mass, u in zip(post.histories, post.mass, post.log_factor, strict=True):
-            if run.limit_cycle > run.end * (1.0 + 1e-12):
-                risk += float(mass.sum())
-            else:
-                risk += float(mass[run.own_cycle(np.array(self.now), np.exp(u)) > run.end].sum())
+            later = run.own_cycle(np.array(self.now), np.exp(u)) > run.end
+            risk += float(mass[later | (run.limit_cycle > run.end * (1.0 + 1e-12))].sum())
         return risk
 
     @cached_property

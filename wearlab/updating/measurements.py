@@ -130,9 +130,8 @@ class MeasuredColumns:
         if wrong.any():
             i = int(np.argmax(wrong))
             shown = "" if values is None else f"{self.table.cells[self.names[role]][i]} ".lstrip()
-            raise UpdateError(
-                f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}: {shown}{said}"
-            )
+            place = f"{self.path}: line {self.lines[i]}, column {self.names[role]!r}"
+            raise UpdateError(f"{place}: {shown}{said}")
 
 
 @dataclass(frozen=True)
@@ -289,9 +288,8 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
     day, hours, lines = day[order], hours[order], columns.lines[order]
     if (back := np.diff(day) < 0.0).any():
         sooner, later = lines[int(np.argmax(back)) :][:2]
-        raise UpdateError(
-            f"{data.file}: line {later} has more hours than line {sooner}, and an earlier date: look at both"
-        )
+        said = f"line {later} has more hours than line {sooner}, and an earlier date: look at both"
+        raise UpdateError(f"{data.file}: {said}")
     if days is not None:
         return Calendar(day, hours, days.hours_per_year)
     rate = float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0

@@ -69,12 +69,10 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
     rng : of the draws
     """
     post = answer.posterior
-    run, log_factor = equally(post.weight, n, rng), np.empty(n)
-    for i in np.unique(run):
+    run = equally(post.weight, n, rng)
+    log_factor = post.centre[run]
+    for i in np.unique(run) if post.prior is not None else ():
         mine = np.flatnonzero(run == i)
-        if post.prior is None:
-            log_factor[mine] = post.centre[i]
-            continue
         u = (rng.permutation(len(mine)) + rng.random(len(mine))) / len(mine)
         log_factor[mine] = np.interp(u, post.below[i], post.log_factor[i])
     spreads = [_errors(post, number, run, log_factor, rng) for number in range(len(post.blocks))]

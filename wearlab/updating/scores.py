@@ -161,13 +161,12 @@ def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
 
 def left_out(post: Posterior) -> Array:
     """Return ln of the probability of each inspection given all others; NaN where that is much to do."""
-    run, found = post.histories[0], []
+    run = post.histories[0]
     if len(post.histories) * sum(len(asked.cycle) for asked in run.asked) > MOST_LEFT_OUT:
         return np.full(1, np.nan)
-    for cycle in likelihood.cycles_of(post.blocks, run):
-        less = post.by(likelihood.held(post.blocks, run, np.not_equal, cycle))
-        found.append(post.evidence - less.evidence)
-    return np.array(found)
+    cycles = likelihood.cycles_of(post.blocks, run)
+    others = [post.by(likelihood.held(post.blocks, run, np.not_equal, cycle)) for cycle in cycles]
+    return post.evidence - np.array([one.evidence for one in others])
 
 
 def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
