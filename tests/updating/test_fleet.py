@@ -219,7 +219,8 @@ def test_units_that_are_measured_differently_are_told_by_their_own_measurements(
 @pytest.mark.parametrize("date", ["2026-01-01,840", "2026-01-15,863"], ids=["same day", "later"])
 def test_two_files_that_contradict_are_told_and_two_that_agree_are_not(tmp_path, store, kept, date):
     """Was silence, and the limit of the unit passed: its depth was a mean with what was weighed."""
-    run = store.open(studies(kept[0])[0].campaign(""), si=True).squeeze("draw")
+    first = studies(kept[0])[0]
+    run = store.open(first.campaign("", first.scenes), si=True).squeeze("draw")
     worn, depth = run["worn_mass"].sel(member="pinion"), run["max_wear_depth"].sel(flank="pinion")
     agreed = float(np.interp(390e-6 * float(date[11:]) / 840.0, worn, depth)) * 1e6
     columns = 'columns  = { unit = "box", hours = "hours", value = "depth" }'

@@ -154,8 +154,8 @@ def test_what_is_measured_of_a_unit_strays_together():
     state = UnitState(
         one, shared, np.array([1.1]), 0, seen.mean[:, 0], seen.variance[:, 0], equal.max(keepdims=True)
     )
-    ahead, heavy = 1.5e4 * (5e4 / 1.5e4) ** 0.9, one.run.asked[1]
-    mean, variance = state.wear(5e4, heavy)
+    ahead = 1.5e4 * (5e4 / 1.5e4) ** 0.9
+    mean, variance = state.wear(5e4, 1)
     x, share = 1.1 * 1.5e4 * (1.04 * 5e4 / 1.5e4) ** 0.9, worn[3]
     with_it = rate * equal * worn * share
     assert mean[0] == pytest.approx(
