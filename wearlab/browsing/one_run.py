@@ -13,7 +13,7 @@ from wearlab.report import page
 from wearlab.report import run as reported
 from wearlab.store import StoreError, outcome, provenance, remarks
 from wearlab.store.grid import key_text
-from wearlab.units import shown_unit
+from wearlab.units import is_number, shown_unit
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -382,7 +382,7 @@ def longest(
 def _beside(key: str, values: Sequence[Any]) -> str:
     """Return how a key of the scenes goes with life, of its values from the shortest life to the longest."""
     own, others = values[-1], values[:-1]
-    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+    if not all(map(is_number, values)):
         shared = "" if own not in others else ", as another run has it too"
         return f"It has {key_text(key)} {value_of_key(key, own)}{shared}."
     end = "lowest" if own == min(values) else "highest" if own == max(values) else ""

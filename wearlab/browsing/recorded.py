@@ -12,7 +12,7 @@ from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_recor
 from wearlab.figures import doubt, kinds
 from wearlab.query.keys import differing_keys, scene_key
 from wearlab.store import StoreError, grid, outcome, provenance
-from wearlab.units import convert, shown_unit, split
+from wearlab.units import convert, is_number, shown_unit, split
 
 if TYPE_CHECKING:
     from wearlab.store import Store, catalogue
@@ -204,8 +204,7 @@ def _numbers(
     """Return an axis of the numbers of a key, and the place of each scene on it."""
     values = [scene.get(key) for scene in scenes]
     name = key.rpartition(".")[2]
-    plain = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-    if not plain or name in RESERVED or not name.isidentifier():
+    if not all(map(is_number, values)) or name in RESERVED or not name.isidentifier():
         return None
     told = [_shown(key, value) for value in values]
     ordered = sorted({number for number, _ in told})
@@ -239,7 +238,7 @@ def value_of_key(key: str, value: Any) -> str:
     """Return a value of a scene as files write it, "none" where there is none."""
     if value is None:
         return "none"
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         return str(value)
     number, unit = _shown(key, value)
     return shown_unit(f"{number:.6g} {unit}".strip())

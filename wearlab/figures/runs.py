@@ -18,6 +18,7 @@ from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.schema import DIMENSIONS, VARIABLES, origin_of
 from wearlab.store.grid import key_text, own_values
+from wearlab.units import is_number
 
 STATE_COORDINATES = ("cycle", "mesh_cycles")
 
@@ -40,7 +41,7 @@ def index_of(
         index = index_of_quantity(label, values, units, key)
         if index is None:
             unit = f" {units}" if units else ""
-            shown = [f"{value:g}{unit}" if _is_number(value) else str(value) for value in values]
+            shown = [f"{value:g}{unit}" if is_number(value) else str(value) for value in values]
             raise FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
         indices.append(index)
     return indices
@@ -48,10 +49,6 @@ def index_of(
 
 def _several(asked: Any) -> list[Any]:
     return list(asked) if isinstance(asked, list | tuple) else [asked]
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
 
 
 def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
@@ -83,7 +80,7 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
 def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]:
     """Return the wear states of numbers, or those next to counts of cycles."""
     if key != "update":
-        if not all(map(_is_number, asked)):
+        if not all(map(is_number, asked)):
             said = f"select.{key} = {ask.select[key]!r} is not a number of cycles, such as 2e7"
             raise ask.wrong(said)
         return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in asked))
