@@ -38,7 +38,9 @@ def profile(depth, along="path_position", x=None, **options):
 @pytest.mark.parametrize("gear", [0, 1])
 def test_positions_come_back_from_diameter_and_roll_angle(pair, gear):
     s = np.linspace(pair.path.A, pair.path.E, 9)
-    np.testing.assert_allclose(path_position(pair, gear, "diameter", pair.diameter(gear, s)), s, atol=1e-15)
+    np.testing.assert_allclose(
+        path_position(pair, gear, "diameter", 2.0 * pair.radius(gear, s)), s, atol=1e-15
+    )
     np.testing.assert_allclose(
         path_position(pair, gear, "roll_angle", pair.roll_angle(gear, s)), s, atol=1e-15
     )
@@ -47,7 +49,7 @@ def test_positions_come_back_from_diameter_and_roll_angle(pair, gear):
 @pytest.mark.parametrize("gear", [0, 1])
 def test_a_measured_course_is_met_whichever_way_it_runs(gear):
     s = np.linspace(EXTERNAL.path.A - 2e-4, EXTERNAL.path.E + 2e-4, 801)
-    by_diameter = profile(worn(s), "diameter", EXTERNAL.diameter(gear, s))
+    by_diameter = profile(worn(s), "diameter", 2.0 * EXTERNAL.radius(gear, s))
     np.testing.assert_allclose(measured(by_diameter, EXTERNAL, gear, S), worn(S), rtol=1e-4)
     turned = by_diameter._replace(abscissa=by_diameter.abscissa[::-1], depth=by_diameter.depth[::-1])
     np.testing.assert_allclose(measured(turned, EXTERNAL, gear, S), worn(S), rtol=1e-4)
@@ -55,7 +57,7 @@ def test_a_measured_course_is_met_whichever_way_it_runs(gear):
 
 def test_nodes_of_a_run_come_back_with_their_steps():
     depth = np.where(np.arange(len(S)) > np.flatnonzero(np.diff(S) == 0.0)[-1], 5e-6, 0.0) + worn(S)
-    again = measured(profile(depth, "diameter", EXTERNAL.diameter(0, S)), EXTERNAL, 0, S)
+    again = measured(profile(depth, "diameter", 2.0 * EXTERNAL.radius(0, S)), EXTERNAL, 0, S)
     np.testing.assert_allclose(again, depth, rtol=1e-12)
 
 

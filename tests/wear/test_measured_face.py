@@ -40,7 +40,7 @@ def written(folder, rows, columns="diameter [mm];face_position [mm];depth [um]")
 
 def topography(gear=0, places=(-22.5, -10.0, 0.0, 15.0, 22.5), sign=1.0, removed=lambda s, y: 0.0):
     s = np.linspace(PATH.path.A, PATH.path.E, 41)
-    d = 1e3 * PATH.diameter(gear, s)
+    d = 1e3 * 2.0 * PATH.radius(gear, s)
     return [
         (one, y, sign * (course(at, y) + removed(at, y)))
         for y in places

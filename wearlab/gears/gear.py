@@ -175,11 +175,6 @@ class GearPair:
         """What shifts of three decimals leave open of the backlash, ``2 m sin α Δx`` [m]."""
         return 2.0 * self.driving.module * math.sin(self.driving.pressure_angle) * ROUNDING * (1.0 + 1e-6)
 
-    @property
-    def assumed(self) -> tuple[str, ...]:
-        """What was assumed about either gear, with its name."""
-        return tuple(f"{gear.name}: {flag}" for gear in self.gears for flag in gear.assumed)
-
     def curvature(self, s: ArrayLike) -> tuple[Array, Array]:
         """Return the radii of curvature, ρ1 = r_b1 tanα_w ± s, ρ2 = r_b2 tanα_w ∓ s (upper sign: no ring).
 
@@ -211,10 +206,6 @@ class GearPair:
     def radius(self, gear: int, s: ArrayLike) -> Array:
         """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""
         return np.hypot(self.gears[gear].base_radius, self.curvature(s)[gear])
-
-    def diameter(self, gear: int, s: ArrayLike) -> Array:
-        """Return the diameter at which a gear (0 driving, 1 driven) touches at s, (n,) [m]."""
-        return 2.0 * self.radius(gear, s)
 
     def roll_angle(self, gear: int, s: ArrayLike) -> Array:
         """Return the roll angle ρ / r_b of a gear (0 driving, 1 driven) at s, (n,) [rad]."""

@@ -153,6 +153,7 @@ class PlanetarySet:
 
     Parameters
     ----------
+    sun, planet, ring : the gears; the mass of a planet turns with its pin
     sun_planet : external pair, driven in the sense of ``sun_drives``
     planet_ring : internal pair; its planet is the sun–planet pair's
     carrier : with its pin circle radius resolved
@@ -160,6 +161,9 @@ class PlanetarySet:
     sun_drives : whether power flows sun → planet → ring as seen from the carrier, or the other way
     """
 
+    sun: Gear
+    planet: Gear
+    ring: Gear
     sun_planet: GearPair
     planet_ring: GearPair
     carrier: Carrier
@@ -170,21 +174,6 @@ class PlanetarySet:
     def planets(self) -> int:
         """Number of planets N."""
         return len(self.planet_angles)
-
-    @property
-    def sun(self) -> Gear:
-        """The sun."""
-        return self.sun_planet.driving if self.sun_drives else self.sun_planet.driven
-
-    @property
-    def planet(self) -> Gear:
-        """Every planet; its mass turns with its pin."""
-        return self.sun_planet.driven if self.sun_drives else self.sun_planet.driving
-
-    @property
-    def ring(self) -> Gear:
-        """The ring."""
-        return self.planet_ring.driven if self.sun_drives else self.planet_ring.driving
 
     @property
     def mesh_phase_offset(self) -> Array:
@@ -258,12 +247,9 @@ def planetary_set(
     """
     check_basics(sun, planet, basics)
     check_basics(planet, ring, basics)
-    outer, inner = planetary_position(
-        (sun.teeth, planet.teeth, ring.teeth),
-        (sun.profile_shift_coefficient, planet.profile_shift_coefficient, ring.profile_shift_coefficient),
-        basics,
-        centre_distance,
-    )
+    teeth = sun.teeth, planet.teeth, ring.teeth
+    x_s, x_p, x_r = (spec.profile_shift_coefficient for spec in (sun, planet, ring))
+    outer, inner = planetary_position(teeth, (x_s, x_p, x_r), basics, centre_distance)
     a_sp, a_pr = outer.centre_distance, inner.centre_distance
     centre, middle = (
         build_gear(spec, basics, x, outer.tip_alteration, outer.assumed)
@@ -275,30 +261,26 @@ def planetary_set(
     external = in_mesh(driving, driven, a_sp, math.acos((centre.base_radius + middle.base_radius) / a_sp))
     check_pair(external)
     internal = assemble_internal(middle, around, a_pr, ring_drives=not sun_drives)
-    held = _resolved(carrier, a_sp, a_pr)
+    held = replace(carrier, pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)
-    assert held.pin_circle_radius is not None
-    check_neighbours(angles, held.pin_circle_radius, middle)
-    return PlanetarySet(external, internal, held, angles, sun_drives)
+    check_neighbours(angles, held.pin_circle_radius or a_sp, middle)
+    return PlanetarySet(centre, middle, around, external, internal, held, angles, sun_drives)
 
 
-def _resolved(carrier: Carrier, a_sp: float, a_pr: float) -> Carrier:
-    """Return the carrier with its pin circle, or refuse what no carrier has."""
+def _pin_circle(carrier: Carrier, a_sp: float, a_pr: float) -> float:
+    """Return the radius of a carrier's pin circle [m], or refuse what no carrier has."""
     given = {"mass": carrier.mass, "inertia": carrier.inertia}
     told = {f"{word} must be positive, not {v:g}": not v > 0.0 for word, v in given.items() if v is not None}
     refuse(carrier.name, told)
-    radius = carrier.pin_circle_radius
+    radius, one = carrier.pin_circle_radius, abs(a_sp - a_pr) <= 1e-9 * a_sp
     if radius is None:
-        if abs(a_sp - a_pr) > 1e-9 * a_sp:
-            raise GearError(
-                f"{carrier.name}: two centre distances, {a_sp * 1e3:.5g} and {a_pr * 1e3:.5g} mm, give no "
-                "pin circle; give pin_circle_diameter"
-            )
-        return replace(carrier, pin_circle_radius=a_sp)
-    apart = ONE_DISTANCE if abs(a_sp - a_pr) <= 1e-9 * a_sp else TWO_DISTANCES
+        two = f"two centre distances, {a_sp * 1e3:.5g} and {a_pr * 1e3:.5g} mm, give no pin circle"
+        refuse(carrier.name, {f"{two}; give pin_circle_diameter": not one})
+        return a_sp
+    apart = ONE_DISTANCE if one else TWO_DISTANCES
     if not (1.0 - apart) * min(a_sp, a_pr) < radius < (1.0 + apart) * max(a_sp, a_pr):
         raise GearError(
             f"{carrier.name}: pin_circle_diameter {2e3 * radius:.5g} mm is far from twice the centre "
             f"distance, {2e3 * a_sp:.5g} mm"
         )
-    return carrier
+    return radius

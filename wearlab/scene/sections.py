@@ -213,24 +213,19 @@ def chooser_at(path: Path) -> str | None:
     return next((part.chooser for part in parts_at(path) if part.chooser in part.model_fields), None)
 
 
-@cache
-def default_choice(path: Path) -> str | None:
-    """Return what a choice without its chooser means, None where it must be written."""
-    field, chooser = field_at(path), chooser_at(path)
-    if field is None or chooser is None or not isinstance(field.default, options.Part):
-        return None
-    return str(getattr(field.default, chooser))
-
-
 def choice_of(path: Path, table: dict[str, Any]) -> str | None:
-    """Return what a table at a path chooses: as written, as its options imply, or by default."""
+    """Return what a table at a path chooses: as written, as its options imply, or by default.
+
+    None where a choice must be written, and is not.
+    """
     chooser = chooser_at(path)
     if chooser is None or chooser in table:
         return None if chooser is None else table[chooser]
     for part in parts_at(path):
         if part.implied_by.intersection(table) and chooser in part.model_fields:
             return str(get_args(part.model_fields[chooser].annotation)[0])
-    return default_choice(path)
+    default = getattr(field_at(path), "default", None)
+    return str(getattr(default, chooser)) if isinstance(default, options.Part) else None
 
 
 @cache
@@ -248,5 +243,5 @@ def nearest_place(key: str) -> Path | None:
 
 def forget() -> None:
     """Forget which parts there are: plug-ins have brought others."""
-    for known in (parts_at, field_at, chooser_at, default_choice, nearest_place):
+    for known in (parts_at, field_at, chooser_at, nearest_place):
         known.cache_clear()

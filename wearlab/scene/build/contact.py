@@ -91,10 +91,9 @@ def cut_short(
     ends = [letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0]
     if len(analysis.grid.contact_position) > len(along) or not ends:
         return ()
-    return (
-        f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at "
-        f"{' and '.join(ends)}, where pairs are still engaged: extended_contact follows them beyond",
-    )
+    told = f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at"
+    still = "where pairs are still engaged: extended_contact follows them beyond"
+    return (f"{told} {' and '.join(ends)}, {still}",)
 
 
 def extended_length(

@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears import helix, pairs, planetary, train
-from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
 from wearlab.scene import Scene
@@ -46,13 +46,14 @@ def build_planetary(scene: Scene, *, sun_drives: bool) -> planetary.PlanetarySet
     sun_drives : direction of the power flow seen from the carrier, as the train of ``[operation]`` says
     """
     gears: Any = scene.gears
-    distances, carrier = gears.centre_distance, gears.carrier
+    distances, given = gears.centre_distance, gears.carrier
     (sun, planet, ring), basics = transverse_section(gears)
+    carrier = planetary.Carrier(given.mass, given.inertia, _half(given.pin_circle_diameter))
     return planetary.planetary_set(
         sun,
         planet,
         ring,
-        planetary.Carrier(carrier.mass, carrier.inertia, _half(carrier.pin_circle_diameter)),
+        carrier,
         basics,
         planets=gears.planets,
         planet_angles=gears.planet_angles,
@@ -138,7 +139,8 @@ def _of_planetary(scene: Scene) -> GearSet:
             loaded=int(pair.driving.name == built.planet.name),
         )
 
-    bodies = {gear.name: _body(gear) for gear in (built.sun, built.planet, built.ring)}
+    gears = {"sun": built.sun, "planet": built.planet, "ring": built.ring}
+    bodies = {name: Body(gear.mass, gear.inertia, gear.base_radius) for name, gear in gears.items()}
     held = built.carrier
     mass, inertia = (np.nan if value is None else value for value in (held.mass, held.inertia))
     bodies["carrier"] = Body(mass, inertia, float(held.pin_circle_radius or 0.0))
@@ -155,7 +157,7 @@ def _of_planetary(scene: Scene) -> GearSet:
         mesh_lags=built.mesh_phase_offset,
         flanks=scene.gears.descriptor.flanks,
         members=("sun", *(f"planet-{n + 1}" for n in range(count)), "ring", "carrier"),
-        gears={"sun": built.sun, "planet": built.planet, "ring": built.ring},
+        gears=gears,
         reference_teeth=built.sun.teeth,
         input_teeth=built.sun.teeth * abs(of.speeds(1.0).sun_relative),
         speed=abs(speeds.sun_relative),
@@ -165,10 +167,6 @@ def _of_planetary(scene: Scene) -> GearSet:
         sense=mirrored,
         notes=(APART,),
     )
-
-
-def _body(gear: Gear) -> Body:
-    return Body(gear.mass, gear.inertia, gear.base_radius)
 
 
 def _nominal_speeds(
@@ -209,6 +207,6 @@ def _of_pair(scene: Scene) -> GearSet:
         reference_teeth=teeth,
         input_teeth=pair.driving.teeth,
         speed=speed * pair.driving.teeth / teeth,
-        bodies={name: _body(gear) for name, gear in gears.items()},
+        bodies={name: Body(gear.mass, gear.inertia, gear.base_radius) for name, gear in gears.items()},
         coordinate_speeds={f"{name}.u": speed * pair.driving.base_radius for name in gears},
     )
