@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from gear_unit import GEAR_UNIT
 
-from wearlab.mesh.face.contact import LEVELS, FaceFlanks, curves
+from wearlab.mesh.face.contact import LEVELS, face_flanks
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
@@ -57,8 +57,8 @@ def test_springs_meet_the_contact_at_its_levels_and_between_by_the_square_of_the
     static, load = contact.unworn, contact.analysis.load
 
     def missed(levels):
-        found = curves(contact, none, static, levels)
-        springs = FaceFlanks(contact.analysis, contact, found).springs(contact.grid.phase)
+        found = face_flanks(contact, none, static, levels)
+        springs = found.springs(contact.grid.phase)
         assert (springs.stiffness >= 0.0).all()
 
         def force(deflection):

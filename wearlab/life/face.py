@@ -12,7 +12,7 @@ from wearlab.dynamics.orbits.response import Response
 from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
 from wearlab.life.limits import StopWear
 from wearlab.life.vibration import Responses
-from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, curves
+from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, face_flanks
 from wearlab.mesh.force import Deflections, normal_forces
 from wearlab.mesh.stiffness import SectionVanished
 from wearlab.wear.law import PreparedLaw, wear_rate
@@ -118,7 +118,7 @@ class FaceCoupling(OneCondition):
         for contact, depth, own, loads in zip(contacts, wear, worn, static, strict=True):
             flanks = None
             if self.vibration is not None:
-                flanks = FaceFlanks(contact.analysis, contact, curves(contact, own, loads))
+                flanks = face_flanks(contact, own, loads)
             found.append(FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks))
         return found
 

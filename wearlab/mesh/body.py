@@ -113,17 +113,14 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     ----------
     Sainsot, Velex & Duverger 2004: 1.4 ≤ h_f ≤ 7 and 0.01 ≤ θ_f ≤ 0.12.
     """
-    messages = []
-    for symbol, value, (low, high) in (
-        ("h_f = r_rim/r_f" if gear.internal else "h_f = r_f/r_bore", body_ratio(gear), BORE_RANGE),
-        ("theta_f", root_half_angle(gear), ANGLE_RANGE),
-    ):
-        if not low <= value <= high:
-            messages.append(
-                f"{gear.name}: sainsot foundation outside its range: {symbol} = {value:.4g}, "
-                f"fitted for {low:g} to {high:g}"
-            )
-    return tuple(messages)
+    ratio = "h_f = r_rim/r_f" if gear.internal else "h_f = r_f/r_bore"
+    known = (ratio, body_ratio(gear), BORE_RANGE), ("theta_f", root_half_angle(gear), ANGLE_RANGE)
+    return tuple(
+        f"{gear.name}: sainsot foundation outside its range: {symbol} = {value:.4g}, "
+        f"fitted for {low:g} to {high:g}"
+        for symbol, value, (low, high) in known
+        if not low <= value <= high
+    )
 
 
 MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3

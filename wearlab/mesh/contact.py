@@ -103,8 +103,14 @@ class ContactAnalysis:
         wear : (2, n) [m]
         near : sharing of the static load at the phase nodes in a neighbouring state, to start from
         """
-        carried = self.grid.beyond(wear)
-        gap, body = self._gap_and_body(wear, carried)
+        carried, touching = self.grid.beyond(wear), self.grid.contact_position
+        if isinstance(self.gaps, MeetingGaps):  # then teeth bend where they really meet
+            met = self.gaps.contact(wear, touching)
+            gap, body = met.gap, self.stiffness.body_where(carried, touching, met.driving, met.driven)
+        else:
+            on_path = self.grid.beyond(wear[0] + wear[1] + self.modification)
+            gap = on_path if self.gaps is None else self.gaps.at(wear)
+            body = self.stiffness.body(carried)
         cross = self.stiffness.cross(carried)
         if not self.stiffness.load_dependent:
             return Nodes(body + self.stiffness.contact(None), gap, cross)
@@ -130,16 +136,6 @@ class ContactAnalysis:
             if settled:
                 break
         return np.asarray(self.stiffness.contact(np.maximum(force, least)))
-
-    def _gap_and_body(self, wear: Array, carried: Array) -> tuple[Array, Array]:
-        if self.gaps is None:
-            gap = self.grid.beyond(wear[0] + wear[1] + self.modification)
-            return gap, self.stiffness.body(carried)
-        if not isinstance(self.gaps, MeetingGaps):
-            return self.gaps.at(wear), self.stiffness.body(carried)
-        nodes = self.grid.contact_position
-        met = self.gaps.contact(wear, nodes)
-        return met.gap, self.stiffness.body_where(carried, nodes, met.driving, met.driven)
 
     def at(self, nodes: Nodes, where: Lookup) -> tuple[Array, Array, Array]:
         """Return compliance, gap (n, n_pairs) and cross compliance (n, n_pairs, n_apart) at phases."""

@@ -61,13 +61,8 @@ class ProfileGrid(NamedTuple):
 
         One more where a pair still touches beyond E while the next but ⌈ε⌉ already touches before A.
         """
-        return self.most_pairs + 1 + self._both_beyond
-
-    @property
-    def _both_beyond(self) -> bool:
-        of_number = dict(zip(self.pair_numbers.tolist(), self.first.T >= 0, strict=True))
-        nowhere = np.zeros(len(self.first), dtype=bool)
-        return bool(np.any(of_number.get(-1, nowhere) & of_number.get(self.most_pairs, nowhere)))
+        ends = [(self.first[:, self.pair_numbers == j] >= 0).any(axis=1) for j in (-1, self.most_pairs)]
+        return self.most_pairs + 1 + bool(np.any(ends[0] & ends[1]))
 
     def into_slots(self, values: Array, absent: float) -> Array:
         """Return values of the pairs (n_pairs, n) by slots of datasets (slots, n), leading first.
@@ -127,11 +122,9 @@ class ProfileGrid(NamedTuple):
     @property
     def pairs_at_phase_nodes(self) -> Index:
         """Contact node of each slot at each phase node, −1 without, (n_phase_nodes, n_pairs)."""
-        rows = []
-        for first, count in zip(self.first, self.intervals, strict=True):
-            steps = np.arange(count + 1)[:, None]
-            rows.append(np.where(first >= 0, first + steps, -1))
-        return np.concatenate(rows)
+        first = np.repeat(self.first, self.intervals + 1, axis=0)
+        step = np.concatenate([np.arange(count + 1) for count in self.intervals])
+        return np.where(first >= 0, first + step[:, None], -1)
 
 
 def simpson_weights(intervals: int) -> Array:
@@ -183,51 +176,36 @@ def profile_grid(
     earliest, latest = -extension.approach / pitch, ratio + extension.recess / pitch
     jumps = tuple(_distinct([0.0, ratio % 1.0, *jumps]))
     bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
-    layers = _layers(earliest, ratio, latest)
+    before_and_after = (earliest, 0.0), (0.0, -earliest), (ratio - (latest - ratio), ratio), (ratio, latest)
+    layers = [(low, high) for low, high in before_and_after if high > low]
     bounds = [bound % 1.0 for layer in layers for bound in layer]
     breaks = np.array([*_distinct([*jumps, *bends, *bounds]), 1.0])
     density = _density(0.5 * (breaks[:-1] + breaks[1:]), points, ratio, layers)
-    intervals = np.array([_even(count) for count in density * np.diff(breaks)])
+    halves = np.ceil(0.5 * density * np.diff(breaks) - 1e-9)
+    intervals = np.maximum(MINIMUM_INTERVALS, 2 * halves.astype(np.int64))
     pairs = range(-int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE)))
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
-    contact_position, phase, weight = np.empty(0), np.empty(0), np.empty(0)
-    flank = np.empty(0, dtype=bool)
+    table = np.empty((4, 0))  # position, phase and weight of the nodes, and whether they lie on the flank
     for j in pairs:
         for m, count in enumerate(intervals):
             low, high = breaks[m], breaks[m + 1]
             middle = j + 0.5 * (low + high)
             if not earliest < middle < latest:
                 continue
-            nodes = np.linspace(low, high, count + 1)
+            at = np.linspace(low, high, count + 1)
             weights = simpson_weights(count) * (high - low) * pitch
-            shared = len(contact_position) > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
-            first[m, pairs[-1] - j] = len(contact_position) - shared
+            shared = table.shape[1] > 0 and not any(abs(low - jump) < SAME_PHASE for jump in jumps)
+            first[m, pairs[-1] - j] = table.shape[1] - shared
             if shared:
-                weight[-1] += weights[0]
-            contact_position = np.concatenate([contact_position, (start + (nodes + j) * pitch)[shared:]])
-            phase = np.concatenate([phase, nodes[shared:]])
-            weight = np.concatenate([weight, weights[shared:]])
-            flank = np.concatenate([flank, np.full(len(nodes) - shared, 0.0 < middle < ratio)])
-    position, before = contact_position[flank], int(np.argmax(flank))
-    return ProfileGrid(
-        breaks,
-        first,
-        intervals,
-        position,
-        phase[flank],
-        weight[flank],
-        contact_position,
-        before,
-        pairs[-1],
-        int(np.ceil(ratio - SAME_PHASE)),
-    )
-
-
-def _layers(earliest: float, ratio: float, latest: float) -> list[tuple[float, float]]:
-    """Return where layers begin and end: before A, after A, before E and after E [1]."""
-    before, after = -earliest, latest - ratio
-    each = [(earliest, 0.0), (0.0, before), (ratio - after, ratio), (ratio, latest)]
-    return [(low, high) for low, high in each if high > low]
+                table[2, -1] += weights[0]
+            on_flank = np.full(len(at), 0.0 < middle < ratio)
+            piece = np.stack([start + (at + j) * pitch, at, weights, on_flank])
+            table = np.concatenate([table, piece[:, shared:]], axis=1)
+    flank = table[3] > 0.0
+    position, phase, weight = table[:3].compress(flank, axis=1)
+    before, most_pairs = int(np.argmax(flank)), int(np.ceil(ratio - SAME_PHASE))
+    nodes = position, phase, weight, table[0]
+    return ProfileGrid(breaks, first, intervals, *nodes, before, pairs[-1], most_pairs)
 
 
 def _density(phase: Array, points: int, ratio: float, layers: list[tuple[float, float]]) -> Array:
@@ -237,10 +215,6 @@ def _density(phase: Array, points: int, ratio: float, layers: list[tuple[float, 
         inside = (phase - low) % 1.0 < high - low
         density[inside] = np.maximum(density[inside], LAYER_SHARE * points / (high - low))
     return density
-
-
-def _even(count: float) -> int:
-    return max(MINIMUM_INTERVALS, 2 * int(np.ceil(count / 2.0 - 1e-9)))
 
 
 def _distinct(phases: list[float]) -> list[float]:
@@ -271,15 +245,8 @@ class Lookup(NamedTuple):
 
 def cubic_weights(t: Array) -> Array:
     """Return the Lagrange weights of nodes at 0, 1, 2 and 3 for places t (n,) among them, (n, 4) [1]."""
-    return np.stack(
-        [
-            -(t - 1) * (t - 2) * (t - 3) / 6,
-            t * (t - 2) * (t - 3) / 2,
-            -t * (t - 1) * (t - 3) / 2,
-            t * (t - 1) * (t - 2) / 6,
-        ],
-        axis=1,
-    )
+    a, b, c = t - 1, t - 2, t - 3
+    return np.stack([-a * b * c / 6, t * b * c / 2, -t * a * c / 2, t * a * b / 6], axis=1)
 
 
 BY_CUBIC = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, -3.0, 6.0, -1.0]]) / 6.0
@@ -326,9 +293,7 @@ def lookup(grid: ProfileGrid, phase: Array, segment: Index | None = None) -> Loo
     count = grid.intervals[segment]
     x = (phase - low) / (high - low) * count
     offset = np.clip(np.floor(x).astype(np.int64) - 1, 0, count - 3)
-    t = x - offset
-    weight = cubic_weights(t)
-    return Lookup(phase, segment, offset, weight)
+    return Lookup(phase, segment, offset, cubic_weights(x - offset))
 
 
 def at_phase_nodes(grid: ProfileGrid) -> Lookup:

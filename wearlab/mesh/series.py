@@ -181,10 +181,12 @@ def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
 
 
 def _teeth(pair: GearPair, grid: ProfileGrid, **options: Any) -> Teeth:
-    radii = (pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN))
-    return tuple(
-        tooth_flexibility(gear, radius, **options) for gear, radius in zip(pair.gears, radii, strict=True)
-    )
+    each = zip(pair.gears, _radii(pair, grid), strict=True)
+    return tuple(tooth_flexibility(gear, radius, **options) for gear, radius in each)
+
+
+def _radii(pair: GearPair, grid: ProfileGrid) -> list[Array]:
+    return [pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN)]
 
 
 def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
@@ -213,7 +215,7 @@ def _constant(pair: GearPair, grid: ProfileGrid) -> stiffness.HertzContact:
 
 
 def _load_dependent(pair: GearPair, grid: ProfileGrid) -> stiffness.HertzContact:
-    depth = np.stack([contact_depth(gear, pair.radius(i, grid.loaded)) for i, gear in enumerate(pair.gears)])
+    depth = np.stack([contact_depth(*both) for both in zip(pair.gears, _radii(pair, grid), strict=True)])
     materials = pair.driving.material, pair.driven.material
     return stiffness.WeberContact(pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width)
 
@@ -231,7 +233,7 @@ def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, Ind
     each_apart = range(1, grid.n_pairs if given.bodies_shared else 1)
     ratios = np.zeros((len(each_apart), 2, len(grid.loaded)))
     partners = np.full((len(each_apart), len(grid.loaded)), -1)
-    pairs, radii = grid.pairs_at_phase_nodes, [pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN)]
+    pairs, radii = grid.pairs_at_phase_nodes, _radii(pair, grid)
     for apart, ratio, partner in zip(each_apart, ratios, partners, strict=True):
         behind, ahead = pairs[:, apart:], pairs[:, :-apart]
         both = (behind >= 0) & (ahead >= 0)

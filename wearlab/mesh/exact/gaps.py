@@ -92,9 +92,8 @@ class WornFlanks:
     @cached_property
     def thickness(self) -> Array:
         """Thickness of each tooth along the flank normal at the nodes, (2, n) [m]."""
-        s = self.grid.position
-        radius = [self.pair.radius(i, s) for i in (0, 1)]
-        return np.stack([2.0 * contact_depth(gear, radius[i]) for i, gear in enumerate(self.pair.gears)])
+        radii = (self.pair.radius(i, self.grid.position) for i in (0, 1))
+        return 2.0 * np.stack([contact_depth(*both) for both in zip(self.pair.gears, radii, strict=True)])
 
     def worn(self, wear: Array) -> tuple[flank.Flank, flank.Flank]:
         """Return both flanks with wear (2, n) (driving, driven) [m].

@@ -2,6 +2,11 @@
 
 Every slice is the section that a spur pair has on its whole face, with gaps of its own. What does not change
 with wear - compliances, who meets whom - is laid out once a gear set.
+
+A line meets each slice at a node of its own. On solid teeth both teeth of the pair yield as
+:func:`wearlab.mesh.finite_element.solid.solid_compliance` tells, along the line of action. Beyond its
+outermost load a tooth yields in proportion to its plane section. A driving tooth lags behind at larger y by
+``y tan β`` against its loaded flank, a driven one towards it.
 """
 
 import math
@@ -13,16 +18,72 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
-from wearlab.mesh.face.solid import SolidLines
 from wearlab.mesh.face.solve import Section, ShearLayer, Slices, layer_of, solve_phases
+from wearlab.mesh.finite_element import compliance, elements, solid
+from wearlab.mesh.finite_element.outline import LoadedFlank
 from wearlab.mesh.stages import Springs
 
 LIGHT = 1.0
 """Force under which a mesh without a load is as stiff as it is told to be [N]."""
+
+
+PLANE = elements.Options(refinement=2)
+"""Plane elements by which compliances are continued to the tip."""
+
+
+class SolidLines(NamedTuple):
+    """How lines of contact yield.
+
+    Parameters
+    ----------
+    compliance : (n_phases, n_lines, n_face, n_face) deflection of slices under forces on slices [m/N]
+    even : (n_contact,) compliance of teeth and bodies at a node under an even load, per width [m²/N]
+    """
+
+    compliance: Array
+    even: Array
+
+
+def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
+    """Return how the lines of contact of a face yield, both solid teeth together.
+
+    Parameters
+    ----------
+    pair : the gears, in their transverse section
+    grid : slices and nodes
+    turned : the helix
+    """
+    edges = np.concatenate([[0.0], np.cumsum(grid.width)])
+    position = np.clip(grid.profile.contact_position, pair.path.A, pair.path.E)
+    rows, which = np.unique(grid.node.reshape(-1, grid.node.shape[-1]), axis=0, return_inverse=True)
+    found = np.zeros((len(rows), grid.node.shape[-1], grid.node.shape[-1]))
+    even, evenly = np.zeros(len(position)), grid.width / grid.face_width
+    for number, gear in enumerate(pair.gears):
+        oblique = turned.sense * math.tan(turned.angle) * (-1.0 if number == DRIVING else 1.0)
+        tooth = solid.solid_compliance(gear, edges, oblique)
+        q = LoadedFlank(gear).parameter(pair.radius(number, position))
+        sampled = np.clip(q, tooth.q[0], tooth.q[-1])
+        at = compliance.spline_weights(tooth.q, sampled)
+        local = solid.indentation(gear, sampled) / turned.cosine
+        plane = compliance.gear_compliance(gear, PLANE)
+        beyond = np.sqrt(plane.weights(q) @ plane.own / (plane.weights(sampled) @ plane.own))
+        pressed = np.einsum("j,ajbk,k->ab", evenly, tooth.table, evenly) * grid.face_width
+        even += (np.einsum("na,ab,nb->n", at, pressed, at) - local) * beyond**2
+        for j, width in enumerate(grid.width):
+            for k in range(j + 1):
+                both = np.flatnonzero((rows[:, j] >= 0) & (rows[:, k] >= 0))
+                here, there = rows[both, j], rows[both, k]
+                value = ((at @ tooth.table[:, j, :, k])[here] * at[there]).sum(axis=1)
+                if j == k:
+                    value -= local[here] / width
+                found[both, j, k] += value * beyond[here] * beyond[there]
+    found += np.tril(found, -1).swapaxes(1, 2)
+    return SolidLines(found[which.ravel()].reshape(*grid.node.shape, -1), even)
 
 
 class LineLoads(NamedTuple):
@@ -43,38 +104,6 @@ class LineLoads(NamedTuple):
     unloaded: Array
 
 
-def section(
-    analysis: ContactAnalysis, face_width: float, turned: Helix = SPUR, *, solid: bool = False
-) -> Section:
-    """Return how the slices of a face yield, from the contact of the section over the whole face.
-
-    The load per length of line is the force in the transverse plane per face width; along the line of action
-    the contact yields by 1/cos β_b more than along the normal, and its radius is that of the normal section,
-    larger by as much. Teeth and bodies yield by 1/cos β more than the transverse section: their own
-    section lies across the tooth (c′ of ISO 6336-1 falls by cos β likewise).
-
-    Parameters
-    ----------
-    analysis : contact of the section, under the load of the mesh
-    face_width : b [m]
-    turned : the helix
-    solid : whether slices yield as solid teeth, which are oblique as they are
-    """
-    stiffness = analysis.stiffness
-    unworn = np.zeros((2, len(analysis.grid.contact_position)))
-    body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
-    least = LEAST_LOADED * (analysis.load or LIGHT)
-    softening = stiffness.softening * face_width
-    force = np.full(len(body), least)
-    contact = np.broadcast_to(stiffness.contact(force), body.shape) * face_width
-    contact = (contact - softening * np.log(turned.cosine)) / turned.cosine
-    if not contact.any():  # a stiffness that is prescribed: no part of it is the contact's
-        body, contact = 0.5 * body, 0.5 * body
-    elif not solid:
-        body = body / math.cos(turned.angle)
-    return Section(body, cross, contact, softening / turned.cosine, least / face_width)
-
-
 @dataclass(frozen=True)
 class FaceContact:
     """Contact of the worn flanks of one kind of mesh over its face.
@@ -83,7 +112,6 @@ class FaceContact:
     ----------
     grid : slices and nodes
     analysis : contact of the section
-    section : how a slice yields
     lead : (2, n_face, n_profile) material removed on purpose that varies over the face, (driving, driven),
         normal to the flank [m]
     opening : (n_face,) gap by misalignment, along the line of action [m]
@@ -95,7 +123,6 @@ class FaceContact:
 
     grid: FaceGrid
     analysis: ContactAnalysis
-    section: Section
     lead: Array
     opening: Array
     shear_length: float
@@ -107,6 +134,30 @@ class FaceContact:
     def unworn(self) -> LineLoads:
         """The loads of unworn flanks under the static load."""
         return self.solve(np.zeros((2, *self.grid.shape)))
+
+    @cached_property
+    def section(self) -> Section:
+        """How a slice yields, from the contact of the section over the whole face.
+
+        The load per length of line is the force in the transverse plane per face width; along the line of
+        action the contact yields by 1/cos β_b more than along the normal, and its radius is that of the
+        normal section, larger by as much. Teeth and bodies yield by 1/cos β more than the transverse section:
+        their own section lies across the tooth (c′ of ISO 6336-1 falls by cos β likewise), but for solid
+        teeth, which are oblique as they are.
+        """
+        stiffness, face_width = self.analysis.stiffness, self.grid.face_width
+        unworn = np.zeros((2, len(self.analysis.grid.contact_position)))
+        body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
+        least = LEAST_LOADED * (self.analysis.load or LIGHT)
+        softening = stiffness.softening * face_width
+        force = np.full(len(body), least)
+        contact = np.broadcast_to(stiffness.contact(force), body.shape) * face_width
+        contact = (contact - softening * np.log(self.helix.cosine)) / self.helix.cosine
+        if not contact.any():  # a stiffness that is prescribed: no part of it is the contact's
+            body, contact = 0.5 * body, 0.5 * body
+        elif self.solid is None:
+            body = body / math.cos(self.helix.angle)
+        return Section(body, cross, contact, softening / self.helix.cosine, least / face_width)
 
     @cached_property
     def _slices(self) -> Slices:
@@ -205,8 +256,12 @@ LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
 """Forces over the static one at which springs and contact agree."""
 
 
-class Curves(NamedTuple):
-    """The force of a mesh over its deflection at every phase: what dynamics ask of flanks with a width.
+SHORTEST = 1e-12
+"""Least deflection from one level to the next [m]."""
+
+
+class FaceFlanks(NamedTuple):
+    """The flanks of one kind of mesh in one wear state, as dynamics see them: their force over deflection.
 
     ``W'(δ, φ)`` is the force under which the contact over the face is deflected by δ: convex, since ever more
     of the face touches. It is given as the sum of one-sided springs that meets it at some multiples of the
@@ -219,51 +274,37 @@ class Curves(NamedTuple):
 
     Parameters
     ----------
+    analysis : contact of the section
+    contact : over the face
     force : (n_levels,) [N]
     deflection : (n_levels + 1, n_phases) under no force, and under these [m]
     rate : (n_phases,) mean rate of the gaps that touch, by phase [m]
     """
 
+    analysis: ContactAnalysis
+    contact: FaceContact
     force: Array
     deflection: Array
     rate: Array
-
-
-class FaceFlanks(NamedTuple):
-    """The flanks of one kind of mesh in one wear state, as dynamics see them.
-
-    Parameters
-    ----------
-    analysis : contact of the section
-    contact : over the face
-    curves : its force over deflection
-    """
-
-    analysis: ContactAnalysis
-    contact: FaceContact
-    curves: Curves
     series: None = None
 
     def springs(self, phase: Array) -> Springs:
         """Return the springs at phases (n,), (n, n_levels), all of one force; rates by phase."""
-        grid, curves = self.contact.grid, self.curves
-        own = phase % 1.0
-        place = np.stack([grid.at_phases(row, own) for row in curves.deflection], axis=1)
-        slope = np.diff(curves.force, prepend=0.0) / np.maximum(np.diff(place, axis=1), SHORTEST)
+        grid, own = self.contact.grid, phase % 1.0
+        place = np.stack([grid.at_phases(row, own) for row in self.deflection], axis=1)
+        slope = np.diff(self.force, prepend=0.0) / np.maximum(np.diff(place, axis=1), SHORTEST)
         stiffness = np.maximum(np.diff(slope, axis=1, prepend=0.0), 0.0)
-        rate = grid.at_phases(curves.rate, own)
+        rate = grid.at_phases(self.rate, own)
         rates = np.repeat(rate[:, None], stiffness.shape[1], axis=1)
         part = np.zeros((*stiffness.shape, stiffness.shape[1]))
         part[..., 0] = 1.0
         return Springs(stiffness, place[:, :-1], rates, rate, part)
 
 
-SHORTEST = 1e-12
-"""Least deflection from one level to the next [m]."""
-
-
-def curves(contact: FaceContact, wear: Array, static: LineLoads, levels: Sequence[float] = LEVELS) -> Curves:
-    """Return the force over the deflection of flanks worn by (2, n_face, n) [m].
+def face_flanks(
+    contact: FaceContact, wear: Array, static: LineLoads, levels: Sequence[float] = LEVELS
+) -> FaceFlanks:
+    """Return flanks worn by (2, n_face, n) [m], with their force over the deflection.
 
     Parameters
     ----------
@@ -278,4 +319,5 @@ def curves(contact: FaceContact, wear: Array, static: LineLoads, levels: Sequenc
     for level in force:
         near = static if level == load else contact.solve(wear, near, float(level))
         rows.append(near.deflection)
-    return Curves(force, np.maximum.accumulate(np.stack(rows)), contact.gap_rate(wear, static))
+    deflection = np.maximum.accumulate(np.stack(rows))
+    return FaceFlanks(contact.analysis, contact, force, deflection, contact.gap_rate(wear, static))

@@ -11,8 +11,8 @@ from wearlab.slots import Slot, Variant
 if TYPE_CHECKING:
     from wearlab.gears.gear import GearPair
     from wearlab.gears.helix import Helix
+    from wearlab.mesh.face.contact import SolidLines
     from wearlab.mesh.face.grid import FaceGrid
-    from wearlab.mesh.face.solid import SolidLines
 
 
 class FaceCouplingModel(Variant):
@@ -89,6 +89,6 @@ class ElementsCoupling(FaceCouplingModel):
 
     def lines(self, pair: "GearPair", grid: "FaceGrid", turned: "Helix") -> "SolidLines":
         """Return how the slices of each line yield under each other's loads."""
-        from wearlab.mesh.face.solid import solid_lines
+        from wearlab.mesh.face.contact import solid_lines
 
         return solid_lines(pair, grid, turned)

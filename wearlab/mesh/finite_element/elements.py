@@ -77,16 +77,11 @@ class Sector:
     dofs: Index
     stiffness: csr_matrix
 
-    def nodes(self, *, u: float | None = None, v: float | None = None) -> Index:
+    def nodes(self, *, u: float = math.nan, v: float = math.nan) -> Index:
         """Return the nodes on a line of the chart, from the clamp to the tip or from −u to +u."""
         across, along = self.logical
-        on = np.full(len(across), True)
-        if u is not None:
-            on &= np.isclose(across, u)
-        if v is not None:
-            on &= np.isclose(along, v)
-        numbers = np.flatnonzero(on)
-        return numbers[np.argsort(along[numbers] if u is not None else across[numbers])]
+        numbers = np.flatnonzero(np.isclose(across, u) | np.isclose(along, v))
+        return numbers[np.argsort((along if math.isnan(v) else across)[numbers])]
 
     @property
     def mirrored(self) -> tuple[Index, Array]:

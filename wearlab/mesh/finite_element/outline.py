@@ -95,12 +95,10 @@ class Lengths:
     ----------
     parameter : (n,) from 0 to 2
     length : (n,) from the foot of the root curve [m]
-    slope : (n,) angle between the flank's tangent and the tooth's centre line, 0 along it [rad]
     """
 
     parameter: Array
     length: Array
-    slope: Array
 
     def of(self, parameter: ArrayLike) -> Array:
         """Return the lengths up to parameters, (n,) [m]."""
@@ -109,17 +107,6 @@ class Lengths:
     def at(self, length: ArrayLike) -> Array:
         """Return the parameters at lengths, (n,) [1]."""
         return np.interp(np.asarray(length, dtype=float), self.length, self.parameter)
-
-
-def lengths(flank: LoadedFlank) -> Lengths:
-    """Measure a flank."""
-    q = np.linspace(0.0, 2.0, TABLE)
-    points = flank.point(q)
-    step = np.diff(points, axis=1)
-    towards_tip = -1.0 if flank.gear.internal else 1.0
-    slope = np.arctan2(-step[1], towards_tip * step[0])
-    length = np.concatenate([[0.0], np.cumsum(np.hypot(*step))])
-    return Lengths(q, length, np.concatenate([slope[:1], slope]))
 
 
 @dataclass(frozen=True)
@@ -192,14 +179,16 @@ class Chart:
 
 def chart(flank: LoadedFlank) -> Chart:
     """Lay the sector of a flank out."""
-    gear, measured = flank.gear, lengths(flank)
-    steep = np.flatnonzero(measured.slope > STEEPEST)
-    steep = steep[measured.parameter[steep] < 1.0]
-    foot = float(measured.parameter[steep[-1]]) if len(steep) else 0.0
-    x, y = flank.point(foot)
+    gear, q = flank.gear, np.linspace(0.0, 2.0, TABLE)
     towards_tip = -1.0 if gear.internal else 1.0
-    slope = float(np.interp(foot, measured.parameter, measured.slope))
-    begin = float(x - 0.5 * towards_tip * y * math.tan(slope))
+    step = np.diff(flank.point(q), axis=1)
+    measured = Lengths(q, np.concatenate([[0.0], np.cumsum(np.hypot(*step))]))
+    # the angle between the flank's tangent and the tooth's centre line, 0 along it
+    slope = np.arctan2(-step[1], towards_tip * step[0])
+    slope = np.concatenate([slope[:1], slope])
+    foot = float(q[(slope > STEEPEST) & (q < 1.0)].max(initial=0.0))
+    x, y = flank.point(foot)
+    begin = float(x - 0.5 * towards_tip * y * math.tan(np.interp(foot, q, slope)))
     top = max(begin, gear.root_radius) if gear.internal else min(begin, gear.root_radius)
     room = gear.bore_radius - top
     share = min(0.5, BELOW_ROOT * gear.module / abs(room))

@@ -13,7 +13,7 @@ from wearlab.gears.helix import SPUR, Helix, Lead, SlicedFlank, helix
 from wearlab.life.face import FaceKind
 from wearlab.mesh import gear_set
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.face.contact import FaceContact, section
+from wearlab.mesh.face.contact import FaceContact
 from wearlab.mesh.face.grid import helical_face, spur_face
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import KindParts, build_law
@@ -85,7 +85,6 @@ def build_face_contact(
         grid = spur_face(analysis.grid, kind.pair.face_width, slices)
     given, coupling, pair = mesh.misalignment, face_coupling(mesh), kind.pair
     over = 0.0 if given is None else given.over_face(pair.working_pressure_angle, scene.operation.torque)
-    solid = coupling.lines(pair, grid, turned)
     removed = [
         lead(getattr(scene.gears, gear.name)).removed(
             grid.position, pair.from_root(number, grid.profile.position), grid.face_width
@@ -95,13 +94,12 @@ def build_face_contact(
     return FaceContact(
         grid=grid,
         analysis=analysis,
-        section=section(analysis, grid.face_width, turned, solid=solid is not None),
         lead=np.stack(removed),
         opening=over * grid.position / grid.face_width,
         shear_length=coupling.shear_length(scene.gears.module),
         pitch=kind.pair.base_pitch,
         helix=turned,
-        solid=solid,
+        solid=coupling.lines(pair, grid, turned),
     )
 
 
