@@ -66,16 +66,14 @@ def realised(member: MemberError, random: np.random.Generator) -> Realisation:
     """
     start = random.uniform(0.0, 2 * np.pi)
     directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
-    mesh: list[tuple[float, float, float]] = []
+    teeth_mesh = (1.0, 0.5 * member.tooth_composite, member.teeth * start)
     slow: list[tuple[float, float, float]] = []
-    if member.tooth_composite:
-        mesh.append((1.0, 0.5 * member.tooth_composite, member.teeth * start))
     if member.total_composite:
         slow.append((member.teeth, 0.5 * (member.total_composite - member.tooth_composite), start))
     slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
     if member.eccentricity:
         slow.append((member.teeth, member.eccentricity, random.uniform(0.0, 2 * np.pi)))
-    return Realisation(tuple(mesh), tuple(slow))
+    return Realisation((teeth_mesh,) if member.tooth_composite else (), tuple(slow))
 
 
 class MeshError(NamedTuple):

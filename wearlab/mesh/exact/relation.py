@@ -183,13 +183,12 @@ def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
     engaged : (n_pairs, n)
     """
     ends = np.array([pair.path.A, pair.path.E])
-    lost = []
-    for gear in (0, 1):
-        low, high = np.sort(contact_angle(pair, gear, ends))
-        touched = angles[gear][engaged]
-        covered = min(high, touched.max()) - max(low, touched.min()) if touched.size else 0.0
-        lost.append(1.0 - covered / (high - low))
-    return np.maximum(0.0, np.array(lost))
+    if not engaged.any():
+        return np.ones(2)
+    low, high = np.sort([contact_angle(pair, gear, ends) for gear in (0, 1)], axis=1).T
+    touched = angles[:, engaged]
+    covered = np.minimum(high, touched.max(axis=1)) - np.maximum(low, touched.min(axis=1))
+    return np.maximum(0.0, 1.0 - covered / (high - low))
 
 
 AGREEMENT = 0.05
