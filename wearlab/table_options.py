@@ -34,9 +34,8 @@ def read_stiffness(given: dict[str, Any], base: Path | None) -> dict[str, Any]:
 
 def _refuse_written(given: dict[str, Any], keys: Sequence[str], wanted: str) -> None:
     """Refuse what is read from a file where it is written, and options without a file."""
-    for key in keys:
-        if key in given:
-            raise ValueError(f"{key!r} is read from file, not written")
+    if written := [key for key in keys if key in given]:
+        raise ValueError(f"{written[0]!r} is read from file, not written")
     if "file" not in given:
         raise ValueError(f"'file' is required: {wanted}")
 
@@ -244,13 +243,12 @@ def named_texts(given: dict[str, Any], key: str, example: str) -> dict[str, str]
     ------
     TableError : it is something else
     """
-    given_text = given[key]
-    if not isinstance(given_text, dict):
-        raise TableError(f"{key}: {given_text!r} is no table: write {key} = {example}")
-    for column, text in given_text.items():
-        if not isinstance(text, str):
-            raise TableError(f"{key}.{column}: {text!r} is no text: write {key} = {example}")
-    return given_text
+    texts = given[key]
+    if not isinstance(texts, dict):
+        raise TableError(f"{key}: {texts!r} is no table: write {key} = {example}")
+    if wrong := [column for column, text in texts.items() if not isinstance(text, str)]:
+        raise TableError(f"{key}.{wrong[0]}: {texts[wrong[0]]!r} is no text: write {key} = {example}")
+    return texts
 
 
 def _stored(*columns: Any) -> bool:

@@ -16,7 +16,6 @@ VERDICTS = (
 )
 WITHOUT_DATA = ("refused", "failed")
 WORDS = ("verdict", "response_period", "end_reason")
-PLAIN = ("1", "", "cycles")
 
 
 class Wanted(NamedTuple):
@@ -118,10 +117,10 @@ def _number(given: Any, key: str, stored: str) -> float:
     if not (units.is_number(given) or isinstance(given, str)):
         raise ValueError(f"{key} {problems.shown(given)} is neither a number nor a quantity")
     if isinstance(given, int | float):
-        if key == "value" and stored not in PLAIN and given != 0:
+        if key == "value" and stored not in keys.PLAIN and given != 0:
             raise ValueError(f"{key} {problems.shown(given)} needs its unit, such as '{given} {stored}'")
         return float(given)
-    if stored in PLAIN:
+    if stored in keys.PLAIN:
         raise ValueError(f"{key} {problems.shown(given)}: a plain number, without quotes or unit")
     try:
         number, unit = units.split(given)
