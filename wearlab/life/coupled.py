@@ -75,6 +75,11 @@ class WearState(NamedTuple):
     block: "tuple[WearState, ...]" = ()
 
     @property
+    def response(self) -> Response | None:
+        """The steady response (at the first error angle), None without dynamics."""
+        return self.responses[0] if self.responses else None
+
+    @property
     def flanks(self) -> list[excitation.MeshFlanks]:
         """The flanks of every kind of mesh, as the dynamics see them."""
         return [kind.flanks for kind in self.kind]
