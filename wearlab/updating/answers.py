@@ -91,8 +91,7 @@ def answered(
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
-    quantity, where = study.limit.quantity, study.limit.where
-    drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(quantity, where))
+    drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(study.limit))
     post = Posterior(runs, blocks, study.prior, log_proposal)
     answer = Answer(post, now, next(drift, None))
     told = [n for n, block in enumerate(blocks) if len(block.rows)]

@@ -22,7 +22,7 @@ from scipy.special import log_ndtr
 
 from wearlab.arrays import Array, Index
 from wearlab.campaign.distributions import SMALLEST, Distribution
-from wearlab.campaign.update_options import PREVIOUS, Data
+from wearlab.campaign.update_options import PREVIOUS, Data, Limit
 from wearlab.units import convert
 from wearlab.updating import kalman, measurements
 from wearlab.updating.run_curves import Asked, RunHistory
@@ -98,13 +98,10 @@ class Block:
         """What the file says of them."""
         return self.seen.data
 
-    def measures(self, quantity: str, where: str | None) -> bool:
-        """Whether it is of a quantity's totals, of the same place where one is named."""
-        return self.data.quantity == quantity and where in (None, self.data.where) and self.data.since is None
-
-    def is_whole(self, quantity: str, where: str | None) -> bool:
-        """Whether it measures a quantity that is one number."""
-        return self.measures(quantity, where) and self.seen.place_kind is None
+    def measures(self, limit: Limit) -> bool:
+        """Whether it is of the totals of what ends a life, of the same place where one is named."""
+        own = self.data
+        return own.quantity == limit.quantity and limit.where in (None, own.where) and own.since is None
 
     @property
     def relative(self) -> float:

@@ -56,7 +56,7 @@ def held_by(q: Array, truth: Array) -> dict[str, float]:
 def simple_rules(study: MeasuredCase, post: Posterior, now: float) -> tuple[float, float]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
     limit, run, ratio, line = study.limit, post.histories[0], np.nan, np.nan
-    number = next((n for n, b in enumerate(post.blocks) if b.is_whole(limit.quantity, limit.where)), None)
+    number = next((n for n, b in enumerate(post.blocks) if b.measures(limit)), None)
     if number is None:
         return ratio, line
     rows = post.blocks[number].rows

@@ -247,7 +247,7 @@ def _observed_life(outcome: answers.UpdateOutcome) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit, run = outcome.study.limit, outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
-        if not block.is_whole(limit.quantity, limit.where) or block.seen.censored.any():
+        if not block.measures(limit) or block.seen.censored.any():
             continue
         order = np.argsort(run.asked[number].cycle, kind="stable")
         cycle, value = run.asked[number].cycle[order], block.seen.value[order]
