@@ -22,16 +22,21 @@ class Driveline(DynamicModel):
 
     def build(self, motion):
         """Return the system of motor, pinion and gear."""
-        from wearlab.dynamics.spur import effective_mass, mesh_damping_of
-        from wearlab.dynamics.supports import Support, damping_of, stiffness_of
+        from wearlab.dynamics.supports import (
+            Support,
+            damping_by_ratio,
+            damping_of,
+            effective_mass,
+            stiffness_of,
+        )
         from wearlab.dynamics.system import System
 
         driving, driven = motion.gears.kinds[0].pair.gears
         mesh, radius = motion.meshes[0], driving.base_radius
-        mass = effective_mass((driving.inertia, driven.inertia), (radius, driven.base_radius))
+        mass = effective_mass(driving.inertia / radius**2, driven.inertia / driven.base_radius**2)
         damping = mesh.damping
         if damping is None:
-            damping = mesh_damping_of(mesh.damping_ratio, motion.stiffness[0], mass)
+            damping = damping_by_ratio(mesh.damping_ratio, motion.stiffness[0], mass)
         twist = np.array([1.0, -1.0, 0.0])
         rate = 2.0 * self.shaft_damping_ratio * np.sqrt(self.shaft_stiffness * self.motor_inertia)
         shaft = Support("motor", "u", twist, twist, self.shaft_stiffness / radius**2, rate / radius**2)
