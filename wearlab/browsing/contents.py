@@ -8,8 +8,8 @@ from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, recorded
 from wearlab.figures import FigureError, drawing
+from wearlab.figures import runs as grid_runs
 from wearlab.figures.kind import KINDS, read
-from wearlab.figures.runs import along_axes
 from wearlab.store import StoreError, database, outcome, remarks
 from wearlab.store import updates as kept
 from wearlab.units import shown_unit
@@ -225,7 +225,7 @@ def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     told |= {
         "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in figures.possible(grid)],
         "numbers": [(name, f"{name}: {words}"[:90]) for name, words in figures.numbers(grid)],
-        "abscissae": [*axes, *(name for name in along_axes(grid) if name not in axes)],
+        "abscissae": [*axes, *(name for name in grid_runs.along_axes(grid) if name not in axes)],
         "roles": [*axes, *(str(d) for d in ("flank", "mesh", "update", "member") if d in grid.dims)],
         "heading": f"Compare {source.title}" if len(wanted.runs) > 1 else source.title,
     }

@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from wearlab.campaign.axes import swept_keys
+from wearlab.campaign import axes, distributions
 from wearlab.campaign.case import Case
-from wearlab.campaign.distributions import Distribution, is_distribution, read_distribution, written
 from wearlab.campaign.inheritance import CampaignError, modelled, tried
 from wearlab.campaign.update_options import SECTION, DataBlock, PopulationBlock, UpdateBlock, UpdateSpec
 from wearlab.scene import SceneError
@@ -35,7 +34,7 @@ def read_update(given: Any) -> UpdateSpec:
         "data": tuple(heard(one.read, number) for number, one in enumerate(block.data, 1)),
         "check": block.check and heard(block.check.read, block.data),
     }
-    keys = [*swept_keys(block.unknown)]
+    keys = [*axes.swept_keys(block.unknown)]
     if block.population is not None or block.unit or any(one.columns.unit for one in block.data):
         fleet = heard((block.population or PopulationBlock()).read, block.unit)
         read |= {"fleet": fleet, "population": None, "unit": ()}
@@ -53,7 +52,10 @@ def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
     ------
     CampaignError : with one line each
     """
-    tried = [(f"unknown.{key}", key, written(law.at(0.5), law.unit)) for key, law in spec.unknown.items()]
+    tried = [
+        (f"unknown.{key}", key, distributions.written(law.at(0.5), law.unit))
+        for key, law in spec.unknown.items()
+    ]
     own = () if spec.fleet is None else enumerate(spec.fleet.units)
     tried += [(f"unit[{n}].scene.{key}", key, value) for n, unit in own for key, value in unit.scene.items()]
     problems = []
@@ -71,12 +73,12 @@ def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
         raise CampaignError(problems)
 
 
-def _unknown(given: dict[str, Any]) -> dict[str, Distribution]:
+def _unknown(given: dict[str, Any]) -> dict[str, distributions.Distribution]:
     where, priors = f"{SECTION}.unknown", {}
-    for key, value in swept_keys(given).items():
-        if not is_distribution(value):
+    for key, value in axes.swept_keys(given).items():
+        if not distributions.is_distribution(value):
             raise CampaignError(f"{where}.{key}: {shown(value)} is no distribution to be known better")
-        priors[key] = read_distribution(value, f"{where}.{key}")
+        priors[key] = distributions.read_distribution(value, f"{where}.{key}")
     if not priors:
         said = 'what is not known, such as "wear.coefficient.factor" = {lognormal = …}'
         raise CampaignError(f"{where}: required: {said}")

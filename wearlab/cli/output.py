@@ -165,9 +165,9 @@ def sound_campaign(file: str) -> "Campaign":
 def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
     """Stop where a figure names what does not exist."""
     if campaign.figures:
-        from wearlab.figures.question import figure_problems
+        from wearlab.figures import question
 
-        problems = figure_problems(campaign)
+        problems = question.figure_problems(campaign)
         if problems:
             raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
 

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics import supports
-from wearlab.dynamics.models import InMotion
+from wearlab.dynamics import models, supports
 from wearlab.dynamics.rigid import MESHES, RigidSet, balanced_torques, effective_masses, require_held
 from wearlab.dynamics.spur import Meshing
 from wearlab.dynamics.system import System
@@ -316,7 +315,7 @@ def _turning(angles: Array) -> Array:
     return turn
 
 
-def rigid_set(motion: InMotion) -> RigidSet:
+def rigid_set(motion: models.InMotion) -> RigidSet:
     """Return the members of the set and where they touch."""
     angles = {kind.section: kind.pair.working_pressure_angle for kind in motion.gears.kinds}
     return RigidSet(motion.gears.bodies, angles, motion.gears.angles)
@@ -340,7 +339,7 @@ def _support(given: Any, body: Body) -> supports.MemberSupport:
     )
 
 
-def torques(motion: InMotion, held: Mapping[str, supports.MemberSupport]) -> MemberTorques:
+def torques(motion: models.InMotion, held: Mapping[str, supports.MemberSupport]) -> MemberTorques:
     """Return the torques on the members that are not held, positive where they load drive flanks [N m].
 
     Where it is not said, a torque on the output balances the input unless a torsional spring ties it to
@@ -355,7 +354,7 @@ def torques(motion: InMotion, held: Mapping[str, supports.MemberSupport]) -> Mem
     return MemberTorques(acting, str(given.output) if loaded and not tied else None)
 
 
-def meshing(motion: InMotion, rigid: RigidSet) -> dict[str, Meshing]:
+def meshing(motion: models.InMotion, rigid: RigidSet) -> dict[str, Meshing]:
     """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
     half, mass = len(motion.stiffness) // 2, effective_masses(rigid)
     means, always = (motion.stiffness[0], motion.stiffness[half]), motion.meshes[0].damps_always

@@ -12,8 +12,7 @@ from xml.etree import ElementTree
 from wearlab import nearest, schema
 from wearlab.campaign import Campaign, claims, inheritance
 from wearlab.campaign.campaign import RecordedCampaign, from_record, to_record
-from wearlab.figures import kinds, published
-from wearlab.figures.kind import Ask, FigureError, Points, is_of_update, no_axis, no_kind, read
+from wearlab.figures import kind, kinds, published
 from wearlab.store.catalogue import Entry
 
 
@@ -29,7 +28,7 @@ def figure_problems(campaign: Campaign) -> list[str]:
     for number, spec in enumerate(campaign.figures, 1):
         try:
             problems += list(_problems(campaign, spec, number, folder))
-        except FigureError as error:
+        except kind.FigureError as error:
             problems.append(str(error))
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
     known = [*schema.VARIABLES, *(dimension.name for dimension in schema.DIMENSIONS), *axes]
@@ -37,9 +36,9 @@ def figure_problems(campaign: Campaign) -> list[str]:
 
 
 def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterator[str]:
-    ask = read(spec, number, folder)
+    ask = kind.read(spec, number, folder)
     if ask.kind not in kinds.KINDS:
-        yield f"{ask.name}: {no_kind(ask.kind)}"
+        yield f"{ask.name}: {kind.no_kind(ask.kind)}"
     swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
@@ -47,14 +46,14 @@ def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterat
     along = names - set(schema.VARIABLES)
     for key in ask.select:
         if key not in names:
-            yield f"{ask.name}: select.{key} is unknown; {no_axis(key, swept, along)}"
+            yield f"{ask.name}: select.{key} is unknown; {kind.no_axis(key, swept, along)}"
     for role in ("x", "hue", "rows", "cols"):
         name = getattr(ask, role)
         if name is not None and name not in names | keys:
             valid = names if role == "x" else along
-            yield f"{ask.name}: {role} = {name!r} is unknown; {no_axis(name, swept, valid)}"
+            yield f"{ask.name}: {role} = {name!r} is unknown; {kind.no_axis(name, swept, valid)}"
     for name in ask.y:
-        if name not in schema.VARIABLES and not is_of_update(ask.kind):
+        if name not in schema.VARIABLES and not kind.is_of_update(ask.kind):
             yield f"{ask.name}: y = {name!r} is no variable; {nearest.choices(name, schema.VARIABLES)}"
     if isinstance(ask.published, Path) and not ask.published.is_file():
         yield f"{ask.name}: published file {spec.published} is not there"
@@ -82,7 +81,7 @@ class Question:
 
     number: int
     table: Mapping[str, Any]
-    points: Points | None
+    points: kind.Points | None
     campaign: Campaign | RecordedCampaign
     text: str = ""
     hash: str = ""
@@ -90,9 +89,9 @@ class Question:
     subject: str = ""
 
     @property
-    def ask(self) -> Ask:
+    def ask(self) -> kind.Ask:
         """The figure's wishes."""
-        ask = read(SimpleNamespace(**self.table), self.number, None)
+        ask = kind.read(SimpleNamespace(**self.table), self.number, None)
         return replace(ask, published=self.points)
 
     @property
@@ -115,13 +114,13 @@ def question(campaign: Campaign, spec: Any, number: int) -> Question:
     ------
     FigureError : its units or published points cannot be read, or the measurements that it shows
     """
-    ask = read(spec, number, campaign.path.parent if campaign.path else None)
+    ask = kind.read(spec, number, campaign.path.parent if campaign.path else None)
     table = table_of(spec)
     if "note" in table:
         table["note"] = claims.spelled_note(table["note"], getattr(campaign, "claims", ()))
     points = None if ask.published is None else published.points_of(ask.published, ask)
     text, subject = inheritance.source_text(campaign.path), ""
-    if is_of_update(ask.kind):
+    if kind.is_of_update(ask.kind):
         from wearlab.updating import inference, measurements
 
         try:
@@ -175,7 +174,9 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
     FigureError : they hold none, or one that this wearlab cannot read
     """
     if QUESTION not in told:
-        raise FigureError(f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'")
+        raise kind.FigureError(
+            f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'"
+        )
     try:
         written = json.loads(told[QUESTION])
         if written["format"] != FORMAT:
@@ -183,13 +184,13 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
         table = {key: value for key, value in dict(written["table"]).items() if key in KEYS}
         if table["kind"] not in kinds.KINDS:
             raise ValueError(f"no kind of figure: {table['kind']!r}")
-        points = None if written["points"] is None else Points(*map(str, written["points"]))
+        points = None if written["points"] is None else kind.Points(*map(str, written["points"]))
         source, about = from_record(written["campaign"]), str(written.get("subject", ""))
         text, fingerprint = told.get("campaign_text", ""), told.get("campaign_hash", "")
         runs = {str(run_id): str(sha256) for run_id, sha256 in written["runs"].items()}
         return Question(int(written["number"]), table, points, source, text, fingerprint, runs, about)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise FigureError(f"{file}: its question cannot be read ({error})") from None
+        raise kind.FigureError(f"{file}: its question cannot be read ({error})") from None
 
 
 def _json(value: Any) -> str:
@@ -213,18 +214,18 @@ def embedded(file: Path) -> dict[str, str]:
     """
     try:
         if file.exists() and not file.is_file():
-            raise FigureError(f"{file}: is no file")
+            raise kind.FigureError(f"{file}: is no file")
         if file.stat().st_size > LARGEST:
-            raise FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
+            raise kind.FigureError(f"{file}: {file.stat().st_size} bytes are more than a figure has")
         data = file.read_bytes()
     except OSError as error:
-        raise FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
+        raise kind.FigureError(f"{file}: cannot be read ({error.strerror or error})") from error
     if not data.lstrip().startswith(STARTS):
-        raise FigureError(f"{file}: is no PNG, SVG or PDF")
+        raise kind.FigureError(f"{file}: is no PNG, SVG or PDF")
     try:
         return _texts(file, data)
     except (ValueError, SyntaxError, OSError, ElementTree.ParseError) as error:
-        raise FigureError(f"{file}: is damaged ({error})") from error
+        raise kind.FigureError(f"{file}: is damaged ({error})") from error
 
 
 def _texts(file: Path, data: bytes) -> dict[str, str]:
@@ -235,7 +236,7 @@ def _texts(file: Path, data: bytes) -> dict[str, str]:
         with Image.open(file, formats=["PNG"]) as image:
             if image.width * image.height > LARGEST:
                 size = f"{image.width} by {image.height} pixels"
-                raise FigureError(f"{file}: {size} are more than a figure has")
+                raise kind.FigureError(f"{file}: {size} are more than a figure has")
             image.load()
             texts: Any = image.text  # type: ignore[attr-defined]
     else:

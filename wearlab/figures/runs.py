@@ -10,13 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.figures import doubt
-from wearlab.figures.kind import Ask, FigureError, Run
-from wearlab.figures.plot import Scale
+from wearlab import nearest, schema
+from wearlab.figures import doubt, kind, plot
 from wearlab.figures.wording import Label, converted, cycles, place
-from wearlab.nearest import choices
 from wearlab.query.evaluate import index_of_quantity
-from wearlab.schema import DIMENSIONS, VARIABLES, origin_of
 from wearlab.store.grid import key_text, own_values
 from wearlab.units import is_number
 
@@ -42,7 +39,9 @@ def index_of(
         if index is None:
             unit = f" {units}" if units else ""
             shown = [f"{value:g}{unit}" if is_number(value) else str(value) for value in values]
-            raise FigureError(f"{name}: select.{dim} = {label!r} is not there; {choices(label, shown)}")
+            raise kind.FigureError(
+                f"{name}: select.{dim} = {label!r} is not there; {nearest.choices(label, shown)}"
+            )
         indices.append(index)
     return indices
 
@@ -51,7 +50,7 @@ def _several(asked: Any) -> list[Any]:
     return list(asked) if isinstance(asked, list | tuple) else [asked]
 
 
-def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
+def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
@@ -73,11 +72,11 @@ def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
             data = data.isel({key: index_of(asked, list(places.values), key, ask.name, units)})
         elif key not in RUN_DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
-            raise ask.wrong(f"select.{key}: no such dimension; {choices(key, valid)}")
+            raise ask.wrong(f"select.{key}: no such dimension; {nearest.choices(key, valid)}")
     return data
 
 
-def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]:
+def _states(asked: list[Any], data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
     """Return the wear states of numbers, or those next to counts of cycles."""
     if key != "update":
         if not all(map(is_number, asked)):
@@ -91,7 +90,7 @@ def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]
     return [index % count for index in asked]
 
 
-RUN_DIMENSIONS = frozenset(dimension.name for dimension in DIMENSIONS)
+RUN_DIMENSIONS = frozenset(dimension.name for dimension in schema.DIMENSIONS)
 
 
 BASE = "base"
@@ -108,7 +107,7 @@ Point = tuple[dict[str, int], dict[str, Label], str]
 """A run in a grid: its place, the labels there, its id."""
 
 
-def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], list[str]]:
+def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> tuple[list[Point], list[str]]:
     """Return the selected points of a grid that have data, a broadcast case once, and the names of others.
 
     Parameters
@@ -145,7 +144,7 @@ def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], l
     return list(picked.values()), list(missing)
 
 
-def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
+def _wanted(grid: xr.Dataset, dim: str, ask: kind.Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
         units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
@@ -175,7 +174,9 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tu
 PICKED = "picked"
 
 
-def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask) -> list[Run]:
+def read_runs(
+    grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: kind.Ask
+) -> list[kind.Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset. What any figure needs stays in a grid of
@@ -192,7 +193,7 @@ def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], a
     box = box.compute(scheduler="synchronous")
     keys = {n: grid[n].attrs.get("key") for n in axes if grid[n].dtype.kind in "fiu"}
     words = {n: key_text(str(keys.get(n) or n)) for n in axes}  # numbers by the key they were given to
-    scales = {name: Scale(text, str(grid[name].attrs.get("units", "1"))) for name, text in words.items()}
+    scales = {name: plot.Scale(text, str(grid[name].attrs.get("units", "1"))) for name, text in words.items()}
     own = own_values(grid)
     runs = []
     for number, (_, labels, run_id) in enumerate(points):
@@ -205,7 +206,7 @@ def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], a
             given = {name: float(v) for name, v in mine.items() if isinstance(v, int | float)}
         full = _without_absent(whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims)
         told = ({**labels, **beside}, scales, given, doubt.doubts(full))
-        runs.append(Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
+        runs.append(kind.Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
     return _with_states(runs)
 
 
@@ -240,7 +241,7 @@ def _is_void(variable: xr.Variable) -> bool:
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
 
 
-def _with_states(runs: list[Run]) -> list[Run]:
+def _with_states(runs: list[kind.Run]) -> list[kind.Run]:
     """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
     hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
@@ -294,7 +295,9 @@ def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     return tuple(labels)
 
 
-def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]) -> list[Run]:
+def require(
+    runs: list[kind.Run], names: Sequence[str], ask: kind.Ask, ended: Mapping[str, int]
+) -> list[kind.Run]:
     """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
 
     Raises
@@ -306,11 +309,11 @@ def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str,
         return able
     absent = [name for name in names if not any(name in run.data.variables for run in runs)] or list(names)
     lacking = f"no selected run has {' and '.join(absent)}"
-    made = list(dict.fromkeys(origin_of(name)[1] for name in absent if name in VARIABLES))
+    made = list(dict.fromkeys(schema.origin_of(name)[1] for name in absent if name in schema.VARIABLES))
     if set(absent) <= set(LIVES) and ended:
         by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
         why = f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' shows how far they came"
         raise ask.wrong(f"{lacking}: {why}")
     names = sorted({str(name) for run in runs for name in run.data.data_vars})
-    known = f"it takes {' and '.join(made)}" if made else choices(absent[0], names)
+    known = f"it takes {' and '.join(made)}" if made else nearest.choices(absent[0], names)
     raise ask.wrong(f"{lacking}; {known}")

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh import profile, sharing
+from wearlab.mesh import contact, profile, sharing
 from wearlab.mesh.clock import Mesh, Sampling, look_within, of_kind
-from wearlab.mesh.contact import ContactAnalysis, Nodes, Quasistatic
 from wearlab.mesh.face.contact import FaceFlanks
 from wearlab.mesh.harmonics import Harmonics, Modulation
 from wearlab.mesh.stages import Springs, StageTables
@@ -27,7 +26,7 @@ class AlongPhase(NamedTuple):
     error: Harmonics | Modulation
 
 
-def combined_error(state: Quasistatic, combination: str, error: str) -> Array:
+def combined_error(state: contact.Quasistatic, combination: str, error: str) -> Array:
     """Return one transmission error for the mesh, loaded or of the gaps of the pairs in the path, (n,) [m].
 
     References
@@ -50,8 +49,8 @@ class MeshFlanks(NamedTuple):
     series : what the excitation was fitted to, None: pair by pair
     """
 
-    analysis: ContactAnalysis
-    nodes: Nodes
+    analysis: contact.ContactAnalysis
+    nodes: contact.Nodes
     series: AlongPhase | None
 
 

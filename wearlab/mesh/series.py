@@ -9,9 +9,8 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
 from wearlab.gears.outline import contact_depth
-from wearlab.mesh import body, stiffness
+from wearlab.mesh import body, profile, stiffness
 from wearlab.mesh.finite_element import compliance, elements
-from wearlab.mesh.profile import ProfileGrid
 from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance, tooth_flexibility
 
 REFINEMENT = 2
@@ -159,7 +158,7 @@ def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
     return plane
 
 
-def finite_element(asked: Any, pair: GearPair, grid: ProfileGrid) -> FiniteElement:
+def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> FiniteElement:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
     plane = plane_of(asked.plane, pair)
     options = elements.Options(plane=plane, refinement=REFINEMENT)
@@ -180,16 +179,16 @@ def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
     return replace(pair, driving=driving, driven=driven)
 
 
-def _teeth(pair: GearPair, grid: ProfileGrid, **options: Any) -> Teeth:
+def _teeth(pair: GearPair, grid: profile.ProfileGrid, **options: Any) -> Teeth:
     each = zip(pair.gears, _radii(pair, grid), strict=True)
     return tuple(tooth_flexibility(gear, radius, **options) for gear, radius in each)
 
 
-def _radii(pair: GearPair, grid: ProfileGrid) -> list[Array]:
+def _radii(pair: GearPair, grid: profile.ProfileGrid) -> list[Array]:
     return [pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN)]
 
 
-def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> PotentialEnergy:
+def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> PotentialEnergy:
     """Return the flexibilities of a pair by the potential-energy method.
 
     References
@@ -208,13 +207,13 @@ def potential_energy(given: Any, pair: GearPair, grid: ProfileGrid) -> Potential
     )
 
 
-def _constant(pair: GearPair, grid: ProfileGrid) -> stiffness.HertzContact:
+def _constant(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
     return stiffness.ConstantContact(
         stiffness.yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
     )
 
 
-def _load_dependent(pair: GearPair, grid: ProfileGrid) -> stiffness.HertzContact:
+def _load_dependent(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
     depth = np.stack([contact_depth(*both) for both in zip(pair.gears, _radii(pair, grid), strict=True)])
     materials = pair.driving.material, pair.driven.material
     return stiffness.WeberContact(pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width)
@@ -228,7 +227,7 @@ CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
 BODIES = {"sainsot": body.foundation_compliance, "annulus": body.body_compliance, "none": _rigid}
 
 
-def _coupling(given: Any, pair: GearPair, grid: ProfileGrid) -> tuple[Array, Index]:
+def _coupling(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> tuple[Array, Index]:
     """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
     each_apart = range(1, grid.n_pairs if given.bodies_shared else 1)
     ratios = np.zeros((len(each_apart), 2, len(grid.loaded)))

@@ -106,13 +106,17 @@ def begin_imports() -> None:
     # It is started by ``python -c``, which would look into the working folder first: another ``wearlab`` that
     # lies there would compute the runs of this one. It is to find modules where this process does.
     folders = dict.fromkeys(os.path.abspath(folder) for folder in sys.path)
-    kept = os.environ.copy()
-    os.environ.update(ONE_THREAD, PYTHONSAFEPATH="1", PYTHONPATH=os.pathsep.join(folders))
+    its = {**ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(folders)}
+    kept = {name: os.environ.get(name) for name in its}
+    os.environ.update(its)
     try:
         forkserver.ensure_running()
     finally:
-        os.environ.clear()
-        os.environ.update(kept)
+        for name, value in kept.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 @contextmanager

@@ -11,8 +11,7 @@ import xarray as xr
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
 from wearlab.options import Stored
-from wearlab.scene import Scene, build
-from wearlab.scene.scene import calibrated_coefficient, calibrating
+from wearlab.scene import Scene, build, calibrated_coefficient, calibrating
 from wearlab.simulation import (
     attractors,
     estimates,

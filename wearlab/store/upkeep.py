@@ -12,9 +12,7 @@ from typing import Any
 from wearlab.files import read_regular
 from wearlab.plugins import FOLDER
 from wearlab.query import evaluate, keys
-from wearlab.store import database, description, files, netcdf, provenance, remarks, updates
-from wearlab.store.catalogue import Entry
-from wearlab.store.files import Problem, StoreError, damage
+from wearlab.store import catalogue, database, description, files, netcdf, provenance, remarks, updates
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.outcome import CALIBRATION_LIFE, Outcome
 
@@ -22,7 +20,7 @@ OF_FILE = ("scene", "sizes", "digests", "summary", "source_hash", "wearlab_versi
 SAME = 1e-9  # of two lives of one scene on two machines
 
 
-def verify(store: KeptRuns) -> Iterator[Problem]:
+def verify(store: KeptRuns) -> Iterator[files.Problem]:
     """Yield all that is wrong with a store: damaged files, entries unlike their files, then foreign files.
 
     A file has its recorded size and hash, and what the catalogue says of a run follows from its file. Files
@@ -37,10 +35,10 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     for run_id in [run_id for run_id in entries if not store.files.is_name(run_id)]:
         del entries[run_id]
         said = f"names {run_id[:40]!r}, which is no identity of a run"
-        yield Problem(store.catalogue.path, "foreign", said)
+        yield files.Problem(store.catalogue.path, "foreign", said)
     done = {store.files.path(e.id): e for e in entries.values() if e.state == "done"}
     for path, entry in done.items():
-        if problem := damage(path, entry.size, entry.sha256) or check_entry(store, path, entry):
+        if problem := files.damage(path, entry.size, entry.sha256) or check_entry(store, path, entry):
             yield problem
     yield from _other_units(store)
     yield from _uncalibrated(done, entries)
@@ -52,10 +50,10 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
             continue
         if (problem := store.files.stray(path)) is None:
             said = "a run that the catalogue does not know; 'wearlab reindex' takes it in"
-            problem = Problem(path, "unknown", said)
+            problem = files.Problem(path, "unknown", said)
             try:
                 description.outcome_of(path)
-            except StoreError as error:
+            except files.StoreError as error:
                 problem = _unlike(path, error, "unknown to the catalogue, and ")
         if problem.kind != "unknown" or path not in unrecorded:
             yield problem
@@ -64,17 +62,19 @@ def verify(store: KeptRuns) -> Iterator[Problem]:
     yield from remarks.verify(store.catalogue)
 
 
-def _uncalibrated(done: dict[Path, Entry], entries: dict[str, Entry]) -> Iterator[Problem]:
+def _uncalibrated(
+    done: dict[Path, catalogue.Entry], entries: dict[str, catalogue.Entry]
+) -> Iterator[files.Problem]:
     """Yield the runs whose wear coefficient was calibrated by a life that has become another."""
     for path, entry in done.items():
         by = entries.get(entry.calibration)
         used, lived = entry.summary.get(CALIBRATION_LIFE), None if by is None else by.summary.get("cycle")
         if used is not None and lived is not None and not math.isclose(used, lived, rel_tol=SAME):
             said = f"was calibrated by run {entry.calibration}, whose life has become another: run it again"
-            yield Problem(path, "altered", said)
+            yield files.Problem(path, "altered", said)
 
 
-def check_entry(store: KeptRuns, path: Path, entry: Entry) -> Problem | None:
+def check_entry(store: KeptRuns, path: Path, entry: catalogue.Entry) -> files.Problem | None:
     """Return how the catalogue's entry of a run, and what can be asked of it, differ from its sealed file.
 
     Parameters
@@ -84,7 +84,7 @@ def check_entry(store: KeptRuns, path: Path, entry: Entry) -> Problem | None:
     """
     try:
         outcome = description.outcome_of(path)
-    except StoreError as error:
+    except files.StoreError as error:
         return _unlike(path, error)
     own = {name: getattr(outcome, name) for name in OF_FILE}
     wrong = [name for name, value in own.items() if value not in ("", getattr(entry, name))]
@@ -102,30 +102,30 @@ def check_entry(store: KeptRuns, path: Path, entry: Entry) -> Problem | None:
         return None
     some = "; ".join(wrong[:3]) + (f" and {len(wrong) - 3} more" if len(wrong) > 3 else "")
     said = f"the catalogue says otherwise than its file ({some}); 'wearlab reindex' mends it"
-    return Problem(path, "altered", said)
+    return files.Problem(path, "altered", said)
 
 
-def _other_units(store: KeptRuns) -> Iterator[Problem]:
+def _other_units(store: KeptRuns) -> Iterator[files.Problem]:
     """Yield the keys of the catalogue that have other units than scenes and results are kept in."""
     question, what = "SELECT name, source, kind, unit, quantity FROM keys", "a key in the catalogue"
     for name, source, kind, *told in store.catalogue.read(question):
         key = database.understood(what, keys.key_of, name.removesuffix(evaluate.HISTORY), source, kind)
         if key.unit and told != [key.unit, key.quantity]:
             said = f"has {name} in {told[0]!r}, not in {key.unit!r}; 'wearlab reindex' mends it"
-            yield Problem(store.catalogue.path, "altered", said)
+            yield files.Problem(store.catalogue.path, "altered", said)
 
 
 def _shown(value: Any) -> str:
     return "a history" if isinstance(value, bytes) else str(value)[:40]
 
 
-def _unlike(path: Path, error: StoreError, said: str = "") -> Problem:
+def _unlike(path: Path, error: files.StoreError, said: str = "") -> files.Problem:
     """Return what is wrong with a file that is not what its name says."""
     kind = "foreign" if isinstance(error, description.ForeignRun) else "altered"
-    return Problem(path, kind, said + str(error).removeprefix(f"{path}: "))
+    return files.Problem(path, kind, said + str(error).removeprefix(f"{path}: "))
 
 
-def reindex(store: KeptRuns) -> list[Problem]:
+def reindex(store: KeptRuns) -> list[files.Problem]:
     """Make the catalogue's runs anew from the run files; return the files that were left out, and why.
 
     A damaged catalogue is set aside under another name first. A file that does not hold what was sealed in
@@ -135,14 +135,14 @@ def reindex(store: KeptRuns) -> list[Problem]:
     if store.catalogue.exists() and not store.catalogue.is_sound():
         store.catalogue.set_aside()
     store.create()
-    problems: list[Problem] = []
+    problems: list[files.Problem] = []
 
     def outcomes() -> Iterator[Outcome]:
         for path in store.files.held():
             try:
                 outcome = description.outcome_of(path)
-            except StoreError as error:
-                problems.append(Problem(path, "unreadable", str(error)))
+            except files.StoreError as error:
+                problems.append(files.Problem(path, "unreadable", str(error)))
             else:
                 yield outcome
 
@@ -193,7 +193,7 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     """
     theirs = other.entries()
     if store.path.resolve() == other.path.resolve():
-        raise StoreError(f"{other.path}: a store cannot be merged into itself")
+        raise files.StoreError(f"{other.path}: a store cannot be merged into itself")
     store.create()
     made = Merged()
     with store.presence() as presence:
@@ -211,7 +211,7 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
                 try:
                     updates.adopt_update(store, other, update)
                     made.updates += 1
-                except (StoreError, OSError) as error:
+                except (files.StoreError, OSError) as error:
                     made.damaged[update.id[:40]] = str(error)
         _plugins(store, other)
     made.remarks, left = remarks.adopt(store.catalogue, other.catalogue)
@@ -219,7 +219,7 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     return made
 
 
-def _take(store: KeptRuns, other: KeptRuns, entry: Entry, owner: str, made: Merged) -> None:
+def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, made: Merged) -> None:
     if not store.files.is_name(entry.id):
         made.damaged[entry.id[:40]] = "is no identity of a run"
         return
@@ -232,15 +232,19 @@ def _take(store: KeptRuns, other: KeptRuns, entry: Entry, owner: str, made: Merg
         return
     try:
         path = other.file_of(entry.id)
-        if problem := damage(path, entry.size, entry.sha256):
-            raise StoreError(problem.message)
+        if problem := files.damage(path, entry.size, entry.sha256):
+            raise files.StoreError(problem.message)
         whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
-        if ours is not None and whole and damage(store.file_of(entry.id), ours.size, ours.sha256) is None:
+        if (
+            ours is not None
+            and whole
+            and files.damage(store.file_of(entry.id), ours.size, ours.sha256) is None
+        ):
             same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(other.run(entry.id))
             (made.same if same else made.conflicting).append(entry.id)
             return
         outcome = description.outcome_of(path)
-    except StoreError as error:
+    except files.StoreError as error:
         made.damaged[entry.id] = str(error)
         return
     # a file that appears is never one that nobody knows, wherever this is interrupted
@@ -289,7 +293,7 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     entries = store.entries()
     kept = set(kept)
     if entries and not kept and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-        raise StoreError(
+        raise files.StoreError(
             f"{store.path}: its catalogue knows no campaign, as after a reindex without the old one, so that "
             "every run would go: 'wearlab run FILE' records one anew, and --keep FILE names what is wanted"
         )

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab import tables, units
-from wearlab.arrays import Random
+from wearlab import arrays, tables, units
 from wearlab.campaign import Campaign, load
 from wearlab.campaign.update_options import TrueModel
 from wearlab.updating import answers, cases, grids, layout, likelihood, lives, run_curves, sampling, scores
@@ -108,7 +107,7 @@ def _true_blocks(post: grids.Posterior, true: TrueModel) -> tuple[likelihood.Blo
     return post.blocks if true.errors is None else tuple(made)
 
 
-def twin(truth: sampling.Draws, before: lives.Answer, rng: Random) -> tuple[likelihood.Blocks, float]:
+def twin(truth: sampling.Draws, before: lives.Answer, rng: arrays.Random) -> tuple[likelihood.Blocks, float]:
     """Return the blocks with made-up values of one truth, and its life.
 
     Parameters

@@ -13,7 +13,7 @@ from wearlab.store import Store, outcome
 
 if TYPE_CHECKING:
     from wearlab.store import catalogue
-    from wearlab.store.table import Table
+    from wearlab.store import table as tables
 
 HEADS = (
     *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
@@ -70,7 +70,7 @@ def ls(
         output.show_table(HEADS, [_cells(row) for row in rows], empty=NONE)
 
 
-def _show_columns(store: Store, answer: "Table", state: str | None, form: output.Format) -> None:
+def _show_columns(store: Store, answer: "tables.Table", state: str | None, form: output.Format) -> None:
     from wearlab.schema import VARIABLES, origin_of
 
     for at, column in enumerate(answer.columns):

@@ -27,15 +27,14 @@ class PlanetaryDynamics(DynamicModel):
         import numpy as np
 
         from wearlab.dynamics import planetary as of
-        from wearlab.dynamics.rigid import balance_of
-        from wearlab.gears.specification import GearError
-        from wearlab.gears.train import Train
+        from wearlab.dynamics import rigid as bodies
+        from wearlab.gears import specification, train
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
         given, gears = motion.operation, motion.gears.gears
         sun, planet, ring = (gears[name].teeth for name in ("sun", "planet", "ring"))
-        speeds = Train(sun, planet, ring, given.input, given.output, given.fixed).speeds(given.speed)
+        speeds = train.Train(sun, planet, ring, given.input, given.output, given.fixed).speeds(given.speed)
         turn = motion.gears.sense * np.sign(speeds.sun_relative)
         try:
             system = of.assemble(
@@ -47,11 +46,11 @@ class PlanetaryDynamics(DynamicModel):
                 friction=self.friction is not None,
             )
         except ValueError as error:
-            raise GearError(f"scene.dynamics.supports: {error}") from error
+            raise specification.GearError(f"scene.dynamics.supports: {error}") from error
         try:
-            balance_of(system, 1.0)
+            bodies.balance_of(system, 1.0)
         except ValueError as error:
-            raise GearError(
+            raise specification.GearError(
                 f"scene.dynamics.supports: {error}, by a torsional_stiffness of its own"
             ) from error
         return system
@@ -87,7 +86,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
         import numpy as np
 
         from wearlab.dynamics import planetary as of
-        from wearlab.gears.specification import GearError
+        from wearlab.gears import specification
 
         rigid = of.rigid_set(motion)
         try:
@@ -99,7 +98,7 @@ class PlanetaryTorsionalDynamics(DynamicModel):
                 friction=self.friction is not None,
             )
         except ValueError as error:
-            raise GearError(f"scene.dynamics.supports: {error}") from error
+            raise specification.GearError(f"scene.dynamics.supports: {error}") from error
         if motion.operation.input == "sun" or system.balance is None:
             return system
         carrier = of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius

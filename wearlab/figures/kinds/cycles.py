@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from wearlab.arrays import Array
+from wearlab import arrays, nearest
 from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices, thinned
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
 from wearlab.figures.plot import Look, Scale, Series, grouped, horizontal, merged
 from wearlab.figures.wording import Label, converted, ordinal
-from wearlab.nearest import choices
 from wearlab.units import UnitError
 
 MOST_POINTS = 30
@@ -26,7 +25,7 @@ def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         yield piece.over(x, across, look, hours=hours_a_cycle(run, ask)).at(held)
 
 
-def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale]:
+def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[arrays.Array, Scale]:
     """Return what ``x`` names at every wear state, the cycles by default.
 
     Raises
@@ -176,7 +175,9 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     dims = [str(dim) for dim in run.data[name].dims]
     if ask.x is None:
         if not dims:
-            raise ask.wrong(f"{name} is one number per run; x must name a sweep: {choices('', run.place)}")
+            raise ask.wrong(
+                f"{name} is one number per run; x must name a sweep: {nearest.choices('', run.place)}"
+            )
         free = [d for d in dims if d not in (ask.hue, ask.rows, ask.cols)] or dims
         dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
         return dim, DEFAULT_X.get(dim, dim)
@@ -185,7 +186,9 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     shared = _shared(run, ask.x, dims) if ask.x in run.data.variables else []
     if not shared:
         valid = [*run.place, *dims, *(str(name) for name in run.data.coords if _shared(run, name, dims))]
-        raise ask.wrong(f"x = {ask.x!r} does not run along {name}; {choices(ask.x, dict.fromkeys(valid))}")
+        raise ask.wrong(
+            f"x = {ask.x!r} does not run along {name}; {nearest.choices(ask.x, dict.fromkeys(valid))}"
+        )
     return shared[-1], ask.x
 
 
@@ -197,7 +200,7 @@ def _shared(run: Run, coordinate: Hashable, dims: Collection[str]) -> list[str]:
 
 def _positions(
     run: Run, dim: str, coordinate: str, index: Mapping[str, int], ask: Ask
-) -> Iterator[tuple[dict[str, Label], Array, Scale]]:
+) -> Iterator[tuple[dict[str, Label], arrays.Array, Scale]]:
     """Yield abscissae along a dimension: one, or one for each place along dimensions that y has not."""
     if coordinate not in run.data.variables:
         yield {}, np.arange(run.data.sizes[dim], dtype=float), Scale(dim.replace("_", " "), "1")

@@ -11,10 +11,9 @@ import numpy as np
 from pydantic import ConfigDict, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from wearlab.arrays import Array
+from wearlab import arrays, table_options
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Alternatives, Depth, Length, Part, option
 from wearlab.slots import Slot, Variant
-from wearlab.table_options import read_profile
 
 if TYPE_CHECKING:
     from wearlab.gears.gear import GearPair
@@ -54,7 +53,7 @@ class InitialModel(Variant):
                 "shape or a file"
             )
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return its depth along the flank normal, (n,) [m].
 
         Parameters
@@ -69,7 +68,9 @@ class InitialModel(Variant):
         """
         raise NotImplementedError(f"{type(self).__name__} has no at_nodes")
 
-    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
+    def over_face(
+        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
+    ) -> arrays.Array:
         """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
 
         Parameters
@@ -111,7 +112,7 @@ class UniformWear(ShapedWear):
 
     shape: Literal["uniform"] = option("uniform", "the same everywhere", source="W23")
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return the depth, (n,) [m]."""
         return np.full(np.shape(position), self.depth)
 
@@ -121,12 +122,12 @@ class QuadraticWear(ShapedWear):
 
     shape: Literal["quadratic"] = option("quadratic", "depth·(s/s_far)² from the pitch point", source="W23")
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
         return quadratic(position, self.depth)
 
 
-def quadratic(position: Array, depth: float) -> Array:
+def quadratic(position: arrays.Array, depth: float) -> arrays.Array:
     """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
     return np.asarray(depth * (position / np.abs(position).max()) ** 2)
 
@@ -208,7 +209,7 @@ class MeasuredWear(InitialModel):
     def _contents(cls, given: Any, info: ValidationInfo) -> Any:
         if not isinstance(given, dict):
             return given
-        return read_profile(given, (info.context or {}).get("base_directory"))
+        return table_options.read_profile(given, (info.context or {}).get("base_directory"))
 
     def flags(self, flank: str) -> Iterator[str]:
         """Yield what a run must say of it, in words."""
@@ -223,15 +224,16 @@ class MeasuredWear(InitialModel):
         """Whether it was measured over the face: a lead or a topography."""
         return self.across is not None or self.x == "face_position"
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
         from wearlab.wear.measured_profile import measured
 
         return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
 
-    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
+    def over_face(
+        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
+    ) -> arrays.Array:
         """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
-        from wearlab.table_options import traces
         from wearlab.wear.measured_profile import nodal, over_face
 
         if not self.over_the_face:
@@ -243,7 +245,7 @@ class MeasuredWear(InitialModel):
                 depth = -depth - flank.lead.removed(y, [0.5], flank.width)[:, 0]
             each = np.repeat(depth[:, None], len(position), axis=1)
         else:
-            rows = traces(self.across, len(self.abscissa))
+            rows = table_options.traces(self.across, len(self.abscissa))
             profiles = [self._profile(pair, gear, own, flank, place) for place, own in rows.items()]
             y, each = np.array(list(rows)), np.stack([nodal(one, pair, gear, position) for one in profiles])
         return over_face(y, each, pair.gears[gear].name, flank, (self.zero, self.continuation))
