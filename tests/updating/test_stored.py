@@ -1,5 +1,6 @@
 """Against real runs: one run serves every k; an update is kept, verified and read back as runs are."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,14 @@ def test_replay_adds_inspections(campaign, store):
     assert set(rest.dims) == {"inspection", "quantile"} and rest.sizes["inspection"] == 3
     width = rest.sel(quantile=0.95) - rest.sel(quantile=0.05)
     assert (np.diff(width.values) < 0.0).all()
+
+
+def test_replay_of_what_was_never_inspected_says_so_and_no_more(campaign, store, tree):
+    """The text of an answer without inspections ended in a KeyError."""
+    unmeasured = replace(campaign, update=campaign.update.model_copy(update={"data": ()}))
+    lines = text_of(update(unmeasured, store, replay=True, progress=False))
+    assert any("nothing was measured: this is the prior" in line for line in lines)
+    assert not any("after every inspection" in line for line in lines)
 
 
 def test_arviz_reads_a_stored_tree(store, tree):

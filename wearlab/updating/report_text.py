@@ -144,7 +144,7 @@ def _case(groups: Mapping[str, xr.Dataset]) -> dict[str, Any]:
         found["days"] = _days(predictions)
         about = str(predictions["end_of_life_quantile"].attrs["long_name"])
         found["days_about"] = about.rpartition(", ")[2]
-    if "inspection" in predictions.dims:
+    if predictions.sizes.get("inspection"):
         columns = ("inspection", "remaining_useful_life_quantile", "check_p_forward")
         each = zip(*(predictions[name].values for name in columns), strict=True)
         found["replay"] = [row for row in each if np.isfinite(row[1]).any()]
