@@ -4,10 +4,8 @@ import gc
 from pathlib import Path
 
 import pytest
-from numba import types
 
 from wearlab.campaign import load
-from wearlab.dynamics.orbits.integrate import over_periods
 from wearlab.dynamics.steps.contact_change import step_with_changes
 from wearlab.simulation import warm
 from wearlab.simulation.warm import kinds_of
@@ -52,7 +50,6 @@ def test_what_a_change_of_contact_compiles_is_what_the_map_of_a_period_calls():
     """Else it would be compiled twice."""
     (case,) = (case for case in load(CAMPAIGNS / "spur_speeds.toml").cases if case.position.get("speed") == 0)
     warm.do((warm._change_contact, case.scene))
+    compiled = set(step_with_changes.signatures)
     warm.do((warm._evaluate, case.scene))
-    kernel, columns, states = over_periods.signatures[-1][:3]
-    wanted = (kernel, types.int64, columns, types.uint64, states, types.uint64, types.uint64)
-    assert wanted in step_with_changes.signatures
+    assert compiled and set(step_with_changes.signatures) == compiled

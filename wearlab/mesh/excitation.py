@@ -184,7 +184,8 @@ class Between:
         """
         grid, meshes = self.sampling.grid, self.sampling.meshes
         phase, middle = self._phase(step, fraction), grid.start[step] + 0.5 * grid.width[step]
-        ordered = any(len(flanks.nodes.cross) for flanks in self.kinds)  # pairs that share a gear body
+        own = [flanks for flanks in self.kinds if not isinstance(flanks, FaceFlanks)]
+        ordered = any(len(flanks.nodes.cross) for flanks in own)  # pairs that share a gear body
         looks = np.stack([phase, middle] if ordered else [phase], axis=1)
         where = [
             look_within(

@@ -58,7 +58,9 @@ def _response_values(
         )
     found, load = extremes.extremes(response), [parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes]
     multipliers = np.full((2 * len(vibration.system.coordinates), 2), np.nan)  # real, imaginary
-    multipliers[: len(response.multipliers)] = [(one.real, one.imag) for one in response.multipliers]
+    multipliers[: len(response.multipliers)] = np.reshape(
+        [(one.real, one.imag) for one in response.multipliers], (-1, 2)
+    )
     values |= {
         "mesh_force_min": found.least,
         "mesh_force_max": found.largest,
