@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
+from wearlab.compiled import jit
 from wearlab.gears.gear import GearPair
 
 SAME_PHASE = 1e-9
@@ -307,6 +308,21 @@ def interpolate(grid: ProfileGrid, where: Lookup, values: Array, absent: float) 
 
     Slots whose pair is out of the path get ``absent``.
     """
-    first = grid.first[where.segment]
-    four = values[..., (first + where.offset[:, None])[..., None] + np.arange(4)]
-    return np.where(first >= 0, (where.weight[:, None] * four).sum(axis=-1), absent)
+    rows = np.ascontiguousarray(values, float).reshape(-1, values.shape[-1])
+    out = np.empty((len(rows), len(where.segment), grid.first.shape[1]))
+    _interpolate(grid.first, where, rows, absent, out)
+    return out.reshape(*values.shape[:-1], *out.shape[1:])
+
+
+@jit
+def _interpolate(first: Index, where: Lookup, values: Array, absent: float, out: Array) -> None:
+    """Fill ``out`` (n_rows, n, n_pairs) with rows of node values (n_rows, n_contact) at phases."""
+    for row in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            for pair in range(out.shape[2]):
+                node = first[where.segment[i], pair]
+                value = absent if node < 0 else 0.0
+                if node >= 0:
+                    for q in range(4):
+                        value += where.weight[i, q] * values[row, node + where.offset[i] + q]
+                out[row, i, pair] = value
