@@ -52,6 +52,7 @@ def read_runs(
     placed = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
     runs: dict[str, xr.Dataset] = {}
+    coords: dict[Any, xr.Coordinates] = {}
     for run_id in (each for each in ids if each in placed):
         layout, path = layouts[str(placed[run_id].layout)], str(store.file_of(run_id))
         known, wanted = layout["variables"], names if runs else {*names, *once}
@@ -60,8 +61,11 @@ def read_runs(
         if wrong := [name for name, values in arrays.items() if values.ndim != len(dims[name])]:
             raise StoreError(f"{path}: {wrong[0]} is not as the catalogue says; 'wearlab reindex' mends it")
         each = {name: (dims[name], values) for name, values in arrays.items()}
-        has = {dim for own in dims.values() for dim in own}
-        runs[run_id] = xr.Dataset(each, {d: known for d, known in layout["labels"].items() if d in has})
+        has = frozenset(dim for own in dims.values() for dim in own)
+        if (shared := coords.get((placed[run_id].layout, has))) is None:  # with indices, made once
+            told = {dim: labels for dim, labels in layout["labels"].items() if dim in has}
+            shared = coords[placed[run_id].layout, has] = xr.Coordinates(told)
+        runs[run_id] = xr.Dataset(each, shared)
     return runs
 
 
