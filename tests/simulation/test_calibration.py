@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from wearlab.scene.scene import calibrating
-from wearlab.simulation import Refused, simulate
-from wearlab.simulation import run as simulating
+from wearlab.simulation import Refused, calibration, simulate
 
 
 @pytest.fixture
@@ -35,7 +34,7 @@ def test_a_life_gives_back_its_coefficient(limited, film):
 
 
 def test_other_lives_are_predicted_with_one_calibration(limited):
-    simulating._LIVES.clear()
+    calibration._LIVES.clear()
     given = limited.replace("wear.coefficient", on(1e7))
     for changed, life in (
         (given, 1e7),
@@ -47,7 +46,7 @@ def test_other_lives_are_predicted_with_one_calibration(limited):
     assert float(worn.life) < 0.8e7
     light = simulate(given.replace("operation.torque", "170 N*m"))
     assert float(light.life) > 1.5e7
-    assert len(simulating._LIVES) == 1
+    assert len(calibration._LIVES) == 1
     ratio = float(light.calibrated_wear_coefficient / worn.calibrated_wear_coefficient)
     assert ratio == 1.0
 
