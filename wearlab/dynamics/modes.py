@@ -41,7 +41,7 @@ def per_mesh(system: System, mesh_stiffness: MeshStiffness) -> Array:
 
     Parameters
     ----------
-    system : the one form; a mapping needs its ``meshes`` named
+    system : the equation of motion; a mapping needs its ``meshes`` named
     mesh_stiffness : one value, (n_mesh,) values, or by kind: ``{"sun_planet": …, "planet_ring": …}`` [N/m]
     """
     if not isinstance(mesh_stiffness, Mapping):
@@ -63,7 +63,7 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
 
     Parameters
     ----------
-    system : the one form; damping is left out
+    system : the equation of motion; damping is left out
     mesh_stiffness : mean stiffness of the meshes, see `per_mesh` [N/m]
 
     Raises
@@ -104,7 +104,7 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
 
     Parameters
     ----------
-    system : the one form; damping and gyroscopic terms are left out
+    system : the equation of motion; damping and gyroscopic terms are left out
     mesh_stiffness : mean stiffness of the meshes, see `per_mesh` [N/m]
 
     Raises

@@ -184,7 +184,7 @@ def balance_of(system: System, period: float) -> Balance:
 
     Parameters
     ----------
-    system : the one form
+    system : the equation of motion
     period : duration of a mesh period [s]
 
     Raises

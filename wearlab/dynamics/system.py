@@ -1,4 +1,4 @@
-"""The one form of every dynamic model, as plain arrays."""
+"""The equation of motion of every dynamic model, as plain arrays."""
 
 from typing import Any, NamedTuple
 

@@ -52,7 +52,7 @@ class Vibration:
             near = start[angle] if start is not None else (responses[-1] if responses else None)
             own = tables if slow is None else tables._replace(error=tables.error + slow)
             found = self.method.solve(self.system, own, self.period, near)
-            if self.hunting == 1:  # else slow errors turn in the tables, which nothing less is told of
+            if self.hunting == 1:  # of hunting teeth, the tables alone hold the slow errors
                 found = replace(found, between=Between(kinds, self.sampling, slow))
             responses.append(found)
         return tuple(responses)

@@ -321,8 +321,10 @@ def _interpolate(first: Index, where: Lookup, values: Array, absent: float, out:
         for i in range(out.shape[1]):
             for pair in range(out.shape[2]):
                 node = first[where.segment[i], pair]
-                value = absent if node < 0 else 0.0
-                if node >= 0:
-                    for q in range(4):
-                        value += where.weight[i, q] * values[row, node + where.offset[i] + q]
+                if node < 0:
+                    out[row, i, pair] = absent
+                    continue
+                value = 0.0
+                for q in range(4):
+                    value += where.weight[i, q] * values[row, node + where.offset[i] + q]
                 out[row, i, pair] = value

@@ -65,7 +65,7 @@ def nominal_speeds(system: System, given: Mapping[str, float]) -> Array:
 
     Parameters
     ----------
-    system : the one form
+    system : the equation of motion
     given : speeds of some coordinates, such as ``{"sun.u": r ω, "carrier.u": 0}``; translations rest [m/s]
 
     Raises

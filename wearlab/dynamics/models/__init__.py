@@ -105,7 +105,7 @@ class DynamicModel(Variant):
         return self.method in ("periodic", "rk4")
 
     def build(self, motion: InMotion) -> "System":
-        """Return the system in its one form.
+        """Return its equation of motion.
 
         Raises
         ------

@@ -24,7 +24,7 @@ def fastest_rate(system: System, mesh_stiffness: Array | float) -> float:
 
     Parameters
     ----------
-    system : the one form
+    system : the equation of motion
     mesh_stiffness : stiffness of every mesh, (n_mesh,) or one value, the largest of a period [N/m]
     """
     return float(np.abs(_eigenvalues(system, mesh_stiffness)).max())
@@ -87,7 +87,7 @@ class StepRule(NamedTuple):
 
         Parameters
         ----------
-        system : the one form
+        system : the equation of motion
         mesh_stiffness_max : largest stiffness of every mesh over the period, (n_mesh,) or one value [N/m]
         period : duration of a mesh period [s]
         tolerance : relative error wanted in the mesh force [1]
