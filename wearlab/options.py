@@ -4,9 +4,15 @@ A value comes from a campaign file, or from a scene that is already SI (``Stored
 no unit, since it was read once.
 """
 
+import ast
+import inspect
 import math
+import re
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, get_args
 
 from annotated_types import Ge, Gt
@@ -31,7 +37,56 @@ class Stored(float):
     """A number that a scene has already read: SI, or a plain number."""
 
 
-class Part(BaseModel):
+UNDER = re.compile(r"(?P<description>.*?)(?: \[(?P<derived>[^][]*)\])?(?:\. Source: (?P<source>.*))?")
+"""The text under a field: what it means [what its absence means]. Source: where it comes from."""
+
+
+class OptionTable(BaseModel):
+    """A table of a campaign file; the text under a field tells its meaning, as `UNDER` reads it."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Add the texts under fields, and "none" where nothing says what an absent key means."""
+        table = handler(core)
+        properties = handler.resolve_ref_schema(table).get("properties", {})
+        for key, words in cls.texts().items():
+            if key in properties:
+                properties[key] |= words
+                if cls.model_fields[key].default is None:
+                    properties[key].setdefault("derived", "none")
+        return table
+
+    @classmethod
+    def texts(cls) -> dict[str, dict[str, str]]:
+        """Return description, derived and source of options: of the text under a field, or of `option`."""
+        words: dict[str, dict[str, str]] = {}
+        for base in reversed(cls.__mro__):
+            words |= _texts_under_fields(base)
+        told = {key: field.description for key, field in cls.model_fields.items()}
+        return words | {key: {"description": meaning} for key, meaning in told.items() if meaning}
+
+
+def _texts_under_fields(part: type) -> dict[str, dict[str, str]]:
+    module = sys.modules[part.__module__]
+    try:
+        classes = _classes_of(getattr(module, "__source__", None) or inspect.getsource(module))
+    except (TypeError, OSError):  # built in, or its source was never a file
+        return {}
+    texts: dict[str, dict[str, str]] = {}
+    for field, text in pairwise(classes[part.__name__].body if part.__name__ in classes else ()):
+        match field, text:
+            case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(value=ast.Constant(value=str(words))):
+                read = UNDER.fullmatch(" ".join(words.split()))
+                texts[key] = {name: said for name, said in read.groupdict().items() if said} if read else {}
+    return texts
+
+
+@cache
+def _classes_of(source: str) -> dict[str, ast.ClassDef]:
+    return {node.name: node for node in ast.parse(source).body if isinstance(node, ast.ClassDef)}
+
+
+class Part(OptionTable):
     """A frozen table of options; unknown keys are refused.
 
     ``alternatives`` lists sets of keys that replace each other: keys of two of the sets are never given
@@ -68,7 +123,7 @@ class Part(BaseModel):
         return self
 
 
-class ClosedTable(BaseModel):
+class ClosedTable(OptionTable):
     """A table of a campaign file that is no section of a scene: fixed, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -76,24 +131,25 @@ class ClosedTable(BaseModel):
 
 def option(
     default: Any,
-    meaning: str,
+    meaning: str | None = None,
     *,
     derived: str | None = None,
     source: str | None = None,
     identity: bool = True,
 ) -> Any:
-    """Declare an option: its default (``...`` when required), meaning, and where it comes from.
+    """Declare an option of which more is to say than its default and the text under it.
 
     Parameters
     ----------
     default : the value when the key is absent; ``...`` when it is required
-    meaning : one sentence for ``wearlab schema``
+    meaning : one sentence for ``wearlab schema`` [the text under the field]
     derived : what an absent key means, when ``default`` is None [none]
     source : the paper, equation or standard behind it
     identity : whether the value is part of the scene's identity
     """
-    extra: dict[str, Any] = {"derived": derived or ("none" if default is None else None), "source": source}
-    given = {key: text for key, text in extra.items() if text is not None}
+    given: dict[str, Any] = {
+        key: text for key, text in (("derived", derived), ("source", source)) if text is not None
+    }
     return Field(default, description=meaning, json_schema_extra=given, exclude=None if identity else True)
 
 

@@ -267,6 +267,7 @@ def forget() -> None:
 def _run(plugin: Plugin) -> None:
     module = ModuleType(f"wearlab_plugin_{plugin.sha256[:16]}")
     module.__file__ = plugin.name
+    module.__dict__["__source__"] = plugin.source
     module.__package__ = plugin.module.rpartition(".")[0]
     sys.modules[module.__name__] = module
     origin = Origin(plugin.name, plugin.sha256)

@@ -9,16 +9,20 @@ from typing import Annotated, Literal
 import numpy as np
 
 from wearlab.dynamics.models import DynamicModel
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Inertia, Number, TorsionalSpringRate, option
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Inertia, Number, TorsionalSpringRate
 
 
 class Driveline(DynamicModel):
     """Motor, shaft, pinion and gear, rotations alone."""
 
-    model: Literal["driveline"] = option("driveline", "pair driven through a flexible shaft", source="a user")
-    motor_inertia: Annotated[Inertia, POSITIVE] = option(..., "inertia of the motor J_m")
-    shaft_stiffness: Annotated[TorsionalSpringRate, POSITIVE] = option(..., "torsional stiffness k")
-    shaft_damping_ratio: Annotated[Number, NOT_NEGATIVE] = option(0.01, "ratio ζ, c = 2 ζ √(k J_m)")
+    model: Literal["driveline"] = "driveline"
+    """pair driven through a flexible shaft. Source: a user"""
+    motor_inertia: Annotated[Inertia, POSITIVE]
+    """inertia of the motor J_m"""
+    shaft_stiffness: Annotated[TorsionalSpringRate, POSITIVE]
+    """torsional stiffness k"""
+    shaft_damping_ratio: Annotated[Number, NOT_NEGATIVE] = 0.01
+    """ratio ζ, c = 2 ζ √(k J_m)"""
 
     def build(self, motion):
         """Return the system of motor, pinion and gear."""

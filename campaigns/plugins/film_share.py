@@ -2,16 +2,19 @@
 
 from typing import Annotated, Literal
 
-from wearlab.options import POSITIVE, Number, option
+from wearlab.options import POSITIVE, Number
 from wearlab.wear.films import FilmModel
 
 
 class SmoothFilm(FilmModel):
     """Dowson and Higginson's film; the share of wear falls smoothly over λ."""
 
-    model: Literal["smooth"] = option("smooth", "share of wear 1/(1 + (λ/λ_half)^n)", source="a user")
-    half: Annotated[Number, POSITIVE] = option(1.5, "λ at which half of the wear is left")
-    steepness: Annotated[Number, POSITIVE] = option(3.0, "exponent n")
+    model: Literal["smooth"] = "smooth"
+    """share of wear 1/(1 + (λ/λ_half)^n). Source: a user"""
+    half: Annotated[Number, POSITIVE] = 1.5
+    """λ at which half of the wear is left"""
+    steepness: Annotated[Number, POSITIVE] = 3.0
+    """exponent n"""
 
     def build(self, setting):
         """Return the share of wear as a function of λ [1]."""

@@ -12,14 +12,16 @@ import numpy as np
 
 from wearlab.life.step import Node, Step, growth
 from wearlab.life.steps import StepMethod
-from wearlab.options import POSITIVE, Depth, option
+from wearlab.options import POSITIVE, Depth
 
 
 class HeunStep(StepMethod):
     """Heun's method, a step as long as the wear takes to grow by a threshold."""
 
-    method: Literal["heun"] = option("heun", "second order, two rates a step", source="a user")
-    threshold: Annotated[Depth, POSITIVE] = option("1 um", "wear of a step")
+    method: Literal["heun"] = "heun"
+    """second order, two rates a step. Source: a user"""
+    threshold: Annotated[Depth, POSITIVE] = "1 um"
+    """wear of a step"""
 
     def build(self):
         """Return the method."""

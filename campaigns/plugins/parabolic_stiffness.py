@@ -10,7 +10,7 @@ from annotated_types import Lt
 
 from wearlab.mesh.stiffness import PairStiffness
 from wearlab.mesh.stiffnesses import StiffnessModel
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, SpringRate, option
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, SpringRate
 
 
 class Parabola(PairStiffness):
@@ -27,9 +27,12 @@ class Parabola(PairStiffness):
 class ParabolicStiffness(StiffnessModel):
     """A parabola along the path of contact."""
 
-    model: Literal["parabolic"] = option("parabolic", "largest in the middle of the path", source="a user")
-    largest: Annotated[SpringRate, POSITIVE] = option(..., "stiffness k_max in the middle of the path")
-    drop: Annotated[Number, NOT_NEGATIVE, Lt(1.0)] = option(0.45, "share by which it is less at both ends")
+    model: Literal["parabolic"] = "parabolic"
+    """largest in the middle of the path. Source: a user"""
+    largest: Annotated[SpringRate, POSITIVE]
+    """stiffness k_max in the middle of the path"""
+    drop: Annotated[Number, NOT_NEGATIVE, Lt(1.0)] = 0.45
+    """share by which it is less at both ends"""
 
     def build(self, pair, grid):
         """Return the parabola at the nodes of the path."""

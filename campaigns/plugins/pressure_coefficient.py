@@ -5,18 +5,23 @@
 
 from typing import Annotated, Literal
 
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, Pressure, WearCoefficient, option
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Number, Pressure, WearCoefficient
 from wearlab.wear.coefficients import CoefficientModel
 
 
 class MildToSevere(CoefficientModel):
     """A wear coefficient that rises where the pressure passes a transition."""
 
-    model: Literal["mild-to-severe"] = option("mild-to-severe", "a step of k over pressure", source="a user")
-    mild: Annotated[WearCoefficient, NOT_NEGATIVE] = option(..., "k at low pressure")
-    severe: Annotated[WearCoefficient, NOT_NEGATIVE] = option(..., "k at high pressure")
-    transition: Annotated[Pressure, POSITIVE] = option(..., "pressure p_0 halfway between both")
-    steepness: Annotated[Number, POSITIVE] = option(8.0, "exponent m of the step")
+    model: Literal["mild-to-severe"] = "mild-to-severe"
+    """a step of k over pressure. Source: a user"""
+    mild: Annotated[WearCoefficient, NOT_NEGATIVE]
+    """k at low pressure"""
+    severe: Annotated[WearCoefficient, NOT_NEGATIVE]
+    """k at high pressure"""
+    transition: Annotated[Pressure, POSITIVE]
+    """pressure p_0 halfway between both"""
+    steepness: Annotated[Number, POSITIVE] = 8.0
+    """exponent m of the step"""
 
     def build(self, setting):
         """Return k of a flank's state [m²/N]."""

@@ -7,16 +7,19 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from wearlab.options import POSITIVE, Depth, Number, option
+from wearlab.options import POSITIVE, Depth, Number
 from wearlab.wear.laws import LawModel
 
 
 class RunningIn(LawModel):
     """Archard's law with a rate that depends on the depth so far."""
 
-    model: Literal["running-in"] = option("running-in", "faster while fresh", source="a user")
-    ratio: Annotated[Number, POSITIVE] = option(5.0, "rate of fresh flanks over Archard's")
-    depth: Annotated[Depth, POSITIVE] = option(1e-6, "depth h_0 over which this dies out")
+    model: Literal["running-in"] = "running-in"
+    """faster while fresh. Source: a user"""
+    ratio: Annotated[Number, POSITIVE] = 5.0
+    """rate of fresh flanks over Archard's"""
+    depth: Annotated[Depth, POSITIVE] = 1e-6
+    """depth h_0 over which this dies out"""
 
     def build(self, setting):
         """Return the depth per cycle of a flank's state [m]."""

@@ -38,30 +38,32 @@ Names = str | tuple[str, ...]
 class FigureSpec(ClosedTable):
     """One figure of a campaign."""
 
-    kind: str = option(..., "kind of figure, listed by `wearlab schema --figures`")
-    select: dict[str, Any] = option({}, "dimension = label, or a list of labels", derived="the kind's")
-    x: str | None = option(None, "dimension or coordinate along x", derived="the kind's")
-    y: Names | None = option(None, "variable along y, or a list of them", derived="the kind's")
-    hue: str | None = option(None, "dimension told apart by colour", derived="the kind's")
-    rows: str | None = option(None, "dimension told apart by rows of panels", derived="the kind's")
-    cols: str | None = option(None, "dimension told apart by columns of panels", derived="the kind's")
-    units: str | dict[str, str] | None = option(
-        None, "unit of y as a text, or a table of variable = unit", derived="each variable's display unit"
-    )
-    y_as: Literal["logarithm", "difference"] | None = option(
-        None, "y on a logarithmic axis, or less the first curve of its panel", derived="its value"
-    )
-    title: str | None = option(None, "title of the figure", derived="the kind's")
-    note: str | None = option(
-        None,
-        "one line under the figure: departures from a paper, and why; {formula:.2f unit} or {claim} in it is "
-        "a number of the stored runs",
-    )
-    published: Path | None = option(
-        None,
-        "CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked; "
-        "of a wear-map a measured flank: columns as of wear.initial, face_position and depth among them",
-    )
+    kind: str
+    """kind of figure, listed by `wearlab schema --figures`"""
+    select: dict[str, Any] = option({})
+    """dimension = label, or a list of labels [the kind's]"""
+    x: str | None = None
+    """dimension or coordinate along x [the kind's]"""
+    y: Names | None = None
+    """variable along y, or a list of them [the kind's]"""
+    hue: str | None = None
+    """dimension told apart by colour [the kind's]"""
+    rows: str | None = None
+    """dimension told apart by rows of panels [the kind's]"""
+    cols: str | None = None
+    """dimension told apart by columns of panels [the kind's]"""
+    units: str | dict[str, str] | None = None
+    """unit of y as a text, or a table of variable = unit [each variable's display unit]"""
+    y_as: Literal["logarithm", "difference"] | None = None
+    """y on a logarithmic axis, or less the first curve of its panel [its value]"""
+    title: str | None = None
+    """title of the figure [the kind's]"""
+    note: str | None = None
+    """one line under the figure: departures from a paper, and why; {formula:.2f unit} or {claim} in it is
+    a number of the stored runs"""
+    published: Path | None = None
+    """CSV of points from a paper: columns x, y, hue and their units; without y places along x are marked;
+    of a wear-map a measured flank: columns as of wear.initial, face_position and depth among them"""
 
 
 DECADE = 10.0**0.5
@@ -76,28 +78,34 @@ PARTS: tuple[Part, ...] = (
 class ReportSpec(ClosedTable):
     """What the page of a campaign tells."""
 
-    lead: str | None = option(None, "what the reader should know first, in a sentence or two")
-    sections: tuple[Part, ...] = option(
-        PARTS, "what is told, in this order; what a campaign does not have is left out", derived="all"
-    )
-    wear_coefficient_factor: Annotated[Number, Ge(1)] = option(
-        DECADE,
-        "the wear coefficient may be so many times as large or as small: the range of the answer",
-        derived="a decade in all, √10 either way",
-    )
+    lead: str | None = None
+    """what the reader should know first, in a sentence or two"""
+    sections: tuple[Part, ...] = PARTS
+    """what is told, in this order; what a campaign does not have is left out [all]"""
+    wear_coefficient_factor: Annotated[Number, Ge(1)] = DECADE
+    """the wear coefficient may be so many times as large or as small: the range of the answer [a decade in
+    all, √10 either way]"""
 
 
 class Metadata(ClosedTable):
     """Who made it; no part of any run's identity."""
 
-    author: str | tuple[str, ...] | None = option(None, "author, or a list of authors", derived="not told")
-    orcid: str | None = option(None, "ORCID of the author", derived="not told")
-    email: str | None = option(None, "where the author is reached", derived="not told")
-    institution: str | None = option(None, "institution", derived="not told")
-    licence: str | None = option(None, "licence of the datasets", derived="not told")
-    publisher: str | None = option(None, "who hands the datasets on", derived="not told")
-    project: str | None = option(None, "project that they belong to", derived="not told")
-    acknowledgement: str | None = option(None, "whom to thank", derived="not told")
+    author: str | tuple[str, ...] | None = None
+    """author, or a list of authors [not told]"""
+    orcid: str | None = None
+    """ORCID of the author [not told]"""
+    email: str | None = None
+    """where the author is reached [not told]"""
+    institution: str | None = None
+    """institution [not told]"""
+    licence: str | None = None
+    """licence of the datasets [not told]"""
+    publisher: str | None = None
+    """who hands the datasets on [not told]"""
+    project: str | None = None
+    """project that they belong to [not told]"""
+    acknowledgement: str | None = None
+    """whom to thank [not told]"""
 
 
 @dataclass(frozen=True)

@@ -27,24 +27,23 @@ FORMAT = re.compile(r"(\+?(?:\.\d)?[efg])(?: (\S.*))?")
 class ClaimSpec(options.ClosedTable):
     """Something that a campaign says of its runs, which ``wearlab check --claims`` holds against them."""
 
-    name: str = options.option(..., "a word for it, which notes and messages use")
-    quantity: str = options.option(
-        ...,
-        "formula of variables, such as `max(wear_depth[flank=sun, update=-1])`: + - * / max min "
-        "mean range abs largest_at smallest_at",
-    )
-    select: dict[str, Written] = options.option(
-        {}, "dimension = label, for every variable of the formula", derived="the base"
-    )
-    value: Written = options.option(..., "what it is, with its unit")
-    tolerance: Written = options.option(
-        ..., "how far it may be off: in the unit of the value, or `5 %` of it (of a value in %: in points)"
-    )
-    printed: Written | None = options.option(
-        None, "what the source prints, where runs differ from it", derived="the value"
-    )
-    source: str | None = options.option(None, "paper and figure, such as `W23 Fig. 7`")
-    why: str | None = options.option(None, "why runs differ from the source")
+    name: str
+    """a word for it, which notes and messages use"""
+    quantity: str
+    """formula of variables, such as `max(wear_depth[flank=sun, update=-1])`: + - * / max min mean range
+    abs largest_at smallest_at"""
+    select: dict[str, Written] = options.option({})
+    """dimension = label, for every variable of the formula [the base]"""
+    value: Written
+    """what it is, with its unit"""
+    tolerance: Written
+    """how far it may be off: in the unit of the value, or `5 %` of it (of a value in %: in points)"""
+    printed: Written | None = None
+    """what the source prints, where runs differ from it [the value]"""
+    source: str | None = None
+    """paper and figure, such as `W23 Fig. 7`"""
+    why: str | None = None
+    """why runs differ from the source"""
 
     @property
     def formula(self) -> str:

@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
 from wearlab import slots, units
 from wearlab.campaign import campaign, case, claims, distributions, update_options
-from wearlab.options import ClosedTable, option
+from wearlab.options import ClosedTable
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
 
@@ -34,95 +34,100 @@ Names = str | tuple[str, ...]
 class Spaced(ClosedTable):
     """Values between two ends, both included."""
 
-    linspace: tuple[float, float, int] | None = option(
-        None, "[first, last, how many], equal differences", derived=OTHER
-    )
-    logspace: tuple[float, float, int] | None = option(
-        None, "[first, last, how many], equal ratios", derived=OTHER
-    )
-    integers: tuple[int, int] | None = option(
-        None, "[first, last] in whole numbers, both included", derived=OTHER
-    )
-    unit: str | None = option(None, "unit of the values", derived="plain numbers")
+    linspace: tuple[float, float, int] | None = None
+    """[first, last, how many], equal differences [another generator]"""
+    logspace: tuple[float, float, int] | None = None
+    """[first, last, how many], equal ratios [another generator]"""
+    integers: tuple[int, int] | None = None
+    """[first, last] in whole numbers, both included [another generator]"""
+    unit: str | None = None
+    """unit of the values [plain numbers]"""
 
 
 class Lognormal(ClosedTable):
     """Log-normally distributed values."""
 
-    median: float | str = option(..., "median, with its unit where the key has one")
-    cov: float = option(..., "coefficient of variation: standard deviation over mean")
+    median: float | str
+    """median, with its unit where the key has one"""
+    cov: float
+    """coefficient of variation: standard deviation over mean"""
 
 
 class NormalTable(ClosedTable):
     """Normally distributed values."""
 
-    mean: float | str = option(..., "mean, with its unit where the key has one")
-    sd: float | str = option(..., "standard deviation, with its unit where the key has one")
+    mean: float | str
+    """mean, with its unit where the key has one"""
+    sd: float | str
+    """standard deviation, with its unit where the key has one"""
 
 
 class WeibullTable(ClosedTable):
     """Weibull-distributed values."""
 
-    scale: float | str = option(..., "63.2 % of the values lie below, with its unit where the key has one")
-    shape: float = option(..., "exponent")
+    scale: float | str
+    """63.2 % of the values lie below, with its unit where the key has one"""
+    shape: float
+    """exponent"""
 
 
 class DrawnTable(ClosedTable):
     """Values drawn from one distribution, in a block with ``sample`` or of an unknown of an update."""
 
-    lognormal: Lognormal | None = option(None, "log-normal", derived=OTHER)
-    normal: NormalTable | None = option(None, "normal", derived=OTHER)
-    uniform: tuple[float | str, float | str] | None = option(None, "[low, high], uniform", derived=OTHER)
-    loguniform: tuple[float | str, float | str] | None = option(
-        None, "[low, high], uniform in the logarithm", derived=OTHER
-    )
-    triangular: tuple[float | str, float | str, float | str] | None = option(
-        None, "[low, mode, high], triangular", derived=OTHER
-    )
-    weibull: WeibullTable | None = option(None, "Weibull", derived=OTHER)
-    truncate: tuple[float | str, float | str] | None = option(
-        None, "[low, high], values outside are not drawn", derived="not truncated"
-    )
+    lognormal: Lognormal | None = None
+    """log-normal [another generator]"""
+    normal: NormalTable | None = None
+    """normal [another generator]"""
+    uniform: tuple[float | str, float | str] | None = None
+    """[low, high], uniform [another generator]"""
+    loguniform: tuple[float | str, float | str] | None = None
+    """[low, high], uniform in the logarithm [another generator]"""
+    triangular: tuple[float | str, float | str, float | str] | None = None
+    """[low, mode, high], triangular [another generator]"""
+    weibull: WeibullTable | None = None
+    """Weibull [another generator]"""
+    truncate: tuple[float | str, float | str] | None = None
+    """[low, high], values outside are not drawn [not truncated]"""
 
 
 class SampleTable(ClosedTable):
     """How the keys of a block are drawn."""
 
-    method: Literal[distributions.METHODS] = option(  # type: ignore[valid-type]
-        ...,
-        "sobol and random keep their first points when n grows; a Latin hypercube is made for its n; "
-        "sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter",
-    )
-    n: int = option(..., "number of points; of sobol-indices pairs of points, d + 2 runs each for d keys")
-    seed: int = option(..., "seed; the same seed draws the same points")
-    correlation: list[tuple[str, str, float]] | None = option(
-        None, "[key, key, Spearman's ρ] of keys that go together", derived="independent"
-    )
+    method: Literal[distributions.METHODS]  # type: ignore[valid-type]
+    """sobol and random keep their first points when n grows; a Latin hypercube is made for its n;
+    sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter"""
+    n: int
+    """number of points; of sobol-indices pairs of points, d + 2 runs each for d keys"""
+    seed: int
+    """seed; the same seed draws the same points"""
+    correlation: list[tuple[str, str, float]] | None = None
+    """[key, key, Spearman's ρ] of keys that go together [independent]"""
 
 
-class Sweep(BaseModel):
+class Sweep(OptionTable):
     """A block of dotted keys, each to a list of values; they advance together, blocks multiply."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, list[Any] | Spaced | DrawnTable]
 
-    name: str | None = option(None, "name of the axis", derived="the first key's last word")
-    labels: list[str] | None = option(None, "names of values that are tables or lists", derived="the values")
-    sample: SampleTable | None = option(
-        None, "draw the values of every key that has a distribution", derived="keys list their values"
-    )
+    name: str | None = None
+    """name of the axis [the first key's last word]"""
+    labels: list[str] | None = None
+    """names of values that are tables or lists [the values]"""
+    sample: SampleTable | None = None
+    """draw the values of every key that has a distribution [keys list their values]"""
 
 
 class ExpectedValue(ClosedTable):
     """The value of a variable, and how far from it counts as met."""
 
-    value: float | str = option(..., "value, with its unit where the variable has one")
-    tolerance: float | str = option(
-        ..., "absolute, in the value's unit; a plain number beside a value with a unit is relative"
-    )
+    value: float | str
+    """value, with its unit where the variable has one"""
+    tolerance: float | str
+    """absolute, in the value's unit; a plain number beside a value with a unit is relative"""
 
 
-class Expect(BaseModel):
+class Expect(OptionTable):
     """What a case is expected to come to, ``<variable> = {value, tolerance}`` included.
 
     A case's table is merged over the file's, unless it has another verdict.
@@ -131,51 +136,59 @@ class Expect(BaseModel):
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, ExpectedValue]
 
-    verdict: Literal[case.VERDICTS] | None = option(None, "verdict of the run", derived="any")  # type: ignore[valid-type]
-    response_period: int | None = option(None, "mesh periods; 0 is aperiodic", derived="any")
-    end_reason: str | None = option(None, "with what the reason of the end begins", derived="any")
+    verdict: Literal[case.VERDICTS] | None = None  # type: ignore[valid-type]
+    """verdict of the run [any]"""
+    response_period: int | None = None
+    """mesh periods; 0 is aperiodic [any]"""
+    end_reason: str | None = None
+    """with what the reason of the end begins [any]"""
 
 
-class CaseBlock(BaseModel):
+class CaseBlock(OptionTable):
     """A named difference from the file, in sections or dotted keys."""
 
     model_config = ConfigDict(extra="allow")
 
-    label: str = option(..., "name of the case; 'base' is the file itself")
-    drop: Names = option((), "sections or dotted keys that the case does without")
-    sweep: bool = option(False, "whether the sweeps multiply the case; else it is one run along all axes")
+    label: str
+    """name of the case; 'base' is the file itself"""
+    drop: Names = ()
+    """sections or dotted keys that the case does without"""
+    sweep: bool = False
+    """whether the sweeps multiply the case; else it is one run along all axes"""
 
 
 class CampaignFile(Scene):
     """A campaign of wearlab: the file together with those it extends."""
 
-    title: str = option("", "title", derived="the name of the file")
-    reference: str | None = option(None, "where the study comes from, such as a DOI")
-    extends: Names = option((), "files that this one differs from; later ones win; relative to this file")
-    drop: Names = option((), "sections or dotted keys of the extended files to do without")
-    metadata: campaign.Metadata = option(campaign.Metadata(), "who made it; no part of any run's identity")
-    plugins: tuple[str, ...] = option(
-        (),
-        "Python files, relative to this one, or entry points of the group wearlab.variants, that add "
-        "variants; run only with --plugins",
-    )
-    sweep: tuple[Sweep, ...] = option((), "lists of values; the product of all blocks is run")
-    case: tuple[CaseBlock, ...] = option((), "named differences from the file")
-    exclude: Names = option(
-        (),
-        "conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run",
-    )
-    figure: tuple[campaign.FigureSpec, ...] = option((), "figures drawn from the datasets")
-    claim: tuple[claims.ClaimSpec, ...] = option(
-        (), "what the file says of its runs, for `wearlab check --claims`"
-    )
-    expect: Expect | None = option(
-        None, "expected outcome, of every case or of its own; no part of any run's identity"
-    )
-    report: campaign.ReportSpec = option(campaign.ReportSpec(), "what the page of `wearlab report` tells")
-    update: update_options.UpdateBlock | None = option(
-        None, "what was measured and what is unknown, for `wearlab update`; no part of any run's identity"
-    )
+    title: str = ""
+    """title [the name of the file]"""
+    reference: str | None = None
+    """where the study comes from, such as a DOI"""
+    extends: Names = ()
+    """files that this one differs from; later ones win; relative to this file"""
+    drop: Names = ()
+    """sections or dotted keys of the extended files to do without"""
+    metadata: campaign.Metadata = campaign.Metadata()
+    """who made it; no part of any run's identity"""
+    plugins: tuple[str, ...] = ()
+    """Python files, relative to this one, or entry points of the group wearlab.variants, that add
+    variants; run only with --plugins"""
+    sweep: tuple[Sweep, ...] = ()
+    """lists of values; the product of all blocks is run"""
+    case: tuple[CaseBlock, ...] = ()
+    """named differences from the file"""
+    exclude: Names = ()
+    """conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run"""
+    figure: tuple[campaign.FigureSpec, ...] = ()
+    """figures drawn from the datasets"""
+    claim: tuple[claims.ClaimSpec, ...] = ()
+    """what the file says of its runs, for `wearlab check --claims`"""
+    expect: Expect | None = None
+    """expected outcome, of every case or of its own; no part of any run's identity"""
+    report: campaign.ReportSpec = campaign.ReportSpec()
+    """what the page of `wearlab report` tells"""
+    update: update_options.UpdateBlock | None = None
+    """what was measured and what is unknown, for `wearlab update`; no part of any run's identity"""
 
 
 def _changed(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]], names: bool = False) -> Any:

@@ -41,21 +41,28 @@ class Strict(ClosedTable):
 class Columns(Strict):
     """Which column of a file says what."""
 
-    cycle: str | None = option(None, "cycles of the reference gear", derived="hours or mesh_cycles")
-    hours: str | None = option(None, "operating hours", derived="cycle or mesh_cycles")
-    mesh_cycles: str | None = option(None, "mesh cycles", derived="cycle or hours")
-    date: str | None = option(
-        None, "dates, ISO 8601 or as Excel writes them; they need update.calendar", derived="cycle or hours"
-    )
-    unit: str | None = option(None, "which unit of a fleet the row is of", derived="there is one")
-    value: str | None = option(None, "what was measured", derived="the quantity's name")
-    sd: str | None = option(None, "standard error of each value, added to the error's")
-    below: str | None = option(
-        None, "a limit of detection: where the value is empty, it was below this", derived="none is"
-    )
-    diameter: str | None = option(None, "diameter at which a profile was measured")
-    roll_angle: str | None = option(None, "roll angle at which a profile was measured")
-    path_position: str | None = option(None, "path position at which a profile was measured")
+    cycle: str | None = None
+    """cycles of the reference gear [hours or mesh_cycles]"""
+    hours: str | None = None
+    """operating hours [cycle or mesh_cycles]"""
+    mesh_cycles: str | None = None
+    """mesh cycles [cycle or hours]"""
+    date: str | None = None
+    """dates, ISO 8601 or as Excel writes them; they need update.calendar [cycle or hours]"""
+    unit: str | None = None
+    """which unit of a fleet the row is of [there is one]"""
+    value: str | None = None
+    """what was measured [the quantity's name]"""
+    sd: str | None = None
+    """standard error of each value, added to the error's"""
+    below: str | None = None
+    """a limit of detection: where the value is empty, it was below this [none is]"""
+    diameter: str | None = None
+    """diameter at which a profile was measured"""
+    roll_angle: str | None = None
+    """roll angle at which a profile was measured"""
+    path_position: str | None = None
+    """path position at which a profile was measured"""
 
     @model_validator(mode="after")
     def _one_of_each(self) -> "Columns":
@@ -69,24 +76,18 @@ class Columns(Strict):
 class ErrorBlock(Strict):
     """How far measurements are off."""
 
-    sd: str | float | dict[str, Any] | None = option(
-        None, "standard error of a single value, with its unit; a distribution where it is unknown"
-    )
-    relative: Annotated[float, Ge(0.0), Lt(10.0)] | None = option(
-        None, "standard error over what is measured, an unknown gain with it"
-    )
-    offset_sd: str | float | None = option(None, "standard error that all values of one inspection share")
-    gain_sd: Annotated[float, Ge(0.0), Lt(2.0)] | None = option(
-        None,
-        "standard deviation of an unknown gain, 1 in the mean, that all values of the block share: of a "
-        "sensor and the way to it, of a balance's scale",
-        derived="the gain is 1",
-    )
-    drift: str | float | dict[str, Any] | None = option(
-        None,
-        "discrepancy = accumulating: how far the wear itself strays from the model's within a million "
-        "cycles, growing with the root of the cycles (Wiener); a distribution where it is unknown",
-    )
+    sd: str | float | dict[str, Any] | None = None
+    """standard error of a single value, with its unit; a distribution where it is unknown"""
+    relative: Annotated[float, Ge(0.0), Lt(10.0)] | None = None
+    """standard error over what is measured, an unknown gain with it"""
+    offset_sd: str | float | None = None
+    """standard error that all values of one inspection share"""
+    gain_sd: Annotated[float, Ge(0.0), Lt(2.0)] | None = None
+    """standard deviation of an unknown gain, 1 in the mean, that all values of the block share: of a sensor
+    and the way to it, of a balance's scale [the gain is 1]"""
+    drift: str | float | dict[str, Any] | None = None
+    """discrepancy = accumulating: how far the wear itself strays from the model's within a million cycles,
+    growing with the root of the cycles (Wiener); a distribution where it is unknown"""
 
     def read(self, unit: str, where: str, *, by_column: bool = False) -> "ErrorModel":
         """Return the errors in SI of a quantity with this unit; a column may have those of its values.
@@ -138,23 +139,27 @@ def _positive(given: Any, unit: str, where: str) -> float:
 class DataBlock(Strict):
     """Measurements of one quantity."""
 
-    file: Path = option(..., "CSV file; comments begin with #")
-    quantity: str = option(
-        ..., "worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable along update"
-    )
-    member: str | None = option(None, "gear that was weighed", derived="required where there are several")
-    flank: str | None = option(None, "flank that was measured", derived="required where there are several")
-    case: str | tuple[str, ...] | None = option(
-        None, "the case or cases these belong to", derived="all cases are compared with them"
-    )
-    columns: Columns = option(Columns(), "names of the columns")
-    units: dict[str, str] = option({}, "unit of each column that has one", derived="plain numbers")
-    error: ErrorBlock = option(ErrorBlock(), "how far the values are off; required, or columns.sd")
-    select: dict[str, Any] = option({}, "dimension = label, such as harmonic, order, mesh", derived="none")
+    file: Path
+    """CSV file; comments begin with #"""
+    quantity: str
+    """worn_mass, max_wear_depth, wear_depth, tooth_thickness, or a stored variable along update"""
+    member: str | None = None
+    """gear that was weighed [required where there are several]"""
+    flank: str | None = None
+    """flank that was measured [required where there are several]"""
+    case: str | tuple[str, ...] | None = None
+    """the case or cases these belong to [all cases are compared with them]"""
+    columns: Columns = Columns()
+    """names of the columns"""
+    units: dict[str, str] = option({})
+    """unit of each column that has one [plain numbers]"""
+    error: ErrorBlock = ErrorBlock()
+    """how far the values are off; required, or columns.sd"""
+    select: dict[str, Any] = option({})
+    """dimension = label, such as harmonic, order, mesh [none]"""
     date_format: str | None = DATE_FORMAT
-    since: Annotated[float, Ge(0.0)] | str | None = option(
-        None, 'values count from this cycle, or from the "previous" inspection', derived="from cycle 0"
-    )
+    since: Annotated[float, Ge(0.0)] | str | None = None
+    """values count from this cycle, or from the "previous" inspection [from cycle 0]"""
 
     @field_validator("quantity")
     @classmethod
@@ -198,12 +203,14 @@ class DataBlock(Strict):
 class LimitBlock(Strict):
     """The wear that ends the life."""
 
-    depth: Annotated[Depth, POSITIVE] | None = option(
-        None, "largest wear depth", derived="worn_mass, or wear.until.depth"
-    )
-    worn_mass: Annotated[Mass, POSITIVE] | None = option(None, "worn mass", derived="depth")
-    flank: str | None = option(None, "flank whose depth counts", derived="whichever is deepest")
-    member: str | None = option(None, "member whose mass counts", derived="required with worn_mass")
+    depth: Annotated[Depth, POSITIVE] | None = None
+    """largest wear depth [worn_mass, or wear.until.depth]"""
+    worn_mass: Annotated[Mass, POSITIVE] | None = None
+    """worn mass [depth]"""
+    flank: str | None = None
+    """flank whose depth counts [whichever is deepest]"""
+    member: str | None = None
+    """member whose mass counts [required with worn_mass]"""
 
     @model_validator(mode="after")
     def _one_limit(self) -> "LimitBlock":
@@ -225,24 +232,21 @@ class LimitBlock(Strict):
 class Days(Strict):
     """Which day it was after how many operating hours, and how the hours go on."""
 
-    date: date_ = option(..., "a day, such as 2026-03-01")
-    hours: Annotated[float, Ge(0.0)] | None = option(
-        None, "operating hours on that day", derived="those of the last inspection"
-    )
-    hours_per_year: Annotated[float, POSITIVE, Le(HOURS_A_YEAR)] = option(
-        ..., "operating hours in a year from then on; 8766 without a stop"
-    )
+    date: date_
+    """a day, such as 2026-03-01"""
+    hours: Annotated[float, Ge(0.0)] | None = None
+    """operating hours on that day [those of the last inspection]"""
+    hours_per_year: Annotated[float, POSITIVE, Le(HOURS_A_YEAR)]
+    """operating hours in a year from then on; 8766 without a stop"""
 
 
 class CheckBlock(Strict):
     """What is true of the synthetic twins of ``--check``, where that is not what the study believes."""
 
-    error: ErrorBlock | None = option(
-        None, "true errors of every block of data", derived="those that the data have in this file"
-    )
-    power: Annotated[float, POSITIVE] = option(
-        1.0, "true wear is the model's after cycles to this power, equal at the last inspection"
-    )
+    error: ErrorBlock | None = None
+    """true errors of every block of data [those that the data have in this file]"""
+    power: Annotated[float, POSITIVE] = 1.0
+    """true wear is the model's after cycles to this power, equal at the last inspection"""
 
     def read(self, data: Sequence[DataBlock]) -> "TrueModel":
         """Return what is true of twins with such blocks of data.
@@ -259,25 +263,17 @@ class CheckBlock(Strict):
 class PopulationBlock(Strict):
     """What the units of a fleet share."""
 
-    spread: dict[str, Any] | None = option(
-        None,
-        "standard deviation of ln k between units, as a distribution: it is unknown",
-        derived="log-normal, median 0.3, cov 1",
-    )
-    straying: float | dict[str, Any] | None = option(
-        None,
-        "how far the wear of a unit strays from its mean course until `reference`, over the wear until then "
-        "(Wiener); a distribution where it is unknown, 0: not at all",
-        derived="log-normal, median 0.2, cov 1",
-    )
-    power: float | dict[str, Any] | None = option(
-        None,
-        "wear is the model's after cycles to this power, equal at `reference`; 1: as the model's",
-        derived="log-normal, median 1, cov 0.2",
-    )
-    reference: Annotated[float, POSITIVE] | None = option(
-        None, "operating hours at which k, straying and power are said", derived="median of the inspections"
-    )
+    spread: dict[str, Any] | None = None
+    """standard deviation of ln k between units, as a distribution: it is unknown [log-normal, median 0.3, cov
+    1]"""
+    straying: float | dict[str, Any] | None = None
+    """how far the wear of a unit strays from its mean course until `reference`, over the wear until then
+    (Wiener); a distribution where it is unknown, 0: not at all [log-normal, median 0.2, cov 1]"""
+    power: float | dict[str, Any] | None = None
+    """wear is the model's after cycles to this power, equal at `reference`; 1: as the model's [log-normal,
+    median 1, cov 0.2]"""
+    reference: Annotated[float, POSITIVE] | None = None
+    """operating hours at which k, straying and power are said [median of the inspections]"""
 
     def read(self, units: "Sequence[UnitBlock]") -> "Fleet":
         """Return a fleet of such units, what they share as numbers and distributions.
@@ -321,24 +317,29 @@ def _shared(given: float | dict[str, Any] | None, name: str) -> float | distribu
 class UnitBlock(Strict):
     """One unit of a fleet."""
 
-    name: str = option(..., "as the column `unit` calls it")
-    scene: dict[str, Any] = option(
-        {}, "dotted key = value: what is different of this unit", derived="as the others"
-    )
-    calendar: Days | None = option(
-        None, "date, hours and hours_per_year of this unit", derived="columns, or update.calendar"
-    )
+    name: str
+    """as the column `unit` calls it"""
+    scene: dict[str, Any] = option({})
+    """dotted key = value: what is different of this unit [as the others]"""
+    calendar: Days | None = None
+    """date, hours and hours_per_year of this unit [columns, or update.calendar]"""
 
 
 class RecordColumns(Strict):
     """Which column of a load record says what."""
 
-    hours: str | None = option(None, "operating hours at which a condition begins", derived="date")
-    date: str | None = option(None, "when a condition begins; speed 0 is a standstill", derived="hours")
-    duration: str | None = option(None, "hours in a bin, whose order is not known", derived="hours or date")
-    torque: str = option("torque", "input torque")
-    speed: str = option("speed", "input speed")
-    unit: str | None = option(None, "which unit of a fleet the row is of", derived="all units ran alike")
+    hours: str | None = None
+    """operating hours at which a condition begins [date]"""
+    date: str | None = None
+    """when a condition begins; speed 0 is a standstill [hours]"""
+    duration: str | None = None
+    """hours in a bin, whose order is not known [hours or date]"""
+    torque: str = "torque"
+    """input torque"""
+    speed: str = "speed"
+    """input speed"""
+    unit: str | None = None
+    """which unit of a fleet the row is of [all units ran alike]"""
 
     @model_validator(mode="after")
     def _one_time(self) -> "RecordColumns":
@@ -351,15 +352,16 @@ class RecordColumns(Strict):
 class RecordBlock(Strict):
     """What really ran until now; from its end on the conditions of ``[operation]`` go on."""
 
-    file: Path = option(..., "CSV file: a row holds until the next one, or is a bin")
-    columns: RecordColumns = option(..., "names of the columns")
-    units: dict[str, str] = option({}, "unit of each column that has one", derived="those of its header")
+    file: Path
+    """CSV file: a row holds until the next one, or is a bin"""
+    columns: RecordColumns
+    """names of the columns"""
+    units: dict[str, str] = option({})
+    """unit of each column that has one [those of its header]"""
     date_format: str | None = DATE_FORMAT
-    hours_per_year: Annotated[float, POSITIVE, Le(8784.0)] | None = option(
-        None,
-        "operating hours in a year of those rows, by dates, in which speed is not 0",
-        derived="without a row of a standstill, those of update.calendar; else every hour between the dates",
-    )
+    hours_per_year: Annotated[float, POSITIVE, Le(8784.0)] | None = None
+    """operating hours in a year of those rows, by dates, in which speed is not 0 [without a row of a
+    standstill, those of update.calendar; else every hour between the dates]"""
 
     @property
     def place(self) -> str:
@@ -370,14 +372,14 @@ class RecordBlock(Strict):
 class Replaced(Strict):
     """Gears that were replaced by new ones; their mates went on as worn as they were."""
 
-    members: Annotated[tuple[str, ...], MinLen(1)] = option(..., "gears that were new then")
-    cycle: Annotated[float, Ge(0.0)] | None = option(
-        None, "cycles of the reference gear at which it was", derived="hours or date"
-    )
-    hours: Annotated[float, Ge(0.0)] | None = option(
-        None, "operating hours at which it was", derived="cycle or date"
-    )
-    date: date_ | None = option(None, "the day, by update.calendar with its hours", derived="cycle or hours")
+    members: Annotated[tuple[str, ...], MinLen(1)]
+    """gears that were new then"""
+    cycle: Annotated[float, Ge(0.0)] | None = None
+    """cycles of the reference gear at which it was [hours or date]"""
+    hours: Annotated[float, Ge(0.0)] | None = None
+    """operating hours at which it was [cycle or date]"""
+    date: date_ | None = None
+    """the day, by update.calendar with its hours [cycle or hours]"""
 
     @model_validator(mode="after")
     def _one_time(self) -> "Replaced":
@@ -389,18 +391,15 @@ class Replaced(Strict):
 class Decision(Strict):
     """What changes and inspections cost, in any currency."""
 
-    planned: Annotated[float, POSITIVE] = option(..., "cost of a planned change")
-    failure: Annotated[float, POSITIVE] = option(
-        ..., "cost of reaching the limit in operation, its change included"
-    )
-    inspection: Annotated[float, POSITIVE] | None = option(
-        None, "cost of one more inspection", derived="none is considered"
-    )
-    horizon_hours: Annotated[float, POSITIVE] | None = option(
-        None,
-        "operating hours from the last inspection on until which costs count, changes included",
-        derived="cost per hour of a cycle from new to change alone",
-    )
+    planned: Annotated[float, POSITIVE]
+    """cost of a planned change"""
+    failure: Annotated[float, POSITIVE]
+    """cost of reaching the limit in operation, its change included"""
+    inspection: Annotated[float, POSITIVE] | None = None
+    """cost of one more inspection [none is considered]"""
+    horizon_hours: Annotated[float, POSITIVE] | None = None
+    """operating hours from the last inspection on until which costs count, changes included [cost per hour of
+    a cycle from new to change alone]"""
 
     @field_validator("failure")
     @classmethod
@@ -416,39 +415,35 @@ class Decision(Strict):
 class UpdateBlock(Strict):
     """What was measured, what is unknown, and which wear ends the life."""
 
-    limit: LimitBlock | None = option(None, "the wear that ends the life", derived="wear.until")
-    discrepancy: Literal[DISCREPANCIES] = option(  # type: ignore[valid-type]
-        "none", "what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"
-    )
-    draws: Annotated[int, Ge(1), Le(MOST_DRAWS)] = option(
-        4000, "draws from the posterior, and runs for unknowns besides wear's factor"
-    )
-    seed: Annotated[int, Ge(0), Lt(2**63)] = option(0, "seed of all draws")
-    calendar: Days | None = option(None, "so that the life ends on a day", derived="cycles and hours only")
-    check: CheckBlock | None = option(
-        None, "what is true of the twins of --check", derived="what the study believes"
-    )
-    unknown: dict[str, Any] = option(..., "dotted key = distribution: what is not known")
-    record: RecordBlock | None = option(
-        None, "what really ran until now: loads and speeds", derived="the conditions of the scene all along"
-    )
-    change: Literal[CHANGES] = option(  # type: ignore[valid-type]
-        "none",
-        "whether k itself may have changed: once between two inspections, or after running-in; the evidence "
-        "decides",
-    )
-    replaced: tuple[Replaced, ...] = option(
-        (),
-        "gears that were replaced by new ones: their wear counts from then on, that of their mates goes on",
-    )
-    decision: Decision | None = option(
-        None, "what changes cost: when to change, and whether to look first", derived="no advice"
-    )
-    population: PopulationBlock | None = option(
-        None, "what the units of a fleet share: spread, straying, power", derived="there is one unit"
-    )
-    unit: tuple[UnitBlock, ...] = option((), "units of a fleet whose scene or calendar is their own")
-    data: tuple[DataBlock, ...] = option((), "what was measured")
+    limit: LimitBlock | None = None
+    """the wear that ends the life [wear.until]"""
+    discrepancy: Literal[DISCREPANCIES] = "none"  # type: ignore[valid-type]
+    """what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"""
+    draws: Annotated[int, Ge(1), Le(MOST_DRAWS)] = 4000
+    """draws from the posterior, and runs for unknowns besides wear's factor"""
+    seed: Annotated[int, Ge(0), Lt(2**63)] = 0
+    """seed of all draws"""
+    calendar: Days | None = None
+    """so that the life ends on a day [cycles and hours only]"""
+    check: CheckBlock | None = None
+    """what is true of the twins of --check [what the study believes]"""
+    unknown: dict[str, Any]
+    """dotted key = distribution: what is not known"""
+    record: RecordBlock | None = None
+    """what really ran until now: loads and speeds [the conditions of the scene all along]"""
+    change: Literal[CHANGES] = "none"  # type: ignore[valid-type]
+    """whether k itself may have changed: once between two inspections, or after running-in; the evidence
+    decides"""
+    replaced: tuple[Replaced, ...] = ()
+    """gears that were replaced by new ones: their wear counts from then on, that of their mates goes on"""
+    decision: Decision | None = None
+    """what changes cost: when to change, and whether to look first [no advice]"""
+    population: PopulationBlock | None = None
+    """what the units of a fleet share: spread, straying, power [there is one unit]"""
+    unit: tuple[UnitBlock, ...] = ()
+    """units of a fleet whose scene or calendar is their own"""
+    data: tuple[DataBlock, ...] = ()
+    """what was measured"""
 
 
 @dataclass(frozen=True)

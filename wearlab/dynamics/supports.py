@@ -150,18 +150,14 @@ class TorsionalSpring(options.Part):
         (("damping_ratio",), ("damping", "torsional_damping")),
     )
 
-    torsional_stiffness: Annotated[options.TorsionalSpringRate, options.POSITIVE] | None = options.option(
-        None, "torsional spring to ground", derived="free to turn"
-    )
-    tangential_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = options.option(
-        None, "the same, as a spring at the base radius", derived="torsional_stiffness"
-    )
-    torsional_damping: Annotated[options.TorsionalDampingRate, options.NOT_NEGATIVE] | None = options.option(
-        None, "torsional damper to ground", derived="from damping_ratio, else none"
-    )
-    damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = options.option(
-        None, "damping ratio ζ of every spring here, c = 2 ζ √(k m) of that member", derived="damping"
-    )
+    torsional_stiffness: Annotated[options.TorsionalSpringRate, options.POSITIVE] | None = None
+    """torsional spring to ground [free to turn]"""
+    tangential_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
+    """the same, as a spring at the base radius [torsional_stiffness]"""
+    torsional_damping: Annotated[options.TorsionalDampingRate, options.NOT_NEGATIVE] | None = None
+    """torsional damper to ground [from damping_ratio, else none]"""
+    damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
+    """damping ratio ζ of every spring here, c = 2 ζ √(k m) of that member [damping]"""
 
     @property
     def holds(self) -> bool:
@@ -185,12 +181,10 @@ class AxialBearing(TorsionalSpring):
         (("damping_ratio",), ("damping", "torsional_damping", "axial_damping")),
     )
 
-    axial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = options.option(
-        None, "bearing stiffness along the axis of a helical gear, k_z", derived="rigid"
-    )
-    axial_damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
-        None, "bearing damping along the axis, c_z", derived="from damping_ratio"
-    )
+    axial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
+    """bearing stiffness along the axis of a helical gear, k_z [rigid]"""
+    axial_damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
+    """bearing damping along the axis, c_z [from damping_ratio]"""
 
 
 class PairTorsionalSupport(TorsionalSupport, AxialBearing):
@@ -200,27 +194,22 @@ class PairTorsionalSupport(TorsionalSupport, AxialBearing):
 class BearingSupport(AxialBearing):
     """The bearings of one gear."""
 
-    radial_stiffness: Annotated[options.SpringRate, options.POSITIVE] = options.option(
-        ..., "bearing stiffness along the line of action, k_y", source="L16 Eq. 1"
-    )
-    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
-        None, "bearing damping c_y", derived="from damping_ratio; one of them is required", source="L16 Eq. 1"
-    )
-    preload: options.Force = options.option(
-        0.0, "constant radial force away from the mating gear", source="L16 Eq. 1"
-    )
+    radial_stiffness: Annotated[options.SpringRate, options.POSITIVE]
+    """bearing stiffness along the line of action, k_y. Source: L16 Eq. 1"""
+    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
+    """bearing damping c_y [from damping_ratio; one of them is required]. Source: L16 Eq. 1"""
+    preload: options.Force = 0.0
+    """constant radial force away from the mating gear. Source: L16 Eq. 1"""
 
 
 class PlanetarySupport(TorsionalSpring):
     """What holds a central member of a planetary set, or a planet on its pin."""
 
-    radial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = options.option(
-        None, "bearing stiffness in every direction; a planet's is that on its pin", derived="free to move",
-        source="W23 Table 1",
-    )  # fmt: skip
-    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
-        None, "bearing damping", derived="from damping_ratio, else none"
-    )
+    radial_stiffness: Annotated[options.SpringRate, options.POSITIVE] | None = None
+    """bearing stiffness in every direction; a planet's is that on its pin [free to move]. Source: W23 Table
+    1"""
+    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
+    """bearing damping [from damping_ratio, else none]"""
 
 
 class OfMembers(options.Part):
@@ -240,34 +229,47 @@ class OfMembers(options.Part):
 class TorsionalSupports(OfMembers):
     """What holds each gear of a pair that turns."""
 
-    pinion: PairTorsionalSupport | None = options.option(None, "support of the pinion")
-    gear: PairTorsionalSupport | None = options.option(None, "support of the gear")
-    ring: PairTorsionalSupport | None = options.option(None, "support of the ring")
+    pinion: PairTorsionalSupport | None = None
+    """support of the pinion"""
+    gear: PairTorsionalSupport | None = None
+    """support of the gear"""
+    ring: PairTorsionalSupport | None = None
+    """support of the ring"""
 
 
 class Supports(OfMembers):
     """The bearings of both gears of a pair."""
 
-    pinion: BearingSupport = options.option(..., "bearings of the pinion")
-    gear: BearingSupport | None = options.option(None, "bearings of the gear", derived="required with a gear")
-    ring: BearingSupport | None = options.option(None, "bearings of the ring", derived="required with a ring")
+    pinion: BearingSupport
+    """bearings of the pinion"""
+    gear: BearingSupport | None = None
+    """bearings of the gear [required with a gear]"""
+    ring: BearingSupport | None = None
+    """bearings of the ring [required with a ring]"""
 
 
 class PlanetarySupports(OfMembers):
     """What holds the members of a planetary set."""
 
-    sun: PlanetarySupport | None = options.option(None, "what holds the sun", derived="it floats")
-    ring: PlanetarySupport | None = options.option(None, "what holds the ring", derived="it floats")
-    carrier: PlanetarySupport | None = options.option(None, "what holds the carrier", derived="it floats")
-    planet: PlanetarySupport | None = options.option(None, "bearing of every planet on its pin")
+    sun: PlanetarySupport | None = None
+    """what holds the sun [it floats]"""
+    ring: PlanetarySupport | None = None
+    """what holds the ring [it floats]"""
+    carrier: PlanetarySupport | None = None
+    """what holds the carrier [it floats]"""
+    planet: PlanetarySupport | None = None
+    """bearing of every planet on its pin"""
 
 
 class PlanetaryTorsionalSupports(OfMembers):
     """What holds the rotations of a planetary set."""
 
-    sun: TorsionalSupport | None = options.option(None, "what holds the sun")
-    ring: TorsionalSupport | None = options.option(None, "what holds the ring", derived="fixed when it is")
-    carrier: TorsionalSupport | None = options.option(None, "what holds the carrier")
+    sun: TorsionalSupport | None = None
+    """what holds the sun"""
+    ring: TorsionalSupport | None = None
+    """what holds the ring [fixed when it is]"""
+    carrier: TorsionalSupport | None = None
+    """what holds the carrier"""
 
 
 def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tuple[str, str]]:

@@ -361,7 +361,9 @@ def specified(given: dict[str, Any]) -> FigureSpec:
         return FigureSpec.model_validate(told)
     except ValidationError as error:
         key = str(error.errors()[0]["loc"][0])
-        raise FigureError(f"{WHERE}: {key} = {given[key]!r}: wanted: {known[key].description}") from None
+        raise FigureError(
+            f"{WHERE}: {key} = {given[key]!r}: wanted: {FigureSpec.texts()[key]['description']}"
+        ) from None
 
 
 def _grid(of: Any) -> xr.Dataset:

@@ -62,21 +62,17 @@ class ReliefOptions(Part):
 
     alternatives: ClassVar[Alternatives] = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
 
-    amount: Annotated[Depth, POSITIVE] = option(
-        ..., "removed at the end of the active profile, along the normal"
-    )
-    length: Annotated[Length, POSITIVE] | None = option(
-        None,
-        "length of the relief along the path of contact, from the end of the active profile",
-        derived="from where it starts",
-    )
-    start_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "diameter at which the relief starts", derived="from length", source="ISO 21771"
-    )
-    start_roll_angle: Annotated[Angle, POSITIVE] | None = option(
-        None, "roll angle at which the relief starts", derived="from length", source="ISO 21771"
-    )
-    shape: Literal["linear", "parabolic"] = option("linear", "course of the relief along the path")
+    amount: Annotated[Depth, POSITIVE]
+    """removed at the end of the active profile, along the normal"""
+    length: Annotated[Length, POSITIVE] | None = None
+    """length of the relief along the path of contact, from the end of the active profile [from where it
+    starts]"""
+    start_diameter: Annotated[Length, POSITIVE] | None = None
+    """diameter at which the relief starts [from length]. Source: ISO 21771"""
+    start_roll_angle: Annotated[Angle, POSITIVE] | None = None
+    """roll angle at which the relief starts [from length]. Source: ISO 21771"""
+    shape: Literal["linear", "parabolic"] = "linear"
+    """course of the relief along the path"""
 
     @model_validator(mode="after")
     def _begins_somewhere(self) -> "ReliefOptions":
@@ -88,8 +84,10 @@ class ReliefOptions(Part):
 class ThicknessAllowance(Part):
     """Allowances of the tooth thickness as drawings print them; the mean of both is run."""
 
-    upper: Annotated[Depth, Le(0.0)] = option(..., "upper allowance E_sns of the tooth thickness, 0 or below")
-    lower: Annotated[Depth, Le(0.0)] = option(..., "lower allowance E_sni of the tooth thickness, below it")
+    upper: Annotated[Depth, Le(0.0)]
+    """upper allowance E_sns of the tooth thickness, 0 or below"""
+    lower: Annotated[Depth, Le(0.0)]
+    """lower allowance E_sni of the tooth thickness, below it"""
 
     @model_validator(mode="after")
     def _in_order(self) -> "ThicknessAllowance":
@@ -106,10 +104,10 @@ class ThicknessAllowance(Part):
 class EndRelief(Part):
     """Material removed at both ends of the face."""
 
-    amount: Annotated[Depth, POSITIVE] = option(..., "removed at the very ends of the face, along the normal")
-    length: Annotated[Length, POSITIVE] = option(
-        ..., "length along the face over which it fades, from either end"
-    )
+    amount: Annotated[Depth, POSITIVE]
+    """removed at the very ends of the face, along the normal"""
+    length: Annotated[Length, POSITIVE]
+    """length along the face over which it fades, from either end"""
 
 
 class Toothed(Part):
@@ -120,90 +118,59 @@ class Toothed(Part):
         (("root_diameter",), ("dedendum_coefficient",)),
     )
 
-    teeth: Annotated[Count, Gt(2), Le(10_000)] = option(..., "number of teeth z")
-    profile_shift_coefficient: Number | None = option(
-        None,
-        "profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces "
-        "of a ring",
-        derived="0, or derived from centre_distance",
-        source=Iso21771,
-    )
+    teeth: Annotated[Count, Gt(2), Le(10_000)]
+    """number of teeth z"""
+    profile_shift_coefficient: Number | None = None
+    """profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces of a
+    ring [0, or derived from centre_distance]. Source: ISO 21771"""
     tooth_thickness_allowance: Annotated[
         ThicknessAllowance | None, alone(ThicknessAllowance, Depth, "upper", "lower")
-    ] = option(
-        None,
-        "allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of "
-        "a drawing, whose mean is run; it leaves backlash",
-        source="DIN 3967",
-    )
-    addendum_coefficient: Annotated[Number, POSITIVE] | None = option(
-        None,
-        "addendum of the basic rack over the module",
-        derived="1, unless tip_diameter is given",
-        source="ISO 53",
-    )
-    dedendum_coefficient: Annotated[Number, POSITIVE] | None = option(
-        None, "dedendum of the basic rack over the module", derived="1.25, unless root_diameter is given",
-        source="ISO 53",
-    )  # fmt: skip
-    tip_alteration_coefficient: Number | None = option(
-        None,
-        "tip alteration k over the module, negative shortens",
-        derived="(a − a_d)/m − Σx, which keeps the tip clearance; a is at most that without backlash",
-        source=Iso21771,
-    )
-    tip_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "tip diameter, instead of the coefficients", derived="from the coefficients"
-    )
-    root_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "root diameter, instead of the coefficient", derived="from the coefficient"
-    )
-    fillet_radius_coefficient: Annotated[Number, NOT_NEGATIVE] = option(
-        0.38,
-        "tip rounding of the generating rack, or root fillet of a ring, over the module",
-        source="ISO 53",
-    )
-    face_width: Annotated[Length, POSITIVE] | None = option(
-        None, "face width of this gear", derived="the set's"
-    )
-    material: NamedMaterial | None = option(None, "material of this gear", derived="the set's")
-    mass: Annotated[Mass, POSITIVE] | None = option(None, "mass", derived="from the solid")
-    inertia: Annotated[Inertia, POSITIVE] | None = option(
-        None, "moment of inertia about the axis", derived="from the solid"
-    )
-    roughness_ra: Annotated[Depth, POSITIVE] | None = option(
-        None, "mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed", derived="no film thickness ratio"
-    )
-    tip_relief: ReliefOptions | None = option(None, "relief at the tip", derived="no relief")
-    root_relief: ReliefOptions | None = option(
-        None, "relief at the root, by its length along the path", derived="no relief"
-    )
-    profile_crowning: Depth | None = option(
-        None, "removed at both ends of the active profile, 0 in its middle", source="ISO 1328-1"
-    )
-    profile_slope: Depth | None = option(
-        None, "surplus of material at the tip end against the root end", source="ISO 1328-1 f_Hα"
-    )
-    hand: Literal["left", "right"] | None = option(
-        None,
-        "hand of the helix, of a helical gear",
-        derived="right of the driving gear; of its mate the other one, in a ring the same",
-        source=Iso21771,
-    )
-    lead_crowning: Depth | None = option(
-        None, "removed at both ends of the face, 0 in its middle", source=Iso21771
-    )
-    lead_slope: Depth | None = option(
-        None,
-        "surplus of material at the end of positive face_position against the other end",
-        source="ISO 1328-1 f_Hβ",
-    )
-    end_relief: EndRelief | None = option(
-        None, "relief at both ends of the face", derived="no relief", source=Iso21771
-    )
-    bias: Depth | None = option(
-        None, "profile slope at the end of positive face_position less that at the other end", source=Iso21771
-    )
+    ] = None
+    """allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of a
+    drawing, whose mean is run; it leaves backlash. Source: DIN 3967"""
+    addendum_coefficient: Annotated[Number, POSITIVE] | None = None
+    """addendum of the basic rack over the module [1, unless tip_diameter is given]. Source: ISO 53"""
+    dedendum_coefficient: Annotated[Number, POSITIVE] | None = None
+    """dedendum of the basic rack over the module [1.25, unless root_diameter is given]. Source: ISO 53"""
+    tip_alteration_coefficient: Number | None = None
+    """tip alteration k over the module, negative shortens [(a − a_d)/m − Σx, which keeps the tip clearance; a
+    is at most that without backlash]. Source: ISO 21771"""
+    tip_diameter: Annotated[Length, POSITIVE] | None = None
+    """tip diameter, instead of the coefficients [from the coefficients]"""
+    root_diameter: Annotated[Length, POSITIVE] | None = None
+    """root diameter, instead of the coefficient [from the coefficient]"""
+    fillet_radius_coefficient: Annotated[Number, NOT_NEGATIVE] = 0.38
+    """tip rounding of the generating rack, or root fillet of a ring, over the module. Source: ISO 53"""
+    face_width: Annotated[Length, POSITIVE] | None = None
+    """face width of this gear [the set's]"""
+    material: NamedMaterial | None = None
+    """material of this gear [the set's]"""
+    mass: Annotated[Mass, POSITIVE] | None = None
+    """mass [from the solid]"""
+    inertia: Annotated[Inertia, POSITIVE] | None = None
+    """moment of inertia about the axis [from the solid]"""
+    roughness_ra: Annotated[Depth, POSITIVE] | None = None
+    """mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed [no film thickness ratio]"""
+    tip_relief: ReliefOptions | None = None
+    """relief at the tip [no relief]"""
+    root_relief: ReliefOptions | None = None
+    """relief at the root, by its length along the path [no relief]"""
+    profile_crowning: Depth | None = None
+    """removed at both ends of the active profile, 0 in its middle. Source: ISO 1328-1"""
+    profile_slope: Depth | None = None
+    """surplus of material at the tip end against the root end. Source: ISO 1328-1 f_Hα"""
+    hand: Literal["left", "right"] | None = None
+    """hand of the helix, of a helical gear [right of the driving gear; of its mate the other one, in a ring
+    the same]. Source: ISO 21771"""
+    lead_crowning: Depth | None = None
+    """removed at both ends of the face, 0 in its middle. Source: ISO 21771"""
+    lead_slope: Depth | None = None
+    """surplus of material at the end of positive face_position against the other end. Source: ISO 1328-1
+    f_Hβ"""
+    end_relief: EndRelief | None = None
+    """relief at both ends of the face [no relief]. Source: ISO 21771"""
+    bias: Depth | None = None
+    """profile slope at the end of positive face_position less that at the other end. Source: ISO 21771"""
 
     @model_validator(mode="after")
     def _root_by_length(self) -> "Toothed":
@@ -228,15 +195,11 @@ class Toothed(Part):
 class GearOptions(Toothed):
     """One external gear."""
 
-    root_profile: Literal["trochoid", "radial"] | None = option(
-        None,
-        "shape of the tooth below the involute; a radial root is up to 22 % softer",
-        derived="trochoid where it exists, else radial below the base circle",
-        source="wearlab",
-    )
-    bore_diameter: Annotated[Length, NOT_NEGATIVE] | None = option(
-        None, "bore of the wheel body", derived="half the root diameter, flagged as assumed"
-    )
+    root_profile: Literal["trochoid", "radial"] | None = None
+    """shape of the tooth below the involute; a radial root is up to 22 % softer [trochoid where it exists,
+    else radial below the base circle]. Source: wearlab"""
+    bore_diameter: Annotated[Length, NOT_NEGATIVE] | None = None
+    """bore of the wheel body [half the root diameter, flagged as assumed]"""
 
 
 class Ring(Toothed):
@@ -248,21 +211,15 @@ class Ring(Toothed):
         (("root_diameter",), ("dedendum_coefficient",)),
     )
 
-    tip_alteration: Literal["wang-2023"] | None = option(
-        None,
-        "shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's involute just reaches",
-        derived="tip_alteration_coefficient, else what keeps the tip clear of the mate's root curve",
-        source="Y23 Table 1",
-    )
-    root_profile: Literal["fillet", "radial"] | None = option(
-        None,
-        "a circle between involute and root circle, or the involute up to the root circle",
-        derived="fillet, the largest that fits if the wanted one does not",
-        source="wearlab",
-    )
-    rim_diameter: Annotated[Length, POSITIVE] = option(
-        ..., "outside diameter of the rim, above the root diameter, where the body is held"
-    )
+    tip_alteration: Literal["wang-2023"] | None = None
+    """shortens the teeth to r − m h_a + m/(z tan²α), which an unshifted pinion's involute just reaches
+    [tip_alteration_coefficient, else what keeps the tip clear of the mate's root curve]. Source: Y23 Table
+    1"""
+    root_profile: Literal["fillet", "radial"] | None = None
+    """a circle between involute and root circle, or the involute up to the root circle [fillet, the largest
+    that fits if the wanted one does not]. Source: wearlab"""
+    rim_diameter: Annotated[Length, POSITIVE]
+    """outside diameter of the rim, above the root diameter, where the body is held"""
 
 
 ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
@@ -283,18 +240,14 @@ class PlanetaryRing(Ring):
 class CarrierOptions(Part):
     """What carries the planets' pins."""
 
-    mass: Annotated[Mass, POSITIVE] | None = option(
-        None, "mass, without the planets", derived="required with dynamics"
-    )
-    inertia: Annotated[Inertia, POSITIVE] | None = option(
-        None, "moment of inertia about the axis, without the planets", derived="required with dynamics"
-    )
-    pin_circle_diameter: Annotated[Length, POSITIVE] | None = option(
-        None, "diameter of the circle of pins", derived="twice the centre distance"
-    )
-    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(
-        None, "distance of the pin circle's axis from the carrier's"
-    )
+    mass: Annotated[Mass, POSITIVE] | None = None
+    """mass, without the planets [required with dynamics]"""
+    inertia: Annotated[Inertia, POSITIVE] | None = None
+    """moment of inertia about the axis, without the planets [required with dynamics]"""
+    pin_circle_diameter: Annotated[Length, POSITIVE] | None = None
+    """diameter of the circle of pins [twice the centre distance]"""
+    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = None
+    """distance of the pin circle's axis from the carrier's"""
 
 
 class SetOptions(Part):
@@ -303,15 +256,16 @@ class SetOptions(Part):
     chooser: ClassVar[str] = "kind"
     descriptor: ClassVar[SetDescriptor]
 
-    module: Annotated[Length, POSITIVE] = option(..., "module m; of helical gears that of the normal section")
-    pressure_angle: Annotated[Angle, POSITIVE] = option(
-        math.radians(20.0), "pressure angle α of the rack; of helical gears that of the normal section"
-    )
-    helix_angle: Annotated[Angle, NOT_NEGATIVE] | None = option(
-        None, "helix angle β at the reference circle, unsigned", derived="spur gears", source=Iso21771
-    )
-    face_width: Annotated[Length, POSITIVE] = option(..., "face width B of every gear")
-    material: NamedMaterial = option(STEEL, "material of every gear", derived="steel")
+    module: Annotated[Length, POSITIVE]
+    """module m; of helical gears that of the normal section"""
+    pressure_angle: Annotated[Angle, POSITIVE] = math.radians(20.0)
+    """pressure angle α of the rack; of helical gears that of the normal section"""
+    helix_angle: Annotated[Angle, NOT_NEGATIVE] | None = None
+    """helix angle β at the reference circle, unsigned [spur gears]. Source: ISO 21771"""
+    face_width: Annotated[Length, POSITIVE]
+    """face width B of every gear"""
+    material: NamedMaterial = STEEL
+    """material of every gear [steel]"""
 
     @model_validator(mode="before")
     @classmethod
@@ -342,10 +296,13 @@ class ExternalPair(SetOptions):
 
     descriptor: ClassVar[SetDescriptor] = EXTERNAL_PAIR
 
-    kind: Literal["external-pair"] = option(..., "kind of gear set")
+    kind: Literal["external-pair"]
+    """kind of gear set"""
     centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
-    pinion: GearOptions = option(..., "the pinion; a cycle is one revolution of it")
-    gear: GearOptions = option(..., "the wheel")
+    pinion: GearOptions
+    """the pinion; a cycle is one revolution of it"""
+    gear: GearOptions
+    """the wheel"""
 
 
 class InternalPair(SetOptions):
@@ -353,17 +310,22 @@ class InternalPair(SetOptions):
 
     descriptor: ClassVar[SetDescriptor] = INTERNAL_PAIR
 
-    kind: Literal["internal-pair"] = option(..., "kind of gear set")
+    kind: Literal["internal-pair"]
+    """kind of gear set"""
     centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
-    pinion: GearOptions = option(..., "the pinion; a cycle is one revolution of it")
-    ring: Ring = option(..., "the ring around it")
+    pinion: GearOptions
+    """the pinion; a cycle is one revolution of it"""
+    ring: Ring
+    """the ring around it"""
 
 
 class CentreDistances(Part):
     """Two operating centre distances, as printed of sets that cannot be assembled so."""
 
-    sun_planet: Annotated[Length, POSITIVE] = option(..., "of sun and planets")
-    planet_ring: Annotated[Length, POSITIVE] = option(..., "of planets and ring")
+    sun_planet: Annotated[Length, POSITIVE]
+    """of sun and planets"""
+    planet_ring: Annotated[Length, POSITIVE]
+    """of planets and ring"""
 
 
 class PlanetaryOptions(SetOptions):
@@ -371,25 +333,25 @@ class PlanetaryOptions(SetOptions):
 
     descriptor: ClassVar[SetDescriptor] = PLANETARY
 
-    kind: Literal["planetary"] = option(..., "kind of gear set")
+    kind: Literal["planetary"]
+    """kind of gear set"""
     centre_distance: Annotated[
         CentreDistances | None, alone(CentreDistances, Length, "sun_planet", "planet_ring")
-    ] = option(
-        None,
-        "operating centre distance of both meshes, or {sun_planet, planet_ring} for sets as printed",
-        derived="from the profile shifts",
-        source=Iso21771,
-    )
-    planets: Annotated[Count, Ge(2)] = option(..., "number of planets N")
-    planet_angles: tuple[Angle, ...] | None = option(
-        None,
-        "angles of the planets, in the sense in which the sun turns relative to the carrier",
-        derived="equally spaced",
-    )
-    sun: PlanetaryGear = option(..., "the sun; a cycle is one revolution of it relative to the carrier")
-    planet: PlanetaryGear = option(..., "every planet")
-    ring: PlanetaryRing = option(..., "the ring around them")
-    carrier: CarrierOptions = option(CarrierOptions(), "the carrier")
+    ] = None
+    """operating centre distance of both meshes, or {sun_planet, planet_ring} for sets as printed [from the
+    profile shifts]. Source: ISO 21771"""
+    planets: Annotated[Count, Ge(2)]
+    """number of planets N"""
+    planet_angles: tuple[Angle, ...] | None = None
+    """angles of the planets, in the sense in which the sun turns relative to the carrier [equally spaced]"""
+    sun: PlanetaryGear
+    """the sun; a cycle is one revolution of it relative to the carrier"""
+    planet: PlanetaryGear
+    """every planet"""
+    ring: PlanetaryRing
+    """the ring around them"""
+    carrier: CarrierOptions = CarrierOptions()
+    """the carrier"""
 
     @model_validator(mode="after")
     def _one_angle_each(self) -> "PlanetaryOptions":

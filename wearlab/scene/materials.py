@@ -15,23 +15,17 @@ CONSTANTS = ("youngs_modulus", "poisson_ratio", "density", "hardness")
 class MaterialOptions(options.Part):
     """An isotropic elastic material; a name of the catalogue gives all of it, and options beside it win."""
 
-    youngs_modulus: Annotated[options.Pressure, options.POSITIVE] = options.option(..., "Young's modulus E")
-    poisson_ratio: Annotated[options.Number, options.NOT_NEGATIVE, Lt(0.5)] = options.option(
-        ..., "Poisson's ratio ν"
-    )
-    density: Annotated[options.Density, options.POSITIVE] = options.option(..., "density ρ")
-    hardness: Annotated[options.Hardness, options.POSITIVE] | None = options.option(
-        None,
-        "hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa'",
-        derived="what is usual for a named material, for wear laws that ask for it",
-        source="HRC by ASTM E140, HB by ISO 18265",
-    )
-    name: str | None = options.option(
-        None,
-        "a material of the catalogue, such as '18CrNiMo7-6' or 'POM'",
-        source="wearlab.shop.materials",
-        identity=False,
-    )
+    youngs_modulus: Annotated[options.Pressure, options.POSITIVE]
+    """Young's modulus E"""
+    poisson_ratio: Annotated[options.Number, options.NOT_NEGATIVE, Lt(0.5)]
+    """Poisson's ratio ν"""
+    density: Annotated[options.Density, options.POSITIVE]
+    """density ρ"""
+    hardness: Annotated[options.Hardness, options.POSITIVE] | None = None
+    """hardness of the flanks, such as '60 HRC', '300 HV', '200 HB' or '7 GPa' [what is usual for a named
+    material, for wear laws that ask for it]. Source: HRC by ASTM E140, HB by ISO 18265"""
+    name: str | None = options.option(None, identity=False)
+    """a material of the catalogue, such as '18CrNiMo7-6' or 'POM'. Source: wearlab.shop.materials"""
 
     @property
     def told(self) -> tuple[str, ...]:
@@ -102,43 +96,30 @@ class Lubricant(options.Part):
         (("viscosity",), ("grade", "viscosity_index"), ("kinematic_viscosity_40", "kinematic_viscosity_100")),
     )
 
-    viscosity: Annotated[options.Viscosity, options.POSITIVE] | None = options.option(
-        None,
-        "dynamic viscosity η0 at ambient pressure, where the flanks touch",
-        derived="from grade or datasheet at the temperature (ASTM D341)",
-        source="Dowson & Higginson 1966",
-    )
-    pressure_viscosity: Annotated[options.PressureViscosity, options.POSITIVE] | None = options.option(
-        None,
-        "pressure-viscosity coefficient α",
-        derived="estimated from the viscosity, k η^s",
-        source="Dowson & Higginson 1966, W23 Eq. 41; estimate: AGMA 925-A03",
-    )
-    temperature: Annotated[options.Temperature, options.POSITIVE] | None = options.option(
-        None, "temperature of the oil where the flanks touch, such as '60 degC'", derived="not known"
-    )
-    grade: Grade | None = options.option(
-        None, "viscosity grade, such as 'ISO VG 220'", source="ISO 3448", identity=False
-    )
-    viscosity_index: Annotated[options.Number, options.POSITIVE] | None = options.option(
-        None, "viscosity index of a grade", derived="95", source="ISO 2909, ASTM D2270", identity=False
-    )
+    viscosity: Annotated[options.Viscosity, options.POSITIVE] | None = None
+    """dynamic viscosity η0 at ambient pressure, where the flanks touch [from grade or datasheet at the
+    temperature (ASTM D341)]. Source: Dowson & Higginson 1966"""
+    pressure_viscosity: Annotated[options.PressureViscosity, options.POSITIVE] | None = None
+    """pressure-viscosity coefficient α [estimated from the viscosity, k η^s]. Source: Dowson & Higginson
+    1966, W23 Eq. 41; estimate: AGMA 925-A03"""
+    temperature: Annotated[options.Temperature, options.POSITIVE] | None = None
+    """temperature of the oil where the flanks touch, such as '60 degC' [not known]"""
+    grade: Grade | None = options.option(None, identity=False)
+    """viscosity grade, such as 'ISO VG 220'. Source: ISO 3448"""
+    viscosity_index: Annotated[options.Number, options.POSITIVE] | None = options.option(None, identity=False)
+    """viscosity index of a grade [95]. Source: ISO 2909, ASTM D2270"""
     kinematic_viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, "datasheet: kinematic viscosity at 40 °C", source="ASTM D341", identity=False
+        None, identity=False
     )
+    """datasheet: kinematic viscosity at 40 °C. Source: ASTM D341"""
     kinematic_viscosity_100: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, "datasheet: kinematic viscosity at 100 °C", source="ASTM D341", identity=False
+        None, identity=False
     )
-    density: Annotated[options.Density, options.POSITIVE] | None = options.option(
-        None,
-        "density of a grade or datasheet at 15 °C",
-        derived="43.37 lg ν₄₀ + 805.5 kg/m³",
-        source="ISO/TR 15144-1",
-        identity=False,
-    )
-    base: Literal["mineral", "pao"] = options.option(
-        "mineral", "base oil, for α", source="AGMA 925-A03", identity=False
-    )
+    """datasheet: kinematic viscosity at 100 °C. Source: ASTM D341"""
+    density: Annotated[options.Density, options.POSITIVE] | None = options.option(None, identity=False)
+    """density of a grade or datasheet at 15 °C [43.37 lg ν₄₀ + 805.5 kg/m³]. Source: ISO/TR 15144-1"""
+    base: Literal["mineral", "pao"] = options.option("mineral", identity=False)
+    """base oil, for α. Source: AGMA 925-A03"""
 
     @model_validator(mode="after")
     def _at_the_temperature(self) -> "Lubricant":

@@ -37,24 +37,16 @@ class Misalignment(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = ((("value",), ("in_plane", "out_of_plane")),)
 
-    value: Several | None = options.option(
-        None,
-        "F_βy over the face, in the plane of action; with torque one for each",
-        derived="from the axes",
-        source="ISO 6336-1",
-    )
-    in_plane: Several | None = options.option(
-        None, "deviation of the axes f_Σδ over the face, in their common plane", source="ISO/TR 10064-3"
-    )
-    out_of_plane: Several | None = options.option(
-        None, "deviation of the axes f_Σβ over the face, across that plane", source="ISO/TR 10064-3"
-    )
-    torque: tuple[Annotated[options.Torque, options.NOT_NEGATIVE], ...] | None = options.option(
-        None,
-        "torques of the input at which it is given, straight between: shafts bend; held beyond",
-        derived="the same under all",
-        source="wearlab",
-    )
+    value: Several | None = None
+    """F_βy over the face, in the plane of action; with torque one for each [from the axes]. Source: ISO
+    6336-1"""
+    in_plane: Several | None = None
+    """deviation of the axes f_Σδ over the face, in their common plane. Source: ISO/TR 10064-3"""
+    out_of_plane: Several | None = None
+    """deviation of the axes f_Σβ over the face, across that plane. Source: ISO/TR 10064-3"""
+    torque: tuple[Annotated[options.Torque, options.NOT_NEGATIVE], ...] | None = None
+    """torques of the input at which it is given, straight between: shafts bend; held beyond [the same under
+    all]. Source: wearlab"""
 
     @model_validator(mode="before")
     @classmethod
@@ -96,68 +88,42 @@ class OneMesh(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = ((("damping",), ("damping_ratio",)),)
 
-    stiffness: Stiffness = options.option(stiffnesses.FiniteElementStiffness(), "stiffness of a tooth pair")
-    contact: Contact = options.option(contacts.DisplacementContact(), "how worn flanks touch")
-    extended_contact: options.Switch = options.option(
-        None,
-        "let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, "
-        "a pair takes up its share at A at once",
-        derived="true, but for Algorithm 1 and a stiffness of the whole mesh, which know no tip corners",
-        source="Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md",
-    )
-    excitation: Excitation = options.option(
-        excitations.PairsExcitation(), "how the mesh force reaches the dynamics"
-    )
-    normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(
-        None,
-        "backlash j_bn along the line of action: back contact begins where drive contact ends at 0",
-        derived="what shifts, centre distance and tooth_thickness_allowance leave, where they leave any; "
-        "else the back flank is not modelled, separation still is",
-        source="L16 Eq. 6, recentred",
-    )
-    damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = options.option(
-        None,
-        "damping ratio on mean stiffness and effective mass of the mesh; this or damping with dynamics",
-        derived="damping",
-    )
-    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = options.option(
-        None,
-        "mesh damping c_m; this or damping_ratio with dynamics",
-        derived="damping_ratio",
-        source="L16 Table 1",
-    )
-    damping_in: Literal["contact", "always"] = options.option(
-        "contact", "when the damping acts: while flanks touch, or always as in the papers", source="wearlab"
-    )
-    damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = options.option(
-        damping_laws.ViscousDamping(), "how the mesh loses energy, in contact and out of it", source="wearlab"
-    )
+    stiffness: Stiffness = stiffnesses.FiniteElementStiffness()
+    """stiffness of a tooth pair"""
+    contact: Contact = contacts.DisplacementContact()
+    """how worn flanks touch"""
+    extended_contact: options.Switch = options.option(None)
+    """let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, a
+    pair takes up its share at A at once [true, but for Algorithm 1 and a stiffness of the whole mesh, which
+    know no tip corners]. Source: Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md"""
+    excitation: Excitation = excitations.PairsExcitation()
+    """how the mesh force reaches the dynamics"""
+    normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
+    """backlash j_bn along the line of action: back contact begins where drive contact ends at 0 [what shifts,
+    centre distance and tooth_thickness_allowance leave, where they leave any; else the back flank is not
+    modelled, separation still is]. Source: L16 Eq. 6, recentred"""
+    damping_ratio: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
+    """damping ratio on mean stiffness and effective mass of the mesh; this or damping with dynamics
+    [damping]"""
+    damping: Annotated[options.DampingRate, options.NOT_NEGATIVE] | None = None
+    """mesh damping c_m; this or damping_ratio with dynamics [damping_ratio]. Source: L16 Table 1"""
+    damping_in: Literal["contact", "always"] = "contact"
+    """when the damping acts: while flanks touch, or always as in the papers. Source: wearlab"""
+    damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = damping_laws.ViscousDamping()
+    """how the mesh loses energy, in contact and out of it. Source: wearlab"""
 
-    face_load_factor: Annotated[options.Number, Ge(1)] = options.option(
-        1.0,
-        "load per width where the face carries most, over its mean, K_Hβ; of flanks without a width",
-        source="ISO 6336-1",
-    )
-    misalignment: Annotated[Misalignment | None, gears.alone(Misalignment, options.Depth, "value")] = (
-        options.option(
-            None,
-            "by how much the flanks open from the end of negative face_position to that of positive one",
-            derived="aligned",
-            source="ISO 6336-1",
-        )
-    )
-    face_coupling: FaceCoupling | None = options.option(
-        None,
-        "how the slices of a tooth hold each other along the face",
-        derived="elements with finite-element stiffness; none where it is prescribed; else pasternak",
-        source="Ajmi & Velex 2005",
-    )
-    face_points: Annotated[options.Count, Ge(3), Le(401)] | None = options.option(
-        None,
-        "slices across the face; of helical gears about as many, on the lattice of the nodes",
-        derived="41, by the tolerance",
-        source="wearlab",
-    )
+    face_load_factor: Annotated[options.Number, Ge(1)] = 1.0
+    """load per width where the face carries most, over its mean, K_Hβ; of flanks without a width. Source: ISO
+    6336-1"""
+    misalignment: Annotated[Misalignment | None, gears.alone(Misalignment, options.Depth, "value")] = None
+    """by how much the flanks open from the end of negative face_position to that of positive one [aligned].
+    Source: ISO 6336-1"""
+    face_coupling: FaceCoupling | None = None
+    """how the slices of a tooth hold each other along the face [elements with finite-element stiffness; none
+    where it is prescribed; else pasternak]. Source: Ajmi & Velex 2005"""
+    face_points: Annotated[options.Count, Ge(3), Le(401)] | None = None
+    """slices across the face; of helical gears about as many, on the lattice of the nodes [41, by the
+    tolerance]. Source: wearlab"""
 
     @model_validator(mode="after")
     def _contact_onset(self) -> "OneMesh":
@@ -187,12 +153,10 @@ OWN_MESHES = PLANETARY.sections
 class MeshSection(OneMesh):
     """The meshes of a gear set: what all have in common, and what one kind has of its own."""
 
-    sun_planet: OneMesh | None = options.option(
-        None, "what holds for sun and planets alone", derived="as above"
-    )
-    planet_ring: OneMesh | None = options.option(
-        None, "what holds for planets and ring alone", derived="as above"
-    )
+    sun_planet: OneMesh | None = None
+    """what holds for sun and planets alone [as above]"""
+    planet_ring: OneMesh | None = None
+    """what holds for planets and ring alone [as above]"""
 
     def of(self, section: str) -> OneMesh:
         """Return what holds for one kind of mesh; ``section`` names its own table, "" for a pair."""
@@ -239,55 +203,44 @@ Tolerances = Annotated[tuple[Annotated[options.Depth, options.NOT_NEGATIVE], ...
 class MemberErrors(options.Part):
     """Manufacturing and installation errors of one gear, once and z times per revolution."""
 
-    iso_1328_class: Grade | None = options.option(
-        None,
-        "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
-        derived="the set's",
-        source="ISO 1328-1:1995",
-    )
-    total_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = options.option(
-        0.0, "tangential composite deviation F_i′", source="ISO 1328-1, W23 Eq. 28"
-    )
-    tooth_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = options.option(
-        0.0, "tooth-to-tooth tangential composite deviation f_i′", source="ISO 1328-1, W23 Eq. 28"
-    )
-    installation: Tolerances = options.option(
-        (), "installation tolerances Δe_q, each in a random direction", source="W23 Eq. 30"
-    )
+    iso_1328_class: Grade | None = None
+    """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles [the
+    set's]. Source: ISO 1328-1:1995"""
+    total_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = 0.0
+    """tangential composite deviation F_i′. Source: ISO 1328-1, W23 Eq. 28"""
+    tooth_composite: Annotated[options.Depth, options.NOT_NEGATIVE] = 0.0
+    """tooth-to-tooth tangential composite deviation f_i′. Source: ISO 1328-1, W23 Eq. 28"""
+    installation: Tolerances = ()
+    """installation tolerances Δe_q, each in a random direction. Source: W23 Eq. 30"""
 
 
 class PlanetErrors(MemberErrors):
     """Errors of every planet, each with angles of its own."""
 
-    planet_position: Tolerances = options.option(
-        (), "tolerances of the planets' pins, each in a fixed random direction of the carrier", source="W23"
-    )
+    planet_position: Tolerances = ()
+    """tolerances of the planets' pins, each in a fixed random direction of the carrier. Source: W23"""
 
 
 class CarrierErrors(options.Part):
     """Errors of the carrier."""
 
-    installation: Tolerances = options.option(
-        (), "installation tolerances of the carrier, each in a random direction", source="W23 Eq. 30"
-    )
-    planet_position: Tolerances = options.option(
-        (), "tolerances of the pins, each in a fixed random direction of the carrier", source="W23 Eq. 30"
-    )
+    installation: Tolerances = ()
+    """installation tolerances of the carrier, each in a random direction. Source: W23 Eq. 30"""
+    planet_position: Tolerances = ()
+    """tolerances of the pins, each in a fixed random direction of the carrier. Source: W23 Eq. 30"""
 
 
 class ErrorHarmonic(options.Part):
     """A prescribed error of a mesh, ``amplitude sin(2π order φ + phase)``."""
 
-    mesh: str = options.option(
-        None,
-        "the mesh it acts in, such as 'sun-planet-2'; 'sun-planet' names all of its kind",
-        derived="the mesh of a pair",
-    )
-    order: Annotated[options.Count, options.POSITIVE] = options.option(..., "multiple of the mesh frequency")
-    amplitude: Annotated[options.Depth, options.NOT_NEGATIVE] = options.option(
-        ..., "amplitude along the line of action", source="L16 Eq. 8"
-    )
-    phase: options.Angle = options.option(0.0, "phase angle at mesh phase 0", source="L16 Eq. 8")
+    mesh: str = options.option(None)
+    """the mesh it acts in, such as 'sun-planet-2'; 'sun-planet' names all of its kind [the mesh of a pair]"""
+    order: Annotated[options.Count, options.POSITIVE]
+    """multiple of the mesh frequency"""
+    amplitude: Annotated[options.Depth, options.NOT_NEGATIVE]
+    """amplitude along the line of action. Source: L16 Eq. 8"""
+    phase: options.Angle = 0.0
+    """phase angle at mesh phase 0. Source: L16 Eq. 8"""
 
     @model_validator(mode="before")
     @classmethod
@@ -312,26 +265,28 @@ class ErrorHarmonic(options.Part):
 class ErrorsSection(options.Part):
     """Errors of the mesh besides wear."""
 
-    seed: Annotated[options.Count, options.NOT_NEGATIVE] = options.option(
-        0, "seed of the initial angles, drawn once", source="wearlab"
-    )
-    slow: Annotated[slow_errors.SlowErrorModel, *options.named("averaged")] = options.option(
-        slow_errors.AveragedErrors(),
-        "once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period",
-        source="wearlab",
-    )
-    iso_1328_class: Grade | None = options.option(
-        None,
-        "accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles",
-        source="ISO 1328-1:1995",
-    )
-    pinion: MemberErrors | None = options.option(None, "errors of the pinion")
-    gear: MemberErrors | None = options.option(None, "errors of the gear")
-    sun: MemberErrors | None = options.option(None, "errors of the sun")
-    planet: PlanetErrors | None = options.option(None, "errors of every planet")
-    ring: MemberErrors | None = options.option(None, "errors of the ring")
-    carrier: CarrierErrors | None = options.option(None, "errors of the carrier")
-    harmonic: tuple[ErrorHarmonic, ...] = options.option((), "prescribed errors of the mesh frequency")
+    seed: Annotated[options.Count, options.NOT_NEGATIVE] = 0
+    """seed of the initial angles, drawn once. Source: wearlab"""
+    slow: Annotated[slow_errors.SlowErrorModel, *options.named("averaged")] = slow_errors.AveragedErrors()
+    """once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period. Source:
+    wearlab"""
+    iso_1328_class: Grade | None = None
+    """accuracy class whose allowed F_i′ and f_i′ stand where none are given; seed draws their angles. Source:
+    ISO 1328-1:1995"""
+    pinion: MemberErrors | None = None
+    """errors of the pinion"""
+    gear: MemberErrors | None = None
+    """errors of the gear"""
+    sun: MemberErrors | None = None
+    """errors of the sun"""
+    planet: PlanetErrors | None = None
+    """errors of every planet"""
+    ring: MemberErrors | None = None
+    """errors of the ring"""
+    carrier: CarrierErrors | None = None
+    """errors of the carrier"""
+    harmonic: tuple[ErrorHarmonic, ...] = ()
+    """prescribed errors of the mesh frequency"""
 
     @field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
     @classmethod

@@ -28,40 +28,37 @@ SUM_OF_SHARES = 1e-6
 class DutyBlock(options.Part):
     """One condition of a duty."""
 
-    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
-        ..., "torque on the input member"
-    )
-    speed: Annotated[options.Speed, options.POSITIVE] = options.option(..., "speed of the input member")
-    share: Annotated[options.Number, options.POSITIVE] = options.option(
-        ..., "share of the operating time; all shares sum to 1"
-    )
+    torque: Annotated[options.Torque, options.NOT_NEGATIVE]
+    """torque on the input member"""
+    speed: Annotated[options.Speed, options.POSITIVE]
+    """speed of the input member"""
+    share: Annotated[options.Number, options.POSITIVE]
+    """share of the operating time; all shares sum to 1"""
 
 
 class DutyFile(options.Part):
     """A load-duration table; its contents, not its path, are part of the scene."""
 
-    file: str = options.option(..., "CSV file with a row for each condition")
-    columns: dict[str, str] | None = options.option(
-        None, "header of torque, speed and share in the file", derived="their own names"
-    )
-    units: dict[str, str] = options.option(
-        {},
-        "units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum",
-        derived="those in the headers",
-    )
+    file: str
+    """CSV file with a row for each condition"""
+    columns: dict[str, str] | None = None
+    """header of torque, speed and share in the file [their own names]"""
+    units: dict[str, str] = options.option({})
+    """units of torque, speed and share; shares of time in %, h, s or [1], in proportion to their sum [those
+    in the headers]"""
 
 
 class OperationStage(options.Part):
     """One of several conditions in order; wear carries over from each to the next."""
 
-    label: str | None = options.option(None, "name of the stage", derived="its number", identity=False)
-    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
-        ..., "torque on the input member"
-    )
-    speed: Annotated[options.Speed, options.POSITIVE] = options.option(..., "speed of the input member")
-    cycles: Annotated[options.Number, options.POSITIVE] | None = options.option(
-        None, "cycles of the stage", derived="up to wear.until, in the last stage"
-    )
+    label: str | None = options.option(None, identity=False)
+    """name of the stage [its number]"""
+    torque: Annotated[options.Torque, options.NOT_NEGATIVE]
+    """torque on the input member"""
+    speed: Annotated[options.Speed, options.POSITIVE]
+    """speed of the input member"""
+    cycles: Annotated[options.Number, options.POSITIVE] | None = None
+    """cycles of the stage [up to wear.until, in the last stage]"""
 
 
 def _blocks(given: Any, info: ValidationInfo) -> Any:
@@ -136,16 +133,14 @@ class TorqueFluctuation(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = ((("order",), ("frequency",)),)
 
-    order: Annotated[options.Number, options.POSITIVE] | None = options.option(
-        None, "multiple of the mesh frequency", derived="from frequency", source="L16 Eq. 9"
-    )
-    frequency: Annotated[options.Frequency, options.POSITIVE] | None = options.option(
-        None, "frequency of its own", derived="from order", source="L16 Eq. 9"
-    )
-    amplitude: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
-        ..., "amplitude of the input torque", source="L16 Eq. 5"
-    )
-    phase: options.Angle = options.option(0.0, "phase angle", source="L16 Eq. 9")
+    order: Annotated[options.Number, options.POSITIVE] | None = None
+    """multiple of the mesh frequency [from frequency]. Source: L16 Eq. 9"""
+    frequency: Annotated[options.Frequency, options.POSITIVE] | None = None
+    """frequency of its own [from order]. Source: L16 Eq. 9"""
+    amplitude: Annotated[options.Torque, options.NOT_NEGATIVE]
+    """amplitude of the input torque. Source: L16 Eq. 5"""
+    phase: options.Angle = 0.0
+    """phase angle. Source: L16 Eq. 9"""
 
     @model_validator(mode="after")
     def _has_a_frequency(self) -> "TorqueFluctuation":
@@ -177,51 +172,33 @@ class Operation(options.Part):
         (("torque", "speed", "power"), ("duty",), ("stage",)),
     )
 
-    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = options.option(
-        None,
-        "torque on the input member; drive_flank gives its sense",
-        derived="power over speed; of the first block or stage",
-    )
-    speed: Annotated[options.Speed, options.POSITIVE] = options.option(
-        None,
-        "speed of the input member; revolutions or radians, never Hz",
-        derived="power over torque; of the first block or stage",
-    )
-    power: Annotated[options.Power, options.POSITIVE] | None = options.option(
-        None, "power at the input member, with torque or speed", derived="torque times speed", source="B23",
-        identity=False,
-    )  # fmt: skip
-    input: Central = options.option(None, "driving member", derived="pinion, sun")
-    output: Central = options.option(None, "driven member", derived="the other one, carrier")
-    fixed: Central | None = options.option(
-        None, "member at rest in a planetary set", derived="the one that is neither input nor output"
-    )
-    load_torque: Literal["balance", "zero"] | None = options.option(
-        None,
-        "torque on the output: what balances the input, or none with a grounded output",
-        derived="zero where a torsional support grounds the output, else balance",
-        source="W23",
-    )
-    torque_fluctuation: Fluctuation | None = options.option(
-        None,
-        "fluctuation of the input torque, one harmonic or a list of them",
-        derived="constant torque",
-        source="L16 Eq. 9",
-    )
-    drive_flank: Literal["right", "left"] = options.option("right", "flank that carries the load")
+    torque: Annotated[options.Torque, options.NOT_NEGATIVE] = None
+    """torque on the input member; drive_flank gives its sense [power over speed; of the first block or
+    stage]"""
+    speed: Annotated[options.Speed, options.POSITIVE] = None
+    """speed of the input member; revolutions or radians, never Hz [power over torque; of the first block or
+    stage]"""
+    power: Annotated[options.Power, options.POSITIVE] | None = options.option(None, identity=False)
+    """power at the input member, with torque or speed [torque times speed]. Source: B23"""
+    input: Central = options.option(None)
+    """driving member [pinion, sun]"""
+    output: Central = options.option(None)
+    """driven member [the other one, carrier]"""
+    fixed: Central | None = None
+    """member at rest in a planetary set [the one that is neither input nor output]"""
+    load_torque: Literal["balance", "zero"] | None = None
+    """torque on the output: what balances the input, or none with a grounded output [zero where a torsional
+    support grounds the output, else balance]. Source: W23"""
+    torque_fluctuation: Fluctuation | None = None
+    """fluctuation of the input torque, one harmonic or a list of them [constant torque]. Source: L16 Eq. 9"""
+    drive_flank: Literal["right", "left"] = "right"
+    """flank that carries the load"""
 
-    duty: Duty | None = options.option(
-        None,
-        "conditions that take turns: wear rates mixed per cycle, by shares of time times speed",
-        derived="torque and speed alone",
-        source="wearlab",
-    )
-    stage: OperationStages | None = options.option(
-        None,
-        "conditions in order, one after another; wear carries over",
-        derived="torque and speed alone",
-        source="wearlab",
-    )
+    duty: Duty | None = None
+    """conditions that take turns: wear rates mixed per cycle, by shares of time times speed [torque and speed
+    alone]. Source: wearlab"""
+    stage: OperationStages | None = None
+    """conditions in order, one after another; wear carries over [torque and speed alone]. Source: wearlab"""
 
     @property
     def output_loaded(self) -> bool | None:

@@ -203,13 +203,13 @@ def _as_a_value(given: object, path: Path) -> str:
 
 def _wanted(path: Path, parts: Parts) -> str:
     """Return what stands at a path: its meaning and an example."""
-    fields = [part.model_fields[path[-1]] for part in parts if path and path[-1] in part.model_fields]
-    if not fields:
+    part = next((part for part in parts if path and path[-1] in part.model_fields), None)
+    if part is None:
         return "a value"
-    field = fields[0]
+    field = part.model_fields[path[-1]]
     unit = options.unit_within(field.annotation, field.metadata)
     example = f", such as {units.KINDS[unit.kind].example!r}" if unit else ""
-    return f"{field.description}{example}"
+    return f"{part.texts()[path[-1]]['description']}{example}"
 
 
 def _table_with(kind: str, path: Path) -> str:

@@ -32,36 +32,24 @@ class Rating(options.Part):
     of_pitting: ClassVar[tuple[str, ...]] = ("allowable_contact_stress", "viscosity_40", "hours")
     """What S_H takes, besides roughnesses and a misalignment."""
 
-    body_factor: Annotated[options.Number, options.POSITIVE, Le(1.0)] = options.option(
-        1.0, "C_R, 1 for solid bodies", source=STIFFNESS
-    )
-    equivalent_misalignment: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(
-        None,
-        "F_βx before running-in, which the face load factor is for",
-        derived="mesh.misalignment, else no face load factor",
-        source=STIFFNESS,
-    )
-    running_in: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] = options.option(
-        0.15, "share of it that runs in, y_β/F_βx; 0.15 of case-hardened gears", source=STIFFNESS
-    )
-    application_factor: Annotated[options.Number, options.POSITIVE] = options.option(
-        1.0, "K_A K_v on the load of the face load factor", source=STIFFNESS
-    )
-    allowable_contact_stress: Annotated[options.Pressure, options.POSITIVE] | None = options.option(
-        None,
-        "σ_Hlim of both gears, such as '1500 MPa', for the safety against pitting",
-        derived="no safety against pitting",
-        source=PITTING,
-    )
-    viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = options.option(
-        None, "kinematic viscosity of the oil at 40 °C, for it", source=PITTING
-    )
-    hours: Annotated[options.Hours, options.POSITIVE] | None = options.option(
-        None, "life wanted of it", source=PITTING
-    )
-    transverse_load_factor: Annotated[options.Number, options.POSITIVE] = options.option(
-        1.0, "K_Hα on the contact stress", source=PITTING
-    )
+    body_factor: Annotated[options.Number, options.POSITIVE, Le(1.0)] = 1.0
+    """C_R, 1 for solid bodies. Source: ISO 6336-1"""
+    equivalent_misalignment: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
+    """F_βx before running-in, which the face load factor is for [mesh.misalignment, else no face load
+    factor]. Source: ISO 6336-1"""
+    running_in: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] = 0.15
+    """share of it that runs in, y_β/F_βx; 0.15 of case-hardened gears. Source: ISO 6336-1"""
+    application_factor: Annotated[options.Number, options.POSITIVE] = 1.0
+    """K_A K_v on the load of the face load factor. Source: ISO 6336-1"""
+    allowable_contact_stress: Annotated[options.Pressure, options.POSITIVE] | None = None
+    """σ_Hlim of both gears, such as '1500 MPa', for the safety against pitting [no safety against pitting].
+    Source: ISO 6336-2"""
+    viscosity_40: Annotated[options.KinematicViscosity, options.POSITIVE] | None = None
+    """kinematic viscosity of the oil at 40 °C, for it. Source: ISO 6336-2"""
+    hours: Annotated[options.Hours, options.POSITIVE] | None = None
+    """life wanted of it. Source: ISO 6336-2"""
+    transverse_load_factor: Annotated[options.Number, options.POSITIVE] = 1.0
+    """K_Hα on the contact stress. Source: ISO 6336-2"""
 
 
 MOST = 1_000_000  # points; a state of the wear would take gigabytes
@@ -71,27 +59,19 @@ DERIVED = "from the tolerance"
 class Numerics(options.Part):
     """How accurate a run is."""
 
-    tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] = options.option(
-        1e-3, "relative error in wear depth and life", source="wearlab"
-    )
-    steps_per_period: Annotated[options.Count, Ge(4), Le(MOST)] | None = options.option(
-        None, "integration steps in a mesh period", derived=DERIVED
-    )
-    phase_points: Annotated[options.Count, Ge(8), Le(MOST)] | None = options.option(
-        None, "stored phases of a mesh period", derived=DERIVED
-    )
-    profile_points: Annotated[options.Count, Ge(9), Le(MOST)] | None = options.option(
-        None, "nodes on the path of contact", derived=DERIVED
-    )
-    cycle_tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] | None = options.option(
-        None, "relative error of the steps over cycles", derived=DERIVED
-    )
-    most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = options.option(
-        None,
-        "right-hand sides after which a life ends where it is, to be gone on from; more than derived allow a "
-        "longer search for other attractors, too",
-        derived="from the tolerance and the coordinates: minutes of work",
-    )
+    tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] = 1e-3
+    """relative error in wear depth and life. Source: wearlab"""
+    steps_per_period: Annotated[options.Count, Ge(4), Le(MOST)] | None = None
+    """integration steps in a mesh period [from the tolerance]"""
+    phase_points: Annotated[options.Count, Ge(8), Le(MOST)] | None = None
+    """stored phases of a mesh period [from the tolerance]"""
+    profile_points: Annotated[options.Count, Ge(9), Le(MOST)] | None = None
+    """nodes on the path of contact [from the tolerance]"""
+    cycle_tolerance: Annotated[options.Number, options.POSITIVE, Lt(1.0)] | None = None
+    """relative error of the steps over cycles [from the tolerance]"""
+    most_right_hand_sides: Annotated[options.Number, Ge(1.0)] | None = None
+    """right-hand sides after which a life ends where it is, to be gone on from; more than derived allow a
+    longer search for other attractors, too [from the tolerance and the coordinates: minutes of work]"""
 
 
 ALL = "all"
@@ -112,20 +92,14 @@ def _known(names: tuple[str, ...]) -> tuple[str, ...]:
 class StoreSection(options.Part):
     """What is kept of a run."""
 
-    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = options.option(
-        None,
-        "variables to store; 'all' is all that the present parts make, to which those made on request "
-        "(mesh_acceleration, its spectrum and statistics, mesh_deflection_orders) are added by name",
-        derived="all that the present parts make",
-        source="wearlab",
-    )
+    variables: Annotated[tuple[str, ...], MinLen(1), AfterValidator(_known)] | None = None
+    """variables to store; 'all' is all that the present parts make, to which those made on request
+    (mesh_acceleration, its spectrum and statistics, mesh_deflection_orders) are added by name [all that the
+    present parts make]. Source: wearlab"""
 
-    results: dict[str, str] = options.option(
-        {},
-        "results of plug-ins that are stored, each with the hash of its source",
-        derived="those of the plug-ins that the file names",
-        source="wearlab",
-    )
+    results: dict[str, str] = options.option({})
+    """results of plug-ins that are stored, each with the hash of its source [those of the plug-ins that the
+    file names]. Source: wearlab"""
 
     def keeps(self, name: str) -> bool:
         """Whether a variable that was made is stored."""
@@ -140,21 +114,28 @@ class StoreSection(options.Part):
 class Sections(options.Part):
     """The sections of a scene; an absent one is ``None``."""
 
-    gears: Gears = options.option(..., "shape of the gears")
-    operation: Operation = options.option(..., "how they are driven")
-    mesh: MeshSection = options.option(MeshSection(), "contact, stiffness, excitation and damping")
-    errors: ErrorsSection | None = options.option(None, "prescribed errors")
-    dynamics: Dynamics | None = options.option(None, "moving coordinates", derived="quasi-static")
-    lubricant: Lubricant | None = options.option(None, "the oil", derived="dry: no film")
-    wear: WearSection | None = options.option(None, "the wear law and the life", derived="one unworn state")
-    numerics: Numerics = options.option(Numerics(), "accuracy")
-    start: Start | None = options.option(
-        None, "the run whose wear this one goes on from", derived="its own wear"
-    )
-    rating: Rating | None = options.option(
-        None, "what ISO 6336 says of a pair, beside what is computed", derived="nothing is rated"
-    )
-    store: StoreSection = options.option(StoreSection(), "what is kept")
+    gears: Gears
+    """shape of the gears"""
+    operation: Operation
+    """how they are driven"""
+    mesh: MeshSection = MeshSection()
+    """contact, stiffness, excitation and damping"""
+    errors: ErrorsSection | None = None
+    """prescribed errors"""
+    dynamics: Dynamics | None = None
+    """moving coordinates [quasi-static]"""
+    lubricant: Lubricant | None = None
+    """the oil [dry: no film]"""
+    wear: WearSection | None = None
+    """the wear law and the life [one unworn state]"""
+    numerics: Numerics = Numerics()
+    """accuracy"""
+    start: Start | None = None
+    """the run whose wear this one goes on from [its own wear]"""
+    rating: Rating | None = None
+    """what ISO 6336 says of a pair, beside what is computed [nothing is rated]"""
+    store: StoreSection = StoreSection()
+    """what is kept"""
 
     @property
     def meshes(self) -> dict[str, OneMesh]:

@@ -103,14 +103,14 @@ Flank = Annotated[str, BeforeValidator(_of_the_set)]
 class Until(options.Part):
     """Where the life ends: at the first limit reached."""
 
-    cycles: Positive | None = options.option(None, "revolutions of the pinion", derived="no such limit")
-    mesh_cycles: Positive | None = options.option(None, "mesh cycles", derived="no such limit")
-    hours: Annotated[options.Hours, options.POSITIVE] | None = options.option(
-        None, "operating hours, a plain count or a time with its unit", derived="no such limit"
-    )
-    depth: PositiveDepth | None = options.option(
-        None, "largest wear depth", derived="no such limit", source="W23: 400 µm"
-    )
+    cycles: Positive | None = None
+    """revolutions of the pinion [no such limit]"""
+    mesh_cycles: Positive | None = None
+    """mesh cycles [no such limit]"""
+    hours: Annotated[options.Hours, options.POSITIVE] | None = None
+    """operating hours, a plain count or a time with its unit [no such limit]"""
+    depth: PositiveDepth | None = None
+    """largest wear depth [no such limit]. Source: W23: 400 µm"""
     flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
@@ -127,15 +127,12 @@ class SnapshotOptions(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
 
-    cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = options.option(
-        None, "at these revolutions of the pinion", derived="not by cycles"
-    )
-    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = (
-        options.option(None, "at these mesh cycles", derived="not by mesh cycles")
-    )
-    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), AfterValidator(_ascending)] | None = (
-        options.option(None, "when the wear reaches these depths", derived="not by depth")
-    )
+    cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = None
+    """at these revolutions of the pinion [not by cycles]"""
+    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = None
+    """at these mesh cycles [not by mesh cycles]"""
+    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), AfterValidator(_ascending)] | None = None
+    """when the wear reaches these depths [not by depth]"""
     flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
     @model_validator(mode="after")
@@ -157,52 +154,35 @@ class WearSection(options.Part):
 
     alternatives: ClassVar[options.Alternatives] = ((("contact_patch",), ("average_over_contact_width",)),)
 
-    coefficient: Coefficient | None = options.option(
-        None, "wear coefficient k; required with until", derived="nothing wears", source="Archard 1953"
+    coefficient: Coefficient | None = None
+    """wear coefficient k; required with until [nothing wears]. Source: Archard 1953"""
+    law: Annotated[laws.LawModel, *options.named("archard")] = laws.ArchardLaw()
+    """how much is worn away in a cycle. Source: Archard 1953"""
+    load: Annotated[loads.LoadModel, *options.named()] = options.option(None)
+    """force that wears: when the point is in contact, L16's Miner torque, or static [instant with dynamics,
+    static without]. Source: L16 Eq. 25"""
+    wohler_slope: Positive | None = None
+    """Wöhler slope of the equivalent load; not printed in L16 [no equivalent_load]. Source: L16 Eq. 25"""
+    pressure: Annotated[pressures.PressureModel, *options.named("mean")] = pressures.MeanPressure()
+    """Hertz pressure in the law; peak is 4/π times. Source: Archard 1953"""
+    projection: Annotated[projections.ProjectionModel, *options.named("normal")] = (
+        projections.NormalProjection()
     )
-    law: Annotated[laws.LawModel, *options.named("archard")] = options.option(
-        laws.ArchardLaw(), "how much is worn away in a cycle", source=SOURCE
-    )
-    load: Annotated[loads.LoadModel, *options.named()] = options.option(
-        None,
-        "force that wears: when the point is in contact, L16's Miner torque, or static",
-        derived="instant with dynamics, static without",
-        source="L16 Eq. 25",
-    )
-    wohler_slope: Positive | None = options.option(
-        None,
-        "Wöhler slope of the equivalent load; not printed in L16",
-        derived="no equivalent_load",
-        source="L16 Eq. 25",
-    )
-    pressure: Annotated[pressures.PressureModel, *options.named("mean")] = options.option(
-        pressures.MeanPressure(), "Hertz pressure in the law; peak is 4/π times", source=SOURCE
-    )
-    projection: Annotated[projections.ProjectionModel, *options.named("normal")] = options.option(
-        projections.NormalProjection(),
-        "direction of the depth: along the normal, or W23's h/cos α",
-        source="W23 Eq. 33",
-    )
-    contact_patch: Annotated[patches.PatchModel, *options.named("elastic")] = options.option(
-        patches.ElasticPatch(),
-        "over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and "
-        "levelled by the pressure that redistributes inside",
-        source="Johnson 1985",
-    )
-    average_over_contact_width: options.Switch | None = options.option(
-        None,
-        "another word: true for contact_patch = one-way, false for none",
-        derived="as contact_patch says",
-        source=SOURCE,
-    )
-    initial: Annotated[InitialWears | None, BeforeValidator(_no_table)] = options.option(
-        None, "wear before the first cycle", derived="new flanks"
-    )
-    until: Until | None = options.option(None, "where the life ends", derived="one wear state")
-    snapshots: SnapshotOptions | None = options.option(
-        None, "states stored on the way", derived="accepted steps"
-    )
-    step: Step = options.option(steps.AdaptiveStep(), "how the wear is stepped over cycles", source="wearlab")
+    """direction of the depth: along the normal, or W23's h/cos α. Source: W23 Eq. 33"""
+    contact_patch: Annotated[patches.PatchModel, *options.named("elastic")] = patches.ElasticPatch()
+    """over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and
+    levelled by the pressure that redistributes inside. Source: Johnson 1985"""
+    average_over_contact_width: options.Switch | None = None
+    """another word: true for contact_patch = one-way, false for none [as contact_patch says]. Source: Archard
+    1953"""
+    initial: Annotated[InitialWears | None, BeforeValidator(_no_table)] = None
+    """wear before the first cycle [new flanks]"""
+    until: Until | None = None
+    """where the life ends [one wear state]"""
+    snapshots: SnapshotOptions | None = None
+    """states stored on the way [accepted steps]"""
+    step: Step = steps.AdaptiveStep()
+    """how the wear is stepped over cycles. Source: wearlab"""
 
     @model_validator(mode="before")
     @classmethod
@@ -270,26 +250,18 @@ class Start(options.Part):
         (("cycle",), ("life_fraction",)),
     )
 
-    run: Annotated[str, AfterValidator(_identity)] | None = options.option(
-        None, "identity of the run to continue", derived="named by campaign and select", source="wearlab"
-    )
-    campaign: str | None = options.option(
-        None, "campaign file whose run is continued", derived="named by run", source="wearlab", identity=False
-    )
-    select: dict[str, Any] | None = options.option(
-        None,
-        "axis = value or case = label, of the run in that campaign",
-        derived="its only run",
-        source="wearlab",
-        identity=False,
-    )
-    cycle: Annotated[options.Number, options.NOT_NEGATIVE] | None = options.option(
-        None, "cycle of that run at which this one begins", derived="its last state", source="wearlab"
-    )
-    life_fraction: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] | None = options.option(
-        None, "the same as a fraction of that run's life", derived="its last state", source="wearlab"
-    )
-    replace: tuple[str, ...] = options.option((), "members that get new flanks", source="wearlab")
+    run: Annotated[str, AfterValidator(_identity)] | None = None
+    """identity of the run to continue [named by campaign and select]. Source: wearlab"""
+    campaign: str | None = options.option(None, identity=False)
+    """campaign file whose run is continued [named by run]. Source: wearlab"""
+    select: dict[str, Any] | None = options.option(None, identity=False)
+    """axis = value or case = label, of the run in that campaign [its only run]. Source: wearlab"""
+    cycle: Annotated[options.Number, options.NOT_NEGATIVE] | None = None
+    """cycle of that run at which this one begins [its last state]. Source: wearlab"""
+    life_fraction: Annotated[options.Number, options.NOT_NEGATIVE, Le(1.0)] | None = None
+    """the same as a fraction of that run's life [its last state]. Source: wearlab"""
+    replace: tuple[str, ...] = ()
+    """members that get new flanks. Source: wearlab"""
 
     @model_validator(mode="after")
     def _one_run(self) -> "Start":

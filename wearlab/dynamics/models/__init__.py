@@ -22,9 +22,8 @@ Method = Literal["periodic", "rk4", "rk45", "newmark"]
 class FrictionOptions(Part):
     """Sliding friction of the flanks, ``μ F`` against the sliding, reversed at the pitch point."""
 
-    coefficient: Annotated[Number, NOT_NEGATIVE, Le(1.0)] = option(
-        ..., "coefficient of friction μ, such as 0.05", source="B23"
-    )
+    coefficient: Annotated[Number, NOT_NEGATIVE, Le(1.0)]
+    """coefficient of friction μ, such as 0.05. Source: B23"""
 
 
 FRICTION = "sliding friction of the flanks"
@@ -46,12 +45,14 @@ SpeedRange = create_model(
 class ResponseOverSpeed(Part):
     """The response over speed of the first wear state, each speed from the response of the last."""
 
-    speed: SpeedRange = option(..., "speeds of the input member")
-    direction: Literal["up", "down", "both"] = option(
-        "both", "whether the speed rises, falls, or rises and then falls"
-    )
-    transient: Annotated[Count, POSITIVE] = option(200, "mesh periods integrated at a speed before it counts")
-    strobe: Annotated[Count, POSITIVE] = option(64, "mesh periods whose strobed states are kept")
+    speed: SpeedRange
+    """speeds of the input member"""
+    direction: Literal["up", "down", "both"] = "both"
+    """whether the speed rises, falls, or rises and then falls"""
+    transient: Annotated[Count, POSITIVE] = 200
+    """mesh periods integrated at a speed before it counts"""
+    strobe: Annotated[Count, POSITIVE] = 64
+    """mesh periods whose strobed states are kept"""
 
     @property
     def directions(self) -> tuple[str, ...]:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from wearlab.dynamics.models import DynamicModel, InMotion
 from wearlab.dynamics.supports import Supports, TorsionalSupports, problems_of_pair
-from wearlab.options import option
 
 if TYPE_CHECKING:
     from wearlab.dynamics.system import System
@@ -14,8 +13,10 @@ if TYPE_CHECKING:
 class TorsionalDynamics(DynamicModel):
     """One degree of freedom along the line of action."""
 
-    model: Literal["torsional"] = option(..., "torsional pair, 1 DOF", source="L16 Eqs. 3–4")
-    supports: TorsionalSupports = option(TorsionalSupports(), "torsional supports, none by default")
+    model: Literal["torsional"]
+    """torsional pair, 1 DOF. Source: L16 Eqs. 3–4"""
+    supports: TorsionalSupports = TorsionalSupports()
+    """torsional supports, none by default"""
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's torsional model."""
@@ -31,8 +32,10 @@ class TorsionalDynamics(DynamicModel):
 class Spur3dofDynamics(DynamicModel):
     """Rotation and both translations along the line of action."""
 
-    model: Literal["spur-3dof"] = option(..., "spur pair on bearings, 3 DOF", source="L16 Eqs. 1–6")
-    supports: Supports = option(..., "the bearings of both gears")
+    model: Literal["spur-3dof"]
+    """spur pair on bearings, 3 DOF. Source: L16 Eqs. 1–6"""
+    supports: Supports
+    """the bearings of both gears"""
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's model with translations."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from wearlab.dynamics.models import DynamicModel, InMotion
 from wearlab.dynamics.supports import PlanetarySupports, PlanetaryTorsionalSupports
-from wearlab.options import Switch, option
+from wearlab.options import Switch
 
 if TYPE_CHECKING:
     from wearlab.dynamics.system import System
@@ -16,11 +16,12 @@ class PlanetaryDynamics(DynamicModel):
 
     kinds: ClassVar[tuple[str, ...]] = ("planetary",)
 
-    model: Literal["planetary"] = option(..., "planetary set, 3(N+3) DOF", source="W23 Eqs. 1–14")
-    supports: PlanetarySupports = option(PlanetarySupports(), "what holds the members")
-    rotation: Switch = option(
-        True, "gyroscopic and centripetal terms of the carrier's frame", source="W23 Eqs. 7–14"
-    )
+    model: Literal["planetary"]
+    """planetary set, 3(N+3) DOF. Source: W23 Eqs. 1–14"""
+    supports: PlanetarySupports = PlanetarySupports()
+    """what holds the members"""
+    rotation: Switch = True
+    """gyroscopic and centripetal terms of the carrier's frame. Source: W23 Eqs. 7–14"""
 
     def build(self, motion: InMotion) -> "System":
         """Return W23's model."""
@@ -74,12 +75,10 @@ class PlanetaryTorsionalDynamics(DynamicModel):
 
     kinds: ClassVar[tuple[str, ...]] = ("planetary",)
 
-    model: Literal["planetary-torsional"] = option(
-        ..., "planetary set, rotations alone", source="B23 Eqs. 14–20"
-    )
-    supports: PlanetaryTorsionalSupports = option(
-        PlanetaryTorsionalSupports(), "torsional supports, none by default"
-    )
+    model: Literal["planetary-torsional"]
+    """planetary set, rotations alone. Source: B23 Eqs. 14–20"""
+    supports: PlanetaryTorsionalSupports = PlanetaryTorsionalSupports()
+    """torsional supports, none by default"""
 
     def build(self, motion: InMotion) -> "System":
         """Return B23's model of a set whose ring is at rest."""

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from pydantic import PrivateAttr
 
 from wearlab.arrays import Array
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -75,7 +74,8 @@ class StaticLoad(LoadModel):
 
     moving: ClassVar[bool] = False
 
-    model: Literal["static"] = option("static", "static force", source="W23")
+    model: Literal["static"] = "static"
+    """static force. Source: W23"""
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Ask nothing."""
@@ -89,7 +89,8 @@ class StaticLoad(LoadModel):
 class InstantLoad(LoadModel):
     """The force when the point is in contact."""
 
-    model: Literal["instant"] = option("instant", "when the point is in contact", source="L16")
+    model: Literal["instant"] = "instant"
+    """when the point is in contact. Source: L16"""
 
     def at_nodes(self, flanks: "MeshFlanks", static: "Quasistatic", force: Forces) -> Array:
         """Return the force on a pair at every node, (n_rows, n) [N]."""
@@ -105,7 +106,8 @@ class EquivalentLoad(LoadModel):
 
     needs_slope: ClassVar[bool] = True
 
-    model: Literal["equivalent"] = option("equivalent", "L16's Miner torque", source="L16 Eq. 25")
+    model: Literal["equivalent"] = "equivalent"
+    """L16's Miner torque. Source: L16 Eq. 25"""
     _wohler_slope: float = PrivateAttr(1.0)
 
     def build(self, wohler_slope: float | None) -> "EquivalentLoad":

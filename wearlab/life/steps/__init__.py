@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Tag
 
-from wearlab.options import POSITIVE, Depth, Number, Part, option
+from wearlab.options import POSITIVE, Depth, Number, Part
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -30,7 +30,8 @@ class StepMethod(Variant):
 class AdaptiveStep(StepMethod):
     """Steps as long as error and stability allow."""
 
-    method: Literal["adaptive"] = option("adaptive", "adaptive steps over cycles", source="wearlab")
+    method: Literal["adaptive"] = "adaptive"
+    """adaptive steps over cycles. Source: wearlab"""
 
     def build(self) -> "Method":
         """Return the adaptive method."""
@@ -42,8 +43,10 @@ class AdaptiveStep(StepMethod):
 class EulerStep(StepMethod):
     """Explicit Euler, a step as long as the wear takes to grow by a threshold (as published)."""
 
-    method: Literal["euler"] = option("euler", "the papers' Euler steps", source="L16 Fig. 2")
-    threshold: Annotated[Depth, POSITIVE] = option(..., "wear per step, ε^q", source="L16 Eq. 21")
+    method: Literal["euler"] = "euler"
+    """the papers' Euler steps. Source: L16 Fig. 2"""
+    threshold: Annotated[Depth, POSITIVE]
+    """wear per step, ε^q. Source: L16 Eq. 21"""
 
     def build(self) -> "Method":
         """Return L16's method."""
@@ -55,7 +58,8 @@ class EulerStep(StepMethod):
 class StabilitySize(Part):
     """A step as a fraction of the stability limit."""
 
-    stability: Positive = option(..., "fraction of the stability limit", source="wearlab")
+    stability: Positive
+    """fraction of the stability limit. Source: wearlab"""
 
 
 def _size(value: Any) -> str:
@@ -65,10 +69,12 @@ def _size(value: Any) -> str:
 class FixedStep(StepMethod):
     """Equal explicit steps."""
 
-    method: Literal["fixed"] = option("fixed", "equal steps over cycles", source="wearlab")
+    method: Literal["fixed"] = "fixed"
+    """equal steps over cycles. Source: wearlab"""
     size: Annotated[
         Annotated[Positive, Tag("count")] | Annotated[StabilitySize, Tag("fraction")], Discriminator(_size)
-    ] = option(..., "cycles per step, or {stability = 0.9} of the limit")
+    ]
+    """cycles per step, or {stability = 0.9} of the limit"""
 
     def build(self) -> "Method":
         """Return equal steps."""

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from annotated_types import Ge
 
-from wearlab.options import POSITIVE, Angle, Count, option
+from wearlab.options import POSITIVE, Angle, Count
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -20,14 +20,10 @@ class ContactModel(Variant):
     model_error: ClassVar[str] = ""
     """How far its gaps are known to be off, with the source of that; "": they are not."""
 
-    engagement: Literal["load", "threshold"] = option(
-        "load", "pairs in contact: those that carry load, or those closer than a threshold", source="Y23"
-    )
-    threshold: Annotated[Angle, POSITIVE] = option(
-        1e-4,
-        "rotation of the driven gear within which a pair counts as engaged",
-        source="Y23 Algorithm 1",
-    )
+    engagement: Literal["load", "threshold"] = "load"
+    """pairs in contact: those that carry load, or those closer than a threshold. Source: Y23"""
+    threshold: Annotated[Angle, POSITIVE] = 1e-4
+    """rotation of the driven gear within which a pair counts as engaged. Source: Y23 Algorithm 1"""
 
     @property
     def by_threshold(self) -> bool:
@@ -61,9 +57,8 @@ class DisplacementContact(ContactModel):
         '100 um (mesh.contact = "exact" has no such error)'
     )
 
-    model: Literal["displacement"] = option(
-        "displacement", "first-order form of worn contact", source="wearlab"
-    )
+    model: Literal["displacement"] = "displacement"
+    """first-order form of worn contact. Source: wearlab"""
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return gaps of tip corners beyond A and E; within, the contact analysis adds depths up itself."""
@@ -77,7 +72,8 @@ class DisplacementContact(ContactModel):
 class ExactContact(ContactModel):
     """Worn flanks touch where they really meet, off the line of action."""
 
-    model: Literal["exact"] = option("exact", "smallest rotation gap of the worn flanks", source="Y23")
+    model: Literal["exact"] = "exact"
+    """smallest rotation gap of the worn flanks. Source: Y23"""
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return the smallest rotation gaps."""
@@ -91,8 +87,10 @@ class AlgorithmOneContact(ContactModel):
 
     tip_corners: ClassVar[bool] = False
 
-    model: Literal["algorithm-1"] = option("algorithm-1", "Y23's search", source="Y23 Algorithm 1")
-    points: Annotated[Count, Ge(9)] = option(1849, "points searched on each flank", source="Y23 Table 1")
+    model: Literal["algorithm-1"] = "algorithm-1"
+    """Y23's search. Source: Y23 Algorithm 1"""
+    points: Annotated[Count, Ge(9)] = 1849
+    """points searched on each flank. Source: Y23 Table 1"""
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return the gaps that the search finds."""

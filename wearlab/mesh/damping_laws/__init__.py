@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -53,9 +52,8 @@ class DampingLaw(Variant):
 class ViscousDamping(DampingLaw):
     """A dashpot on the rate of approach of the flanks, shared like the stiffness; flanks do not pull."""
 
-    model: Literal["viscous"] = option(
-        "viscous", "a dashpot on the rate of approach of touching flanks", source="L16 Eq. 6, W23 Eq. 36"
-    )
+    model: Literal["viscous"] = "viscous"
+    """a dashpot on the rate of approach of touching flanks. Source: L16 Eq. 6, W23 Eq. 36"""
 
     def build(self, meshes: MeshesInOperation) -> None:
         """Return nothing: the steps have this law built in."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from wearlab.gears.specification import GearError
 from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
-from wearlab.options import POSITIVE, LossPerSpeed, option
+from wearlab.options import POSITIVE, LossPerSpeed
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
@@ -44,17 +44,11 @@ class HuntCrossleyDamping(DampingLaw):
     Flanks that meet at a speed v part at ``v (1 − ⅔ χ v)`` while that loss is small, whatever their load.
     """
 
-    model: Literal["hunt-crossley"] = option(
-        "hunt-crossley",
-        "damping in proportion to the elastic force: N = F (1 + χ ẋ)",
-        source="Hunt & Crossley 1975 Eq. 6",
-    )
-    loss: Annotated[LossPerSpeed, POSITIVE] | None = option(
-        None,
-        "χ: flanks that meet at a speed v part slower by the share ⅔ χ v",
-        derived="c over the static force of the mesh: about that force the loss is the viscous law's",
-        source="Hunt & Crossley 1975",
-    )
+    model: Literal["hunt-crossley"] = "hunt-crossley"
+    """damping in proportion to the elastic force: N = F (1 + χ ẋ). Source: Hunt & Crossley 1975 Eq. 6"""
+    loss: Annotated[LossPerSpeed, POSITIVE] | None = None
+    """χ: flanks that meet at a speed v part slower by the share ⅔ χ v [c over the static force of the mesh:
+    about that force the loss is the viscous law's]. Source: Hunt & Crossley 1975"""
 
     def build(self, meshes: MeshesInOperation) -> HuntCrossley:
         """Return the law.

@@ -7,7 +7,6 @@ import numpy as np
 
 from wearlab.gears.specification import GearError
 from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
-from wearlab.options import option
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
@@ -51,11 +50,9 @@ def apart(law: Any, m: Any, clearance: float, rate: float) -> tuple[float, float
 class SqueezeFilmDamping(DampingLaw):
     """The viscous law in contact, and an oil film squeezed by flanks that approach each other out of it."""
 
-    model: Literal["squeeze-film"] = option(
-        "squeeze-film",
-        "viscous in contact; flanks that are apart squeeze the oil between them",
-        source="Hamrock, Schmid & Jacobson 2004; Ankouni et al. 2016",
-    )
+    model: Literal["squeeze-film"] = "squeeze-film"
+    """viscous in contact; flanks that are apart squeeze the oil between them. Source: Hamrock, Schmid &
+    Jacobson 2004; Ankouni et al. 2016"""
 
     needs_oil: ClassVar[bool] = True
 

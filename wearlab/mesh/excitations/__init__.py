@@ -39,7 +39,8 @@ class PairsExcitation(ExcitationModel):
 
     by_pairs: ClassVar[bool] = True
 
-    model: Literal["pairs"] = option("pairs", "pair by pair", source="wearlab")
+    model: Literal["pairs"] = "pairs"
+    """pair by pair. Source: wearlab"""
 
     def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> None:
         """Return None: nothing is fitted, the tables come straight from the nodes."""
@@ -67,9 +68,12 @@ class SeriesExcitation(ExcitationModel):
 class FourierExcitation(SeriesExcitation):
     """Truncated series of mesh stiffness and transmission error (as published)."""
 
-    model: Literal["fourier"] = option("fourier", "truncated Fourier series", source="W23, L16 Eqs. 7–8")
-    stiffness_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l of the mesh stiffness")
-    error_harmonics: Annotated[Count, NOT_NEGATIVE] = option(..., "harmonics l_e of the transmission error")
+    model: Literal["fourier"] = "fourier"
+    """truncated Fourier series. Source: W23, L16 Eqs. 7–8"""
+    stiffness_harmonics: Annotated[Count, NOT_NEGATIVE]
+    """harmonics l of the mesh stiffness"""
+    error_harmonics: Annotated[Count, NOT_NEGATIVE]
+    """harmonics l_e of the transmission error"""
 
     def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
         """Return both series, truncated."""
@@ -82,39 +86,45 @@ class FourierExcitation(SeriesExcitation):
 class ModulationOptions(Part):
     """What the modulations of stiffness and error have in common (L16 Eqs. 10–13)."""
 
-    carrier_phase: Angle = option(0.0, "phase of the fundamental harmonic", source="L16 Eqs. 10, 12")
-    am: Number = option(0.0, "amplitude of the amplitude modulation, A", source="L16 Eqs. 11, 13")
-    am_phase: Angle = option(0.0, "phase of the amplitude modulation", source="L16 Eqs. 11, 13")
-    fm: Angle = option(0.0, "amplitude of the frequency modulation, B", source="L16 Eqs. 11, 13")
-    fm_phase: Angle = option(0.0, "phase of the frequency modulation", source="L16 Eqs. 11, 13")
+    carrier_phase: Angle = 0.0
+    """phase of the fundamental harmonic. Source: L16 Eqs. 10, 12"""
+    am: Number = 0.0
+    """amplitude of the amplitude modulation, A. Source: L16 Eqs. 11, 13"""
+    am_phase: Angle = 0.0
+    """phase of the amplitude modulation. Source: L16 Eqs. 11, 13"""
+    fm: Angle = 0.0
+    """amplitude of the frequency modulation, B. Source: L16 Eqs. 11, 13"""
+    fm_phase: Angle = 0.0
+    """phase of the frequency modulation. Source: L16 Eqs. 11, 13"""
 
 
 class StiffnessModulation(ModulationOptions):
     """A given modulation of the mesh stiffness."""
 
-    mean: Annotated[SpringRate, POSITIVE] = option(..., "mean component k_mm", source="L16 Eq. 10")
-    carrier: SpringRate = option(..., "amplitude of the fundamental harmonic, k_a1", source="L16 Eq. 10")
+    mean: Annotated[SpringRate, POSITIVE]
+    """mean component k_mm. Source: L16 Eq. 10"""
+    carrier: SpringRate
+    """amplitude of the fundamental harmonic, k_a1. Source: L16 Eq. 10"""
 
 
 class ErrorModulation(ModulationOptions):
     """A given modulation of the transmission error."""
 
-    mean: Depth = option(0.0, "mean, 0 in the paper", source="L16 Eq. 12")
-    carrier: Depth = option(..., "amplitude of the fundamental harmonic, e_1", source="L16 Eq. 12")
+    mean: Depth = 0.0
+    """mean, 0 in the paper. Source: L16 Eq. 12"""
+    carrier: Depth
+    """amplitude of the fundamental harmonic, e_1. Source: L16 Eq. 12"""
 
 
 class ModulatedExcitation(SeriesExcitation):
     """One harmonic with amplitude and frequency modulation (as published)."""
 
-    model: Literal["modulated"] = option(
-        "modulated", "amplitude and frequency modulation", source="L16 Eqs. 10–13"
-    )
-    stiffness_modulation: StiffnessModulation | None = option(
-        None, "given modulation of the stiffness", derived="fitted to the contact analysis"
-    )
-    error_modulation: ErrorModulation | None = option(
-        None, "given modulation of the error", derived="fitted to the contact analysis"
-    )
+    model: Literal["modulated"] = "modulated"
+    """amplitude and frequency modulation. Source: L16 Eqs. 10–13"""
+    stiffness_modulation: StiffnessModulation | None = None
+    """given modulation of the stiffness [fitted to the contact analysis]"""
+    error_modulation: ErrorModulation | None = None
+    """given modulation of the error [fitted to the contact analysis]"""
 
     def fitted(self, phase: "Array", weight: "Array", stiffness: "Array", error: "Array") -> Any:
         """Return the modulations, given or fitted."""

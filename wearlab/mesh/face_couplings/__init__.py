@@ -5,7 +5,7 @@ A file beside this one adds another.
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from wearlab.options import POSITIVE, Number, option
+from wearlab.options import POSITIVE, Number
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -46,7 +46,8 @@ class NoFaceCoupling(FaceCouplingModel):
         "under one on the last eighth, most on faces of 5 modules"
     )
 
-    model: Literal["none"] = option("none", "slices apart", source="wearlab")
+    model: Literal["none"] = "none"
+    """slices apart. Source: wearlab"""
 
 
 class PasternakCoupling(FaceCouplingModel):
@@ -59,13 +60,11 @@ class PasternakCoupling(FaceCouplingModel):
         "(tests/validation/face_elements.py)"
     )
 
-    model: Literal["pasternak"] = option("pasternak", "slices joined in shear", source="Ajmi & Velex 2005")
-    shear_modules: Annotated[Number, POSITIVE] = option(
-        1.07,
-        "length over which they hold each other, in normal modules: what solid teeth have under waves "
-        "longer than 20 modules",
-        source="Ajmi & Velex 2005",
-    )
+    model: Literal["pasternak"] = "pasternak"
+    """slices joined in shear. Source: Ajmi & Velex 2005"""
+    shear_modules: Annotated[Number, POSITIVE] = 1.07
+    """length over which they hold each other, in normal modules: what solid teeth have under waves longer
+    than 20 modules. Source: Ajmi & Velex 2005"""
 
     def shear_length(self, module: float) -> float:
         """Return ℓ [m]."""
@@ -81,11 +80,9 @@ class ElementsCoupling(FaceCouplingModel):
         "one on the last eighth of the face (tests/validation/face_elements.py)"
     )
 
-    model: Literal["elements"] = option(
-        "elements",
-        "teeth of solid elements, computed once for each shape of gear and face",
-        source="finite elements: docs/model_error.md",
-    )
+    model: Literal["elements"] = "elements"
+    """teeth of solid elements, computed once for each shape of gear and face. Source: finite elements:
+    docs/model_error.md"""
 
     def lines(self, pair: "GearPair", grid: "FaceGrid", turned: "Helix") -> "SolidLines":
         """Return how the slices of each line yield under each other's loads."""

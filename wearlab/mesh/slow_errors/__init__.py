@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -49,7 +48,8 @@ class SlowErrorModel(Variant):
 class AveragedErrors(SlowErrorModel):
     """Quadrature over member angles."""
 
-    model: Literal["averaged"] = option("averaged", "quadrature over member angles", source="wearlab")
+    model: Literal["averaged"] = "averaged"
+    """quadrature over member angles. Source: wearlab"""
 
     def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array":
         """Return the errors at every angle of the quadrature."""
@@ -61,7 +61,8 @@ class FrozenErrors(SlowErrorModel):
 
     realised: ClassVar[bool] = True
 
-    model: Literal["frozen"] = option("frozen", "one drawn angle", source="wearlab")
+    model: Literal["frozen"] = "frozen"
+    """one drawn angle. Source: wearlab"""
 
     def rows(self, meshes: "Sequence[Mesh]", at_angles: "Array") -> "Array":
         """Return the errors at the drawn angle, (1, n_mesh) [m]."""
@@ -77,7 +78,8 @@ class HuntingErrors(SlowErrorModel):
 
     turns: ClassVar[bool] = True
 
-    model: Literal["hunting"] = option("hunting", "the full period", source="wearlab")
+    model: Literal["hunting"] = "hunting"
+    """the full period. Source: wearlab"""
 
     def periods(self, teeth: Sequence[int]) -> int:
         """Return the least common multiple of the numbers of teeth."""

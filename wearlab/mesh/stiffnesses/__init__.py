@@ -53,7 +53,8 @@ class StiffnessModel(Variant):
 class PrescribedStiffness(StiffnessModel):
     """Any stiffness that is given, of one pair or of the whole mesh."""
 
-    of: Literal["pair", "mesh"] = option("pair", "whose stiffness it is: one pair's, or the whole mesh's")
+    of: Literal["pair", "mesh"] = "pair"
+    """whose stiffness it is: one pair's, or the whole mesh's"""
 
     @property
     def of_mesh(self) -> bool:
@@ -68,24 +69,17 @@ STIFFNESS_OFF = 0.026
 class FiniteElementStiffness(StiffnessModel):
     """Plane finite elements of both gears, their bodies included, and the Hertz contact in series."""
 
-    model: Literal["finite-element"] = option(
-        "finite-element",
-        "plane finite elements, computed once for each shape of gear, whatever its module",
-        source="finite elements: docs/model_error.md",
-    )
-    plane: Literal["by-width", "strain", "stress"] = option(
-        "by-width",
-        "plane strain, plane stress, or by face width: stress below 3 modules, as in a thin solid tooth",
-        source="solid elements: docs/model_error.md",
-    )
-    hertz: Literal["weber", "yang-sun"] = option(
-        "weber",
-        "contact stiffness: load-dependent, which completes the elements exactly, or constant",
-        source="Weber & Banaschek 1953",
-    )
-    scale: Annotated[Number, POSITIVE] = option(
-        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
-    )
+    model: Literal["finite-element"] = "finite-element"
+    """plane finite elements, computed once for each shape of gear, whatever its module. Source: finite
+    elements: docs/model_error.md"""
+    plane: Literal["by-width", "strain", "stress"] = "by-width"
+    """plane strain, plane stress, or by face width: stress below 3 modules, as in a thin solid tooth. Source:
+    solid elements: docs/model_error.md"""
+    hertz: Literal["weber", "yang-sun"] = "weber"
+    """contact stiffness: load-dependent, which completes the elements exactly, or constant. Source: Weber &
+    Banaschek 1953"""
+    scale: Annotated[Number, POSITIVE] = 1.0
+    """factor on the stiffness; anything but 1 is flagged as tuned"""
 
     @property
     def model_error(self) -> str:
@@ -116,39 +110,25 @@ class PotentialEnergyStiffness(StiffnessModel):
 
     implied_by: ClassVar[frozenset[str]] = frozenset({"foundation", "coupling", "correction", "shear_factor"})
 
-    model: Literal["potential-energy"] = option(
-        "potential-energy", "potential-energy method", source="W23, Y23"
-    )
-    hertz: Literal["yang-sun", "weber"] = option(
-        "yang-sun",
-        "contact stiffness: constant, or load-dependent (about three times softer)",
-        source="L16, W23, Y23",
-    )
-    foundation: Literal["sainsot", "annulus", "none"] = option(
-        "sainsot",
-        "flexibility of the wheel body: fitted polynomials, or a clamped annulus, which thin rims need",
-        source="Sainsot, Velex & Duverger 2004",
-    )
-    coupling: Literal["none", "shared"] = option(
-        "shared",
-        "whether simultaneous pairs share the wheel bodies, or each counts whole, as in the papers: "
-        "two pairs are then 14 to 34 % too stiff",
-        source="finite elements: campaigns/stiffness_models.toml",
-    )
-    plane: Literal["stress", "strain"] = option(
-        "stress",
-        "teeth and bodies in plane stress, as in the papers, or plane strain; the contact is in strain",
-        source="L16, W23, Y23",
-    )
-    correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = option(
-        (1.0, 1.0), "factors λ on the foundation stiffness of the driving and the driven gear"
-    )
-    shear_factor: Annotated[Number, POSITIVE] = option(
-        1.2, "shear correction of the tooth section; B23 prints 1.5", source="W23, B23"
-    )
-    scale: Annotated[Number, POSITIVE] = option(
-        1.0, "factor on the stiffness; anything but 1 is flagged as tuned"
-    )
+    model: Literal["potential-energy"] = "potential-energy"
+    """potential-energy method. Source: W23, Y23"""
+    hertz: Literal["yang-sun", "weber"] = "yang-sun"
+    """contact stiffness: constant, or load-dependent (about three times softer). Source: L16, W23, Y23"""
+    foundation: Literal["sainsot", "annulus", "none"] = "sainsot"
+    """flexibility of the wheel body: fitted polynomials, or a clamped annulus, which thin rims need. Source:
+    Sainsot, Velex & Duverger 2004"""
+    coupling: Literal["none", "shared"] = "shared"
+    """whether simultaneous pairs share the wheel bodies, or each counts whole, as in the papers: two pairs
+    are then 14 to 34 % too stiff. Source: finite elements: campaigns/stiffness_models.toml"""
+    plane: Literal["stress", "strain"] = "stress"
+    """teeth and bodies in plane stress, as in the papers, or plane strain; the contact is in strain. Source:
+    L16, W23, Y23"""
+    correction: tuple[Annotated[Number, POSITIVE], Annotated[Number, POSITIVE]] = (1.0, 1.0)
+    """factors λ on the foundation stiffness of the driving and the driven gear"""
+    shear_factor: Annotated[Number, POSITIVE] = 1.2
+    """shear correction of the tooth section; B23 prints 1.5. Source: W23, B23"""
+    scale: Annotated[Number, POSITIVE] = 1.0
+    """factor on the stiffness; anything but 1 is flagged as tuned"""
 
     @property
     def bodies_shared(self) -> bool:
@@ -182,8 +162,10 @@ class PotentialEnergyStiffness(StiffnessModel):
 class ConstantStiffness(PrescribedStiffness):
     """A constant stiffness, of each pair while in the path, or of the mesh."""
 
-    model: Literal["constant"] = option("constant", "constant stiffness", source="wearlab")
-    value: Annotated[SpringRate, POSITIVE] = option(..., "the stiffness")
+    model: Literal["constant"] = "constant"
+    """constant stiffness. Source: wearlab"""
+    value: Annotated[SpringRate, POSITIVE]
+    """the stiffness"""
 
     def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the same everywhere."""
@@ -195,11 +177,12 @@ class ConstantStiffness(PrescribedStiffness):
 class StiffnessUnits(Part):
     """Units of the columns of a table."""
 
-    phase: Literal["1"] = option("1", "the phase is a fraction of the mesh period")
-    path_position: str | None = option(None, "unit of the path position", derived="the one in the header")
-    stiffness: str | None = option(
-        None, "unit of the stiffness, such as 'N/um'", derived="the one in the header"
-    )
+    phase: Literal["1"] = "1"
+    """the phase is a fraction of the mesh period"""
+    path_position: str | None = None
+    """unit of the path position [the one in the header]"""
+    stiffness: str | None = None
+    """unit of the stiffness, such as 'N/um' [the one in the header]"""
 
 
 class TabulatedStiffness(PrescribedStiffness):
@@ -207,23 +190,18 @@ class TabulatedStiffness(PrescribedStiffness):
 
     model_config = ConfigDict(json_schema_extra={"required": ["file"]})
 
-    model: Literal["tabulated"] = option("tabulated", "stiffness from a file", source="wearlab")
-    file: str | None = option(
-        None,
-        "CSV file with columns phase or path_position, and stiffness",
-        derived="required in a campaign file",
-        identity=False,
-    )
-    units: StiffnessUnits | None = option(
-        None, "units of the columns", derived="those in the headers", identity=False
-    )
-    along: SkipJsonSchema[Literal["phase", "path_position"]] = option(
-        ..., "what the abscissa is, read from the file"
-    )
-    abscissa: SkipJsonSchema[tuple[float, ...]] = option(
-        ..., "phase [1] or path position [m], ascending, from the file"
-    )
-    stiffness: SkipJsonSchema[tuple[float, ...]] = option(..., "stiffness [N/m], from the file")
+    model: Literal["tabulated"] = "tabulated"
+    """stiffness from a file. Source: wearlab"""
+    file: str | None = option(None, identity=False)
+    """CSV file with columns phase or path_position, and stiffness [required in a campaign file]"""
+    units: StiffnessUnits | None = option(None, identity=False)
+    """units of the columns [those in the headers]"""
+    along: SkipJsonSchema[Literal["phase", "path_position"]]
+    """what the abscissa is, read from the file"""
+    abscissa: SkipJsonSchema[tuple[float, ...]]
+    """phase [1] or path position [m], ascending, from the file"""
+    stiffness: SkipJsonSchema[tuple[float, ...]]
+    """stiffness [N/m], from the file"""
 
     @model_validator(mode="before")
     @classmethod

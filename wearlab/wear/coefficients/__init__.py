@@ -21,7 +21,6 @@ from wearlab.options import (
     Torque,
     WearCoefficient,
     named,
-    option,
 )
 from wearlab.slots import Slot, Variant
 from wearlab.wear.films import FilmModel
@@ -68,12 +67,11 @@ class CoefficientModel(Variant):
     model_error: ClassVar[str] = "usually known within a decade; depth and 1/life are proportional to it"
     """How far it is known to be off."""
 
-    film: Film = option(
-        False,
-        "whether the oil film lowers the coefficient: by the model named, or by Dowson and Higginson's",
-        source="L16 after Ding & Kahraman 2007",
-    )
-    factor: Annotated[Number, NOT_NEGATIVE] = option(1.0, "factor on the coefficient, for scatter")
+    film: Film = False
+    """whether the oil film lowers the coefficient: by the model named, or by Dowson and Higginson's. Source:
+    L16 after Ding & Kahraman 2007"""
+    factor: Annotated[Number, NOT_NEGATIVE] = 1.0
+    """factor on the coefficient, for scatter"""
 
     @property
     def film_model(self) -> "FilmModel | None":
@@ -99,13 +97,11 @@ class CoefficientModel(Variant):
 class ConstantCoefficient(CoefficientModel):
     """A given coefficient."""
 
-    model: Literal["constant"] = option(..., "constant coefficient", source="Archard 1953")
-    value: Annotated[WearCoefficient, NOT_NEGATIVE] = option(
-        ...,
-        "k of Archard's law dh = k p ds: volume worn per force and sliding distance, "
-        "1 mm^3/(N*m) = 1e-9 m^2/N; what catalogues and tribometers print in mm^3/(N*m) is this k",
-        source="L16 Eq. 19",
-    )
+    model: Literal["constant"]
+    """constant coefficient. Source: Archard 1953"""
+    value: Annotated[WearCoefficient, NOT_NEGATIVE]
+    """k of Archard's law dh = k p ds: volume worn per force and sliding distance, 1 mm^3/(N*m) = 1e-9 m^2/N;
+    what catalogues and tribometers print in mm^3/(N*m) is this k. Source: L16 Eq. 19"""
 
     def build(self, setting: Setting) -> PowerOfLoad:
         """Return k everywhere [m²/N]."""
@@ -120,14 +116,13 @@ def same_everywhere(value: float, setting: Setting) -> PowerOfLoad:
 class HardnessCoefficient(CoefficientModel):
     """A dimensionless coefficient over the hardness, K/H."""
 
-    model: Literal["hardness"] = option(..., "Archard's K over the hardness", source="B23")
-    k: Annotated[Number, NOT_NEGATIVE] = option(..., "Archard's dimensionless K", source="B23")
-    hardness: Annotated[Hardness, POSITIVE] | None = option(
-        None,
-        "hardness H of the wearing flank, such as '60 HRC', '300 HV' or '7 GPa'",
-        derived="that of the gear's material",
-        source="B23; HRC by ASTM E140, HB by ISO 18265",
-    )
+    model: Literal["hardness"]
+    """Archard's K over the hardness. Source: B23"""
+    k: Annotated[Number, NOT_NEGATIVE]
+    """Archard's dimensionless K. Source: B23"""
+    hardness: Annotated[Hardness, POSITIVE] | None = None
+    """hardness H of the wearing flank, such as '60 HRC', '300 HV' or '7 GPa' [that of the gear's material].
+    Source: B23; HRC by ASTM E140, HB by ISO 18265"""
 
     @property
     def needs(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -167,14 +162,18 @@ class CalibratedCoefficient(CoefficientModel):
 
     model_error: ClassVar[str] = "from one life; right at that torque and speed, predicted elsewhere"
 
-    model: Literal["calibrated"] = option(
-        ..., "the constant that reproduces one life; all other lives are predicted with it", source="W23"
-    )
-    life: Annotated[Number, POSITIVE] = option(..., "life, in cycles", source="W23 Fig. 12: 1.637e7")
-    depth: Annotated[Depth, POSITIVE] = option(..., "wear depth that ends it", source="W23: 400 µm")
-    flank: str = option(..., "flank on which it is reached", source="W23: sun")
-    torque: Annotated[Torque, POSITIVE] = option(..., "torque on the input member during that life")
-    speed: Annotated[Speed, POSITIVE] = option(..., "speed of the input member during that life")
+    model: Literal["calibrated"]
+    """the constant that reproduces one life; all other lives are predicted with it. Source: W23"""
+    life: Annotated[Number, POSITIVE]
+    """life, in cycles. Source: W23 Fig. 12: 1.637e7"""
+    depth: Annotated[Depth, POSITIVE]
+    """wear depth that ends it. Source: W23: 400 µm"""
+    flank: str
+    """flank on which it is reached. Source: W23: sun"""
+    torque: Annotated[Torque, POSITIVE]
+    """torque on the input member during that life"""
+    speed: Annotated[Speed, POSITIVE]
+    """speed of the input member during that life"""
 
     def build(self, setting: Setting) -> PowerOfLoad:
         """Return the coefficient that lives tell the scale of [m²/N]."""
@@ -189,9 +188,8 @@ class JanakiramanCoefficient(CoefficientModel):
 
     needs: ClassVar[tuple[str, ...]] = ("lubricant", "roughness")
 
-    model: Literal["janakiraman"] = option(
-        ..., "regression of Janakiraman, Li & Kahraman 2014", source="W23 Eqs. 40–43, doi:10.1115/1.4027440"
-    )
+    model: Literal["janakiraman"]
+    """regression of Janakiraman, Li & Kahraman 2014. Source: W23 Eqs. 40–43, doi:10.1115/1.4027440"""
 
     def build(self, setting: Setting) -> PowerOfLoad:
         """Return the regression as a power of the load [m²/N]."""

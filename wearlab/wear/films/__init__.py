@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 from wearlab.wear.path import WearPath, rolling_velocity
 from wearlab.wear.setting import NEEDS, PowerOfLoad, Setting
@@ -114,9 +113,8 @@ class FilmModel(Variant):
 class DowsonHigginsonFilm(FilmModel):
     """Minimum film of a line contact; wear fades from λ = ½ and ends at λ = 4."""
 
-    model: Literal["dowson-higginson"] = option(
-        "dowson-higginson", "Dowson and Higginson's film, share 2/7 (4 − λ)", source="L16 Eq. 27"
-    )
+    model: Literal["dowson-higginson"] = "dowson-higginson"
+    """Dowson and Higginson's film, share 2/7 (4 − λ). Source: L16 Eq. 27"""
 
     def build(self, setting: Setting) -> Callable[[Array], Array]:
         """Return L16's share of wear."""

@@ -32,11 +32,8 @@ class InitialModel(Variant):
     keeps_table: ClassVar[bool] = True
     by_law: ClassVar[bool] = False
 
-    sides: Literal["drive", "both"] = option(
-        "drive",
-        "which flanks of each tooth carry it; wear of both thins its section",
-        source="Y23",
-    )
+    sides: Literal["drive", "both"] = "drive"
+    """which flanks of each tooth carry it; wear of both thins its section. Source: Y23"""
 
     @property
     def thins_teeth(self) -> bool:
@@ -92,7 +89,8 @@ class ShapedWear(InitialModel):
         ),
     )
 
-    depth: Annotated[Depth, NOT_NEGATIVE] = option(..., "largest depth of the initial wear", source="W23")
+    depth: Annotated[Depth, NOT_NEGATIVE]
+    """largest depth of the initial wear. Source: W23"""
 
 
 class WornByLaw(ShapedWear):
@@ -100,7 +98,8 @@ class WornByLaw(ShapedWear):
 
     by_law: ClassVar[bool] = True
 
-    shape: Literal["worn"] = option("worn", "by this wear law", source="W23")
+    shape: Literal["worn"] = "worn"
+    """by this wear law. Source: W23"""
 
     def identifying(self) -> dict[str, Any]:
         """Leave out the shape, which goes without saying."""
@@ -110,7 +109,8 @@ class WornByLaw(ShapedWear):
 class UniformWear(ShapedWear):
     """The same depth everywhere."""
 
-    shape: Literal["uniform"] = option("uniform", "the same everywhere", source="W23")
+    shape: Literal["uniform"] = "uniform"
+    """the same everywhere. Source: W23"""
 
     def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return the depth, (n,) [m]."""
@@ -120,7 +120,8 @@ class UniformWear(ShapedWear):
 class QuadraticWear(ShapedWear):
     """``depth (s/s_far)²``: zero at the pitch point, ``depth`` at the far end of the path."""
 
-    shape: Literal["quadratic"] = option("quadratic", "depth·(s/s_far)² from the pitch point", source="W23")
+    shape: Literal["quadratic"] = "quadratic"
+    """depth·(s/s_far)² from the pitch point. Source: W23"""
 
     def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
@@ -135,13 +136,20 @@ def quadratic(position: arrays.Array, depth: float) -> arrays.Array:
 class ProfileUnits(Part):
     """Units of the columns of a measured flank."""
 
-    diameter: str | None = option(None, "unit of the diameter", derived="that of the header")
-    roll_angle: str | None = option(None, "unit of the roll angle", derived="that of the header")
-    roll_length: str | None = option(None, "unit of the length of roll", derived="that of the header")
-    path_position: str | None = option(None, "unit of the path position", derived="that of the header")
-    face_position: str | None = option(None, "unit of the place on the face", derived="that of the header")
-    depth: str | None = option(None, "unit of the wear depth", derived="that of the header")
-    deviation: str | None = option(None, "unit of the deviation", derived="that of the header")
+    diameter: str | None = None
+    """unit of the diameter [that of the header]"""
+    roll_angle: str | None = None
+    """unit of the roll angle [that of the header]"""
+    roll_length: str | None = None
+    """unit of the length of roll [that of the header]"""
+    path_position: str | None = None
+    """unit of the path position [that of the header]"""
+    face_position: str | None = None
+    """unit of the place on the face [that of the header]"""
+    depth: str | None = None
+    """unit of the wear depth [that of the header]"""
+    deviation: str | None = None
+    """unit of the deviation [that of the header]"""
 
 
 class MeasuredWear(InitialModel):
@@ -150,59 +158,39 @@ class MeasuredWear(InitialModel):
     model_config = ConfigDict(json_schema_extra={"required": ["file"]})
     implied_by: ClassVar[frozenset[str]] = frozenset({"file", "ordinate"})
 
-    shape: Literal["measured"] = option("measured", "as a file says", identity=False)
-    file: str | None = option(
-        None,
-        "table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as "
-        "machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`); with "
-        "face_position, from mid-face, a topography, profile after profile, and with that alone a lead",
-        derived="required in a campaign file",
-        identity=False,
-    )
-    x: Literal["diameter", "roll_angle", "roll_length", "path_position", "face_position"] = option(
-        None, "column that says where on the flank", derived="the one the file has"
-    )
-    y: Literal["depth", "deviation"] = option(
-        None,
-        "column that says how much: wear depth, positive; or the deviation a measuring machine prints, "
-        "−(modifications + wear)",
-        derived="the one the file has",
-    )
-    direction: Literal["normal", "tooth-thickness"] = option(
-        "normal", "direction of the values: along the flank normal, or across the tooth", source="Y23 Eq. 19"
-    )
-    units: ProfileUnits | None = option(
-        None, "units of the columns", derived="those in the file's headers", identity=False
-    )
-    columns: dict[str, str] | None = option(
-        None,
-        "headers of the file where they are others, such as { deviation = 'Abweichung' }",
-        derived="by their names",
-        identity=False,
-    )
-    continuation: Literal["refuse", "hold", "slope", "zero"] = option(
-        "refuse",
-        "beyond what was measured, where that is less than the active flank: refused, the last value, the "
-        "last slope, or unworn",
-        source="wearlab",
-    )
-    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = option(
-        "as-measured",
-        "what counts as unworn: the values as they are; the highest point; the pitch point; the tip or root "
-        "end of the active flank; the line along the path that touches the profile on both sides of the "
-        "pitch point, which takes out a tilt",
-    )
-    smooth: Annotated[Length, POSITIVE] | None = option(
-        None,
-        "window along the path of a local parabola",
-        derived="through every point",
-        source="Cleveland 1979",
-    )
-    abscissa: SkipJsonSchema[tuple[float, ...]] = option(..., "x in SI, from the file")
-    ordinate: SkipJsonSchema[tuple[float, ...]] = option(..., "y in SI, from the file")
-    across: SkipJsonSchema[tuple[float, ...] | None] = option(
-        None, "place on the face in SI, from the file", derived="a profile or a lead"
-    )
+    shape: Literal["measured"] = option("measured", identity=False)
+    """as a file says"""
+    file: str | None = option(None, identity=False)
+    """table with columns diameter, roll_angle, roll_length or path_position, and depth or deviation, as
+    machines write it: any separator, decimal sign, encoding and preamble (see `wearlab profile`); with
+    face_position, from mid-face, a topography, profile after profile, and with that alone a lead [required in
+    a campaign file]"""
+    x: Literal["diameter", "roll_angle", "roll_length", "path_position", "face_position"] = option(None)
+    """column that says where on the flank [the one the file has]"""
+    y: Literal["depth", "deviation"] = option(None)
+    """column that says how much: wear depth, positive; or the deviation a measuring machine prints,
+    −(modifications + wear) [the one the file has]"""
+    direction: Literal["normal", "tooth-thickness"] = "normal"
+    """direction of the values: along the flank normal, or across the tooth. Source: Y23 Eq. 19"""
+    units: ProfileUnits | None = option(None, identity=False)
+    """units of the columns [those in the file's headers]"""
+    columns: dict[str, str] | None = option(None, identity=False)
+    """headers of the file where they are others, such as { deviation = 'Abweichung' } [by their names]"""
+    continuation: Literal["refuse", "hold", "slope", "zero"] = "refuse"
+    """beyond what was measured, where that is less than the active flank: refused, the last value, the last
+    slope, or unworn. Source: wearlab"""
+    zero: Literal["as-measured", "max", "pitch", "tip", "root", "line"] = "as-measured"
+    """what counts as unworn: the values as they are; the highest point; the pitch point; the tip or root
+    end of the active flank; the line along the path that touches the profile on both sides of the pitch
+    point, which takes out a tilt"""
+    smooth: Annotated[Length, POSITIVE] | None = None
+    """window along the path of a local parabola [through every point]. Source: Cleveland 1979"""
+    abscissa: SkipJsonSchema[tuple[float, ...]]
+    """x in SI, from the file"""
+    ordinate: SkipJsonSchema[tuple[float, ...]]
+    """y in SI, from the file"""
+    across: SkipJsonSchema[tuple[float, ...] | None] = None
+    """place on the face in SI, from the file [a profile or a lead]"""
 
     @model_validator(mode="before")
     @classmethod

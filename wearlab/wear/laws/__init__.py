@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import ClassVar, Literal
 
 from wearlab.arrays import Array
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 from wearlab.wear.setting import NEEDS, FlankState, Setting
 
@@ -43,9 +42,8 @@ class ArchardLaw(LawModel):
 
     proportional: ClassVar[bool] = True
 
-    model: Literal["archard"] = option(
-        "archard", "depth k times pressure times sliding", source="Archard 1953"
-    )
+    model: Literal["archard"] = "archard"
+    """depth k times pressure times sliding. Source: Archard 1953"""
 
     def build(self, setting: Setting) -> None:
         """Return nothing: :func:`wearlab.wear.law.wear_per_cycle` is this law."""

@@ -5,7 +5,6 @@ A file beside this one adds another.
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
@@ -25,7 +24,8 @@ class PatchModel(Variant):
 class NoPatch(PatchModel):
     """Wear is taken point by point."""
 
-    model: Literal["none"] = option("none", "point by point", source="Archard 1953")
+    model: Literal["none"] = "none"
+    """point by point. Source: Archard 1953"""
 
     def build(self, setting: "PatchSetting") -> None:
         """Return nothing."""
@@ -35,7 +35,8 @@ class NoPatch(PatchModel):
 class OneWayPatch(PatchModel):
     """Wear is spread over the contact width, but felt point by point."""
 
-    model: Literal["one-way"] = option("one-way", "spread, felt point by point", source="wearlab")
+    model: Literal["one-way"] = "one-way"
+    """spread, felt point by point. Source: wearlab"""
 
     def build(self, setting: "PatchSetting") -> "Patch":
         """Return the patch that only spreads."""
@@ -47,7 +48,8 @@ class OneWayPatch(PatchModel):
 class TwoWayPatch(PatchModel):
     """Wear is spread and felt over the contact width by the same kernel."""
 
-    model: Literal["two-way"] = option("two-way", "spread and felt", source="wearlab")
+    model: Literal["two-way"] = "two-way"
+    """spread and felt. Source: wearlab"""
 
     def build(self, setting: "PatchSetting") -> "Patch":
         """Return the patch that spreads and feels."""
@@ -59,7 +61,8 @@ class TwoWayPatch(PatchModel):
 class ElasticPatch(PatchModel):
     """Wear is spread, felt, and levelled by the pressure inside."""
 
-    model: Literal["elastic"] = option("elastic", "spread, felt and levelled", source="Johnson 1985")
+    model: Literal["elastic"] = "elastic"
+    """spread, felt and levelled. Source: Johnson 1985"""
 
     def build(self, setting: "PatchSetting") -> "Patch":
         """Return the patch; where nothing wears on, what is worn is felt all the same."""

@@ -6,7 +6,6 @@ A file beside this one adds another.
 from math import pi
 from typing import ClassVar, Literal
 
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 
 
@@ -22,7 +21,8 @@ class MeanPressure(PressureModel):
 
     factor: ClassVar[float] = 1.0
 
-    model: Literal["mean"] = option("mean", "mean Hertz pressure", source="Archard 1953")
+    model: Literal["mean"] = "mean"
+    """mean Hertz pressure. Source: Archard 1953"""
 
 
 class PeakPressure(PressureModel):
@@ -30,4 +30,5 @@ class PeakPressure(PressureModel):
 
     factor: ClassVar[float] = 4.0 / pi
 
-    model: Literal["peak"] = option("peak", "peak Hertz pressure", source="Johnson 1985")
+    model: Literal["peak"] = "peak"
+    """peak Hertz pressure. Source: Johnson 1985"""

@@ -8,7 +8,6 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.options import option
 from wearlab.slots import Slot, Variant
 from wearlab.wear.path import WearPath
 
@@ -26,7 +25,8 @@ class ProjectionModel(Variant):
 class NormalProjection(ProjectionModel):
     """Depth along the flank normal."""
 
-    model: Literal["normal"] = option("normal", "along the normal", source="Archard 1953")
+    model: Literal["normal"] = "normal"
+    """along the normal. Source: Archard 1953"""
 
     def factor(self, path: WearPath) -> Array:
         """Return 1, (2, n) [1]."""
@@ -39,7 +39,8 @@ class OverCosine(ProjectionModel):
     It overstates the depth, by 4 % at the pitch point and 15 % at the tip of W23's sun (PHYSICS §1).
     """
 
-    model: Literal["over-cosine"] = option("over-cosine", "W23's h/cos α", source="W23 Eq. 33")
+    model: Literal["over-cosine"] = "over-cosine"
+    """W23's h/cos α. Source: W23 Eq. 33"""
 
     def factor(self, path: WearPath) -> Array:
         """Return ``1/cos α(r)``, (2, n) [1]."""
