@@ -13,7 +13,8 @@ from typing import Any, NamedTuple, TypeVar, get_args, get_origin
 
 from pydantic import ValidationError
 
-from wearlab import files, nearest, options
+from wearlab import files, nearest
+from wearlab.options import OptionTable
 from wearlab.scene.merge import DropError, Table, merge, without
 from wearlab.scene.problems import EXPECTED, LIMITS, Refusal, not_of_kind, shown
 
@@ -104,7 +105,7 @@ def _short(path: str) -> str:
     return path if len(path) < 200 else f"{path[:200]}…"
 
 
-Model = TypeVar("Model", bound=options.OptionTable)
+Model = TypeVar("Model", bound=OptionTable)
 
 
 def modelled(model: type[Model], given: Any, where: str) -> Model:
@@ -123,7 +124,7 @@ def modelled(model: type[Model], given: Any, where: str) -> Model:
     try:
         return model.model_validate(given)
     except ValidationError as error:
-        faults: dict[tuple[str, str], tuple[list[dict[str, Any]], Any, type[options.OptionTable]]] = {}
+        faults: dict[tuple[str, str], tuple[list[dict[str, Any]], Any, type[OptionTable]]] = {}
         for problem in error.errors():
             key, own, inner, place = _innermost(problem["loc"], given, model, where)
             faults.setdefault((place, key), ([], own, inner))[0].append(dict(problem))
@@ -131,8 +132,8 @@ def modelled(model: type[Model], given: Any, where: str) -> Model:
 
 
 def _innermost(
-    loc: tuple[int | str, ...], given: Any, model: type[options.OptionTable], where: str
-) -> tuple[str, Any, type[options.OptionTable], str]:
+    loc: tuple[int | str, ...], given: Any, model: type[OptionTable], where: str
+) -> tuple[str, Any, type[OptionTable], str]:
     """Return the key that pydantic finds wrong, "" for a whole table, and the table it is of."""
     if not loc:
         return "", given, model, where
@@ -145,17 +146,15 @@ def _innermost(
     return _innermost(rest, given[key], inner, f"{where}.{key}")
 
 
-def _table_of(model: type[options.OptionTable], key: str) -> tuple[type[options.OptionTable] | None, bool]:
+def _table_of(model: type[OptionTable], key: str) -> tuple[type[OptionTable] | None, bool]:
     """Return what the tables of a key are, None of one that has values, and whether there are several."""
     annotation = model.model_fields[key].annotation if key in model.model_fields else None
     kinds = [kind for kind in (annotation, *get_args(annotation)) if isinstance(kind, type)]
-    tables = [kind for kind in kinds if issubclass(kind, options.OptionTable)]
+    tables = [kind for kind in kinds if issubclass(kind, OptionTable)]
     return (tables[0] if tables else None), get_origin(annotation) is tuple
 
 
-def _line(
-    key: str, errors: list[dict[str, Any]], given: Any, model: type[options.OptionTable], where: str
-) -> str:
+def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[OptionTable], where: str) -> str:
     """Return what is wrong with one key, "" for the whole table."""
     error = errors[0]
     if error["type"] == "value_error":  # says itself what is wrong

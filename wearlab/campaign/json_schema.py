@@ -13,7 +13,7 @@ from pydantic import ConfigDict
 
 from wearlab import slots, units
 from wearlab.campaign import campaign, case, claims, distributions, update_options
-from wearlab.options import ClosedTable
+from wearlab.options import ClosedTable, OptionTable
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
 
