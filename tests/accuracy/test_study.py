@@ -118,13 +118,7 @@ def test_pages_of_a_life_tell_slope_default_and_how_well_the_reference_is_known(
 
 
 def test_tables_have_a_cell_for_every_head(found):
-    for heads, rows in (
-        (table.CURVE_HEADS, table.curve_rows(found)),
-        (table.PEER_HEADS, table.peer_rows(found)),
-        (table.LIFE_HEADS, table.life_rows(found)),
-        (table.CHEAPEST_HEADS, table.cheapest_rows(found, None)),
-        (table.REFERENCE_HEADS, table.reference_rows(found)),
-    ):
+    for heads, rows in table.tables(found, None).values():
         assert rows and all(len(row) == len(heads) for row in rows)
     asked = table.cheapest_rows(found, 1e-3)[0]
     assert "periodic, steps_per_period = 200" in asked

@@ -1,7 +1,5 @@
 """A calibration is a run: lived once, kept, named by those that rest on it, found by the next campaign."""
 
-import json
-
 import pytest
 
 from wearlab.campaign.reading import campaign_of
@@ -57,15 +55,13 @@ def kept(tmp_path_factory):
     return store, scene("170 N*m").id, calibrating(scene("170 N*m")).id
 
 
-def test_the_run_names_what_calibrated_it(kept, capsys):
+def test_the_run_names_what_calibrated_it(kept):
     store, own, by = kept
     assert set(store.entries()) == {own, by}
     data = store.run(own)
     assert data.attrs["calibration"] == by and float(data.attrs["calibration_life"]) == store.run(by).life
-    show(own, store.path, json=True)
-    assert json.loads(capsys.readouterr().out)["calibrated by"] == by
-    show(by, store.path, json=True)
-    assert json.loads(capsys.readouterr().out)["calibrates"] == [own] == children(store, by, CALIBRATION)
+    assert show(own, store).content["calibrated by"] == by
+    assert show(by, store).content["calibrates"] == [own] == children(store, by, CALIBRATION)
     facts = facts_of(store, own)
     assert f"calibrated by run {by}." in citation(facts) and f"calibrated by run {by}" in bibtex(facts)
 

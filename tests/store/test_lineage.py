@@ -66,12 +66,10 @@ def test_the_cycle_of_the_parent_can_be_asked_for(store):
     assert store.query("parent_cycle > 1e6", columns=("parent_cycle",))["parent_cycle"] == [2e7, 1234567.0]
 
 
-def test_show_and_cite_tell_who_and_from_where(store, capsys):
-    show(THIRD, store.path)
-    told = capsys.readouterr().out
+def test_show_and_cite_tell_who_and_from_where(store):
+    told = "\n".join(map(str, show(THIRD, store).text))
     assert "goes on from" in told and FIRST in told and "A. Author" in told and "CC-BY-4.0" in told
-    show(FIRST, store.path, json=True)
-    assert json.loads(capsys.readouterr().out)["continued by"] == [SECOND]
+    assert show(FIRST, store).content["continued by"] == [SECOND]
     facts = facts_of(store, THIRD)
     assert "A. Author (ORCID 0000-0002-1825-0097). (2026). Tail" in citation(facts)
     assert f"It goes on from run {SECOND}" in citation(facts) and "Licence: CC-BY-4.0." in citation(facts)

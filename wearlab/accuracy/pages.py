@@ -215,15 +215,6 @@ def _told(made: xr.Dataset, *coordinates: str) -> Iterator[tuple[str, ...]]:
 Rows = list[tuple[str, ...]]
 
 
-CURVE_HEADS = (
-    "case", "quantity", "curve", "knob", "order", "to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3",
-)  # fmt: skip
-PEER_HEADS = ("case", "error", "ours", "fastest peer", "its time", "ratio")
-LIFE_HEADS = ("case", "quantity", "error", "adaptive", "Euler", "ratio")
-CHEAPEST_HEADS = ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob")
-REFERENCE_HEADS = ("case", "largest |multiplier|", "reference against second method")
-
-
 def curve_rows(studies: Sequence[Study]) -> Rows:
     """Return a row for every curve of every case."""
     return [
@@ -302,6 +293,33 @@ def reference_rows(studies: Sequence[Study]) -> Rows:
     """Return how well the second method agrees with each reference."""
     apart = (", ".join(f"{name} {value:.1e}" for name, value in s.disagreement.items()) for s in studies)
     return [(s.label, _number(s.multiplier, "{:.4f}"), told) for s, told in zip(studies, apart, strict=True)]
+
+
+def tables(studies: Sequence[Study], error: float | None) -> dict[str, tuple[tuple[str, ...], Rows]]:
+    """Return heads and rows of every table, by title; ``error`` is that of the cheapest settings."""
+    reached = ("to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3")
+    return {
+        "Reference": (
+            ("case", "largest |multiplier|", "reference against second method"),
+            reference_rows(studies),
+        ),
+        "Work and precision": (
+            ("case", "quantity", "curve", "knob", "order", *reached),
+            curve_rows(studies),
+        ),
+        "Beside other integrators": (
+            ("case", "error", "ours", "fastest peer", "its time", "ratio"),
+            peer_rows(studies),
+        ),
+        "Contact analyses of a life": (
+            ("case", "quantity", "error", "adaptive", "Euler", "ratio"),
+            life_rows(studies),
+        ),
+        "Cheapest setting": (
+            ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob"),
+            cheapest_rows(studies, error),
+        ),
+    }
 
 
 def _number(value: float, form: str) -> str:

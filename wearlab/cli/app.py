@@ -6,17 +6,18 @@ import pkgutil
 import re
 import sys
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, wraps
 from importlib import import_module
-from itertools import pairwise
+from inspect import Parameter, Signature
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import typer
 from typer.main import get_command
 
-from wearlab.cli import commands
-from wearlab.cli.output import ASKED, FULL, STORE, TRUSTED, Status, Stop, complain, fill_closed, nowhere, say
+from wearlab.cli import commands, output
+from wearlab.cli.output import Findings, Status, Stop, complain
+from wearlab.store import Store
 from wearlab.version import __version__
 
 app = typer.Typer(
@@ -31,7 +32,7 @@ app = typer.Typer(
 
 def _tell_version(asked: bool) -> None:
     if asked:
-        say(f"wearlab {__version__}")
+        output.say(f"wearlab {__version__}")
         raise typer.Exit
 
 
@@ -46,10 +47,12 @@ def every_command(
     ] = False,
 ) -> None:
     """Experiments and datasets of coupled gear wear and dynamics."""
-    TRUSTED.set(plugins)
+    output.TRUSTED.set(plugins)
+    output.ASKED.set(Path(os.environ.get("WEARLAB_STORE") or output.STORE))  # unless an option names another
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Json = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 LISTED = "\n\nParameters\n----------\n"
 OPTION = re.compile(r"(?:(\[?[A-Z]\S*)(?: from (\d+)(?: to (\d+))?)?(?: \[(.+?)\])?: )?(.*)")
 
@@ -59,7 +62,8 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
 
     A line of its ``Parameters`` is ``name : METAVAR from 0 to 9 [default in words]: help``, with what it
     needs of all before the help. What has no default, or a METAVAR in brackets, is an argument; an option
-    that is a word of Python bears an underline behind it. Annotated parameters tell of themselves.
+    that is a word of Python bears an underline behind it. Annotated parameters tell of themselves. What
+    returns an `Findings` takes ``--json``.
     """
 
     def register(function: Function) -> Function:
@@ -77,18 +81,37 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
             else:
                 declared = typer.Option(f"--{option.rstrip('_').replace('_', '-')}", **shown)
             hints[option] = Annotated[hints[option], declared]
-        function.__annotations__ = hints
-        app.command(name, help=text)(function)
+
+        @wraps(function)
+        def run(json: bool = False, **given: Any) -> Any:
+            output.AS_JSON.set(json)
+            found = function(**given)
+            return output.tell(found) if isinstance(found, Findings) else found
+
+        options = [parameter.replace(annotation=hints[name]) for name, parameter in parameters.items()]
+        if Findings in (hints["return"], *get_args(hints["return"])):
+            options.append(Parameter("json", Parameter.KEYWORD_ONLY, default=False, annotation=Json))
+        run.__signature__ = Signature(options)  # type: ignore[attr-defined]
+        app.command(name, help=text)(run)
         return function
 
     return register
 
 
+def _asked(folder: str) -> Store:
+    output.ASKED.set(Path(folder))
+    return Store(Path(folder))
+
+
 File = Annotated[str, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)]
+STORE: Any = output.STORE
+
 StoreFolder = Annotated[
-    Path, typer.Option("--store", metavar="DIR", envvar="WEARLAB_STORE", help="The folder of the runs.")
+    Store,
+    typer.Option(
+        "--store", parser=_asked, metavar="DIR", envvar="WEARLAB_STORE", help="The folder of the runs."
+    ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 Workers = Annotated[
     int | None, typer.Option(metavar="N", min=1, help="Worker processes.", show_default="the cores")
 ]
@@ -128,7 +151,6 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         words = list(sys.argv[1:] if arguments is None else arguments)
-        ASKED.set(_store_of(words))
         front = [TRUST] * (TRUST in words)  # every command takes it, the application reads it
         words = front + [word for word in words if word != TRUST]
         result = _commands()(args=words, prog_name="wearlab", standalone_mode=False)
@@ -141,7 +163,7 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         complain("wearlab: interrupted")
         return Status.INTERRUPTED
     except BrokenPipeError:  # whoever read our output has seen enough
-        nowhere(sys.stdout)
+        output.nowhere(sys.stdout)
         return Status.TROUBLE
     except OSError as error:
         return _unwritten(error)
@@ -157,18 +179,11 @@ def _commands() -> Any:
 
 def _unwritten(error: OSError) -> int:
     """Tell in one message what is full; a file that has a name, or another error, is a fault of ours."""
-    if error.filename is not None or error.errno not in FULL:
+    if error.filename is not None or error.errno not in output.FULL:
         raise error
-    nowhere(sys.stdout)
+    output.nowhere(sys.stdout)
     complain(f"wearlab: cannot write to standard output or to the disk: {error.strerror}")
     return Status.TROUBLE
-
-
-def _store_of(words: list[str]) -> Path:
-    """Return the store that a command is about: files are read before it is opened."""
-    given = [word.removeprefix("--store=") for word in words if word.startswith("--store=")]
-    given += [after for word, after in pairwise(words) if word == "--store"]
-    return Path(given[-1] if given else os.environ.get("WEARLAB_STORE") or STORE)
 
 
 def _misuse(error: Exception) -> int:
@@ -185,5 +200,5 @@ def _misuse(error: Exception) -> int:
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
-    fill_closed()
+    output.fill_closed()
     sys.exit(status_of())

@@ -7,13 +7,13 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from wearlab.sources import SHORT_ID
 from wearlab.store import outcome
@@ -81,6 +81,8 @@ ASKED: ContextVar[Path] = ContextVar("asked", default=STORE)
 """The store of the command, in which runs of plug-ins have left what these declare."""
 TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
 """Whether the command was told ``--plugins``: that plug-ins of campaign files may be run."""
+AS_JSON: ContextVar[bool] = ContextVar("as JSON", default=False)
+"""Whether the command was told ``--json``: that a program reads what it found."""
 PATIENCE = 1.0  # s until a command says what it is doing
 MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
@@ -100,6 +102,36 @@ class Format(StrEnum):
     TABLE = "table"
     JSON = "json"
     CSV = "csv"
+
+
+class ShownTable(NamedTuple):
+    """A table that people see, as `show_table` writes it."""
+
+    heads: Sequence[str]
+    rows: Rows
+    title: str | None = None
+    empty: str = ""
+
+
+Text = Iterable[str | ShownTable]
+"""Lines and tables for people; asked for only when they are to be shown."""
+
+
+class Findings(NamedTuple):
+    """What a command found.
+
+    Parameters
+    ----------
+    content : for programs, what ``--json`` writes; or a function that returns it
+    text : for people
+    well : whether nothing is wrong; else the exit status tells of trouble
+    remarks : what is said on standard error besides, of either
+    """
+
+    content: Any
+    text: Text
+    well: bool = True
+    remarks: Sequence[str] = ()
 
 
 class Stop(Exception):
@@ -174,15 +206,15 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
 
 def drawn(
     campaign: "Campaign", store: "Store", out: Path, ending: str = "png"
-) -> tuple[tuple[Path, ...], Status]:
+) -> tuple[tuple[Path, ...], bool]:
     """Draw a campaign's figures; say which cannot be, and return the others and whether that went well."""
     from wearlab.figures import FigureError, draw
 
     try:
-        return tuple(draw(campaign, store, out, ending)), Status.WELL
+        return tuple(draw(campaign, store, out, ending)), True
     except FigureError as error:
         complain(str(error))
-        return error.drawn, Status.TROUBLE
+        return error.drawn, False
 
 
 @contextmanager
@@ -251,16 +283,19 @@ def show_json(content: Any) -> None:
     print(json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
 
 
-def tell(content: Any, as_json: bool, *lines: str) -> None:
-    """Write what a command found: its content as JSON, or lines."""
-    if as_json:
-        show_json(content)
+def tell(found: Findings) -> Status:
+    """Write what a command found, as it was asked for, and return its exit status."""
+    if AS_JSON.get():
+        show_json(found.content() if callable(found.content) else found.content)
     else:
-        for line in lines:
-            say(line)
+        for part in found.text:
+            say(part) if isinstance(part, str) else show_table(*part)
+    for remark in found.remarks:
+        complain(remark)
+    return Status.WELL if found.well else Status.TROUBLE
 
 
-def show_table(heads: Sequence[str], rows: Rows, *, title: str | None = None, empty: str = "") -> None:
+def show_table(heads: Sequence[str], rows: Rows, title: str | None = None, empty: str = "") -> None:
     """Write a table, as wide as the terminal; columns without any entry are left out.
 
     A file or a pipe gets one line a row, and so does what fills many screens. ``empty`` is said where there
@@ -293,18 +328,17 @@ def _show_plain(lines: Rows, title: str | None) -> None:
 
 
 @contextmanager
-def bar(total: int, silent: bool, what: str = "") -> Iterator[Callable[[str], None]]:
+def bar(total: int, what: str = "") -> Iterator[Callable[[str], None]]:
     """Show on standard error how far a long work is; silent where nobody watches.
 
     Parameters
     ----------
     total : how many steps it has; what is yielded is called after each, with its name
-    silent : whether nobody is to see it
     what : what the steps are, shown in place of their names
     """
     from wearlab.runner.progress import Progress, ProgressBar
 
-    with Progress() if silent or not sys.stderr.isatty() else ProgressBar() as shown:
+    with Progress() if AS_JSON.get() or not sys.stderr.isatty() else ProgressBar() as shown:
         shown.start(total, what)
 
         def tell(text: str) -> None:

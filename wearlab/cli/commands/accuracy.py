@@ -17,9 +17,7 @@ FILE = "accuracy.nc"
 
 
 @app.command()
-def accuracy(
-    file: app.File, out: Path = Path("accuracy"), error: float | None = None, json: app.Json = False
-) -> output.Status:
+def accuracy(file: app.File, out: Path = Path("accuracy"), error: float | None = None) -> output.Findings:
     """Measure error against run time of FILE's scenes, beside other integrators.
 
     Parameters
@@ -34,7 +32,7 @@ def accuracy(
         out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
     total = sum(study.expected_reports(case.scene) for case in campaign.cases)
-    with output.bar(total, json) as tell:
+    with output.bar(total) as tell:
         studies = [
             study.study(name, case.scene, lambda what, name=name: tell(f"{name}: {what}"))  # type: ignore[misc]
             for name, case in zip(_labels(campaign), campaign.cases, strict=True)
@@ -42,15 +40,9 @@ def accuracy(
     made = study.dataset(campaign.title, studies, begun)
     with output.refusing(OSError):
         files = _write(made, out)
-    for one in studies:
-        for note in one.notes:
-            output.complain(f"{one.label}: {note}")
-    if json:
-        output.show_json(_content(studies, error, files))
-    else:
-        _tell(studies, error)
-        output.say("\n".join(["", *map(str, files)]))
-    return output.Status.WELL if any(one.curves for one in studies) else output.Status.TROUBLE
+    notes = [f"{one.label}: {note}" for one in studies for note in one.notes]
+    content, text = _content(studies, error, files), _text(studies, error, files)
+    return output.Findings(content, text, any(one.curves for one in studies), notes)
 
 
 def _labels(campaign: "Campaign") -> list[str]:
@@ -75,33 +67,23 @@ def _write(made: Any, out: Path) -> list[Path]:
     return [out / file for file in contents]
 
 
-def _tables(studies: "list[study.Study]", error: float | None) -> dict[str, tuple[tuple[str, ...], Any]]:
-    from wearlab.accuracy import pages as table
+def _text(studies: "list[study.Study]", error: float | None, files: list[Path]) -> output.Text:
+    from wearlab.accuracy import pages, steady_curves
 
-    return {
-        "Reference": (table.REFERENCE_HEADS, table.reference_rows(studies)),
-        "Work and precision": (table.CURVE_HEADS, table.curve_rows(studies)),
-        "Beside other integrators": (table.PEER_HEADS, table.peer_rows(studies)),
-        "Contact analyses of a life": (table.LIFE_HEADS, table.life_rows(studies)),
-        "Cheapest setting": (table.CHEAPEST_HEADS, table.cheapest_rows(studies, error)),
-    }
-
-
-def _tell(studies: "list[study.Study]", error: float | None) -> None:
-    from wearlab.accuracy import steady_curves
-
-    for title, (heads, rows) in _tables(studies, error).items():
+    for title, (heads, rows) in pages.tables(studies, error).items():
         if rows:
-            output.say()
-            output.show_table(heads, rows, title=title)
+            yield from ("", output.ShownTable(heads, rows, title))
     if steady_curves.missing_peers():
-        output.say(f'\nnot installed: {", ".join(steady_curves.missing_peers())} (the extra "peers")')
+        yield f'\nnot installed: {", ".join(steady_curves.missing_peers())} (the extra "peers")'
+    yield from ("", *map(str, files))
 
 
 def _content(studies: "list[study.Study]", error: float | None, files: list[Path]) -> dict[str, Any]:
+    from wearlab.accuracy import pages
+
     tables = {
         title: [dict(zip(heads, row, strict=True)) for row in rows]
-        for title, (heads, rows) in _tables(studies, error).items()
+        for title, (heads, rows) in pages.tables(studies, error).items()
     }
     curves = [row for one in studies for row in _rungs(one)]
     return {**tables, "curves": curves, "files": [str(path) for path in files]}

@@ -4,12 +4,12 @@ from json import loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wearlab.cli.app import STORE, Json, StoreFolder, command
-from wearlab.cli.output import Stop, read_campaign, refusing, say, show_json, show_table
-from wearlab.store import Store
+from wearlab.cli import app, output
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from wearlab.store import Store
 
 
 ENDINGS = (".png", ".svg", ".pdf")
@@ -20,17 +20,16 @@ NUMBERS = (
 """Variables of a comparison that JSON tells, as far as there are any."""
 
 
-@command()
+@app.command()
 def compare(
     a: str,
     b: str,
-    folder: StoreFolder = STORE,
+    store: app.StoreFolder = app.STORE,
     on: str = "cycle",
     tolerance: float = 0.01,
     out: Path | None = None,
     figure: Path | None = None,
-    json: Json = False,
-) -> None:
+) -> output.Findings:
     """Compare two runs or two campaigns: what was asked and what came out differently.
 
     Parameters
@@ -44,22 +43,18 @@ def compare(
     """
     from wearlab.comparison import compare as compared
 
-    store = Store(folder)
     if figure is not None and figure.suffix.lower() not in ENDINGS:
-        raise Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
+        raise output.Stop(f"--figure {figure}: a figure ends in .png, .svg or .pdf")
     left, right = (_meant(side, store) for side in (a, b))
     comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
     written = _write(comparison, out, figure)
-    if json:
-        show_json(_content(comparison, written))
-    else:
-        _tell(comparison, written)
+    return output.Findings(_content(comparison, written), [*_text(comparison), *written])
 
 
 def _meant(word: str, store: "Store") -> Any:
     """Return the campaign of a file, or else the full id of a run."""
     if Path(word).is_file() or word.endswith(".toml"):
-        return read_campaign(word)
+        return output.read_campaign(word)
     return store.find(word).id
 
 
@@ -68,7 +63,7 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
     from wearlab.store import files, netcdf
 
     written = []
-    with refusing(OSError):
+    with output.refusing(OSError):
         if data is not None:
             files.write_whole(data, netcdf.to_image(comparison)[0])
             written.append(str(data))
@@ -78,39 +73,36 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
     return written
 
 
-def _tell(comparison: "xr.Dataset", written: list[str]) -> None:
+def _text(comparison: "xr.Dataset") -> output.Text:
     import numpy as np
 
     from wearlab.comparison import runs
 
     campaigns = "pair" in comparison.dims
     a, b = (comparison.attrs[f"{'campaign' if campaigns else 'run'}_{side}"] for side in "ab")
-    say(f"A  {a}\nB  {b}\n")
-    rows = runs.scene_rows(comparison)
-    if rows:
+    yield f"A  {a}\nB  {b}\n"
+    if rows := runs.scene_rows(comparison):
         title = "Asked differently, in every pair" if campaigns else "Asked differently"
-        show_table(runs.SCENE_HEADS, rows, title=title)
+        yield output.ShownTable(runs.SCENE_HEADS, rows, title)
     else:
-        say("No key of the scenes differs" + (" in every pair" if campaigns else ""))
-    say()
+        yield "No key of the scenes differs" + (" in every pair" if campaigns else "")
+    yield ""
     along = comparison.attrs["aligned_on"].replace("_", " ")
     title = f"At the same {along}, tolerance {comparison.attrs['tolerance']:g}"
     if campaigns:
-        show_table(runs.PAIR_HEADS, runs.pair_rows(comparison), title=title)
+        yield output.ShownTable(runs.PAIR_HEADS, runs.pair_rows(comparison), title)
         for side in ("a", "b"):
             if left := loads(comparison.attrs.get(f"only_{side}", "[]")):
-                say(f"\nonly in {side.upper()}: {'; '.join(left)}")
+                yield f"\nonly in {side.upper()}: {'; '.join(left)}"
+        return
+    rows = runs.quantity_rows(comparison)
+    yield output.ShownTable(runs.QUANTITY_HEADS, rows, title)
+    first = comparison["first_difference"].values
+    if np.isfinite(first).any():
+        row = rows[int(np.nanargmin(first))]
+        yield f"\nThey first differ by more than the tolerance at {row[-1]}: {row[0]}."
     else:
-        rows = runs.quantity_rows(comparison)
-        show_table(runs.QUANTITY_HEADS, rows, title=title)
-        first = comparison["first_difference"].values
-        if np.isfinite(first).any():
-            row = rows[int(np.nanargmin(first))]
-            say(f"\nThey first differ by more than the tolerance at {row[-1]}: {row[0]}.")
-        else:
-            say("\nNowhere do they differ by more than the tolerance.")
-    for path in written:
-        say(path)
+        yield "\nNowhere do they differ by more than the tolerance."
 
 
 def _content(comparison: "xr.Dataset", written: list[str]) -> dict[str, Any]:

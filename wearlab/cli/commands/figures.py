@@ -15,12 +15,11 @@ if TYPE_CHECKING:
 @app.command()
 def figures(
     file: str | None = None,
-    folder: app.StoreFolder = app.STORE,
+    store: app.StoreFolder = app.STORE,
     out: Path = Path("figures"),
     format: str = "png",
     from_: list[Path] | None = None,
-    json: app.Json = False,
-) -> output.Status:
+) -> output.Findings:
     """Draw the figures of FILE from the stored runs, or a figure again from what its file says.
 
     Parameters
@@ -36,43 +35,36 @@ def figures(
         raise output.Stop("figures: give a campaign FILE, or --from FIGURE")
     with output.refusing(OSError):
         if file is None:
-            return _draw_again(from_ or [], Store(folder), out, json)
+            return _drawn_again(from_ or [], store, out)
         drawing.check_format(format)
-        drawn, status = output.drawn(output.sound_campaign(file), Store(folder), out, format)
+        drawn, well = output.drawn(output.sound_campaign(file), store, out, format)
     paths = [str(path) for path in drawn]
-    output.tell(paths, json, *paths)
-    return status
+    return output.Findings(paths, paths, well)
 
 
-def _draw_again(figures: Sequence[Path], store: Store, out: Path, as_json: bool) -> output.Status:
+def _drawn_again(figures: Sequence[Path], store: Store, out: Path) -> output.Findings:
     """Draw figures again from the store, and say which of their runs are missing or stale."""
     from wearlab.figures import redraw
 
     drawn = [redraw(figure, store, out) for figure in figures]
-    if as_json:
-        output.show_json([{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn])
-    else:
-        for redrawn in drawn:
-            _tell(redrawn)
-    return output.Status.TROUBLE if any(redrawn.missing for redrawn in drawn) else output.Status.WELL
+    content = [{**vars(redrawn), "path": str(redrawn.path)} for redrawn in drawn]
+    return output.Findings(content, _text(drawn), not any(redrawn.missing for redrawn in drawn))
 
 
-def _tell(drawn: "drawing.Redrawn") -> None:
-    said = "the same bytes" if drawn.same else "differs from the figure it was drawn from"
-    output.say(f"{drawn.path}: {said}")
-    for words, runs in (
-        ("missing", drawn.missing),
-        ("stale, made by other code", drawn.stale),
-        ("computed again since the figure was drawn", drawn.changed),
-    ):
-        if runs:
-            output.complain(f"{words}: {', '.join(runs)}")
+def _text(drawn: "Sequence[drawing.Redrawn]") -> output.Text:
+    for one in drawn:
+        yield f"{one.path}: {'the same bytes' if one.same else 'differs from the figure it was drawn from'}"
+        for words, runs in (
+            ("missing", one.missing),
+            ("stale, made by other code", one.stale),
+            ("computed again since the figure was drawn", one.changed),
+        ):
+            if runs:
+                output.complain(f"{words}: {', '.join(runs)}")
 
 
 @app.command()
-def report(
-    file: app.File, folder: app.StoreFolder = app.STORE, out: Path | None = None, json: app.Json = False
-) -> None:
+def report(file: app.File, store: app.StoreFolder = app.STORE, out: Path | None = None) -> output.Findings:
     """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
 
     Parameters
@@ -83,10 +75,10 @@ def report(
 
     path = out or Path(f"{Path(file).stem}.html")
     page.check_suffix(path)
-    store, campaign = Store(folder), output.read_campaign(file)
+    campaign = output.read_campaign(file)
     with output.refusing(OSError):
         files.write_whole(path, page.as_file(page.report(campaign, store), path.suffix))
-    output.tell({"file": str(path)}, json, str(path))
+    return output.Findings({"file": str(path)}, [str(path)])
 
 
 @app.command()
@@ -95,8 +87,7 @@ def profile(
     columns: list[str] | None = None,
     units: list[str] | None = None,
     out: Path | None = None,
-    json: app.Json = False,
-) -> None:
+) -> output.Findings:
     """Draw a measured flank as it was understood, and say how the file was read.
 
     Parameters
@@ -129,7 +120,7 @@ def profile(
         "above the headers": " | ".join(line.strip() for line in table.preamble),
         "figure": str(figure),
     }
-    output.tell(told, json, *(f"{name:<20}{text}" for name, text in told.items() if text))
+    return output.Findings(told, [f"{name:<20}{text}" for name, text in told.items() if text])
 
 
 def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
@@ -150,8 +141,7 @@ def browse(
     no_open: bool = False,
     static: Path | None = None,
     campaign: str | None = None,
-    json: app.Json = False,
-) -> None:
+) -> output.Findings | None:
     """Open a window on a store: look, choose, compare, in a browser on this machine.
 
     Parameters
@@ -164,19 +154,20 @@ def browse(
     """
     from wearlab.browsing import window
 
-    own = open_store(store or folder)
+    own = open_store(folder.path if store is None else store)
     if static is not None:
         from wearlab.browsing import pages
 
         with output.refusing(OSError):
             made = str(pages.write_copy(own, static, campaign))
-        return output.tell({"file": made}, json, made)
+        return output.Findings({"file": made}, [made])
     if campaign is not None:
         raise output.Stop("browse: --campaign goes with --static DIR")
 
     def ready(address: str) -> None:
-        output.tell({"address": address}, json, f"{address}\nCtrl-C ends it")
+        output.tell(output.Findings({"address": address}, [f"{address}\nCtrl-C ends it"]))
         if not no_open:
             webbrowser.open(address)
 
     window.Window(own, port).run(ready)
+    return None

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from json import loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "st
 
 @app.command()
 def ls(
-    folder: app.StoreFolder = app.STORE,
+    store: app.StoreFolder = app.STORE,
     state: str | None = None,
     where: app.Condition = "",
     columns: str | None = None,
@@ -33,8 +34,7 @@ def ls(
     limit: int | None = None,
     updates: bool = False,
     format: output.Format = output.Format.TABLE,
-    json: app.Json = False,
-) -> None:
+) -> output.Findings:
     """List the runs of a store: all, or those that meet a condition.
 
     Parameters
@@ -46,17 +46,17 @@ def ls(
     updates : The updates in place of the runs.
     format : How to write it.
     """
-    store = Store(folder)
+    if format is output.Format.JSON:
+        output.AS_JSON.set(True)
     if updates:
         from wearlab.cli.commands.run import list_updates
 
-        return list_updates(store, json or format is output.Format.JSON)
-    format = output.Format.JSON if json else format
+        return list_updates(store)
     if columns is not None or format is output.Format.CSV:
         asked = output.split_columns(columns)
         if asked is None:
             asked = tuple(name for name in USUAL if name in store.names())
-        return _show_columns(store, store.query(where, columns=asked, sort=sort, limit=limit), state, format)
+        return _columns(store, store.query(where, columns=asked, sort=sort, limit=limit), state, format)
     ids = None
     if where.strip() or sort or limit is not None:
         ids = store.query(where, columns=(), sort=sort, limit=None if state else limit)["id"]
@@ -64,33 +64,36 @@ def ls(
     if limit is not None:
         kept = set(list(dict.fromkeys(row["id"] for row in rows))[:limit])
         rows = [row for row in rows if row["id"] in kept]
-    if format is output.Format.JSON:
-        output.show_json(rows)
-    else:
-        output.show_table(HEADS, [_cells(row) for row in rows], empty=NONE)
+    return output.Findings(rows, [output.ShownTable(HEADS, [*map(_cells, rows)], empty=NONE)])
 
 
-def _show_columns(store: Store, answer: "tables.Table", state: str | None, form: output.Format) -> None:
+def _columns(store: Store, table: "tables.Table", state: str | None, form: output.Format) -> output.Findings:
     from wearlab.schema import VARIABLES, origin_of
 
-    for at, column in enumerate(answer.columns):
-        if column.name in VARIABLES and answer.records and all(row[at] is None for row in answer.records):
+    for at, column in enumerate(table.columns):
+        if column.name in VARIABLES and table.records and all(row[at] is None for row in table.records):
             output.complain(f"none of these runs has {column.name}: it takes {origin_of(column.name)[1]}")
-    places = [at for at, column in enumerate(answer.columns) if column.name in ("status", "state")]
+    places = [at for at, column in enumerate(table.columns) if column.name in ("status", "state")]
     if state is not None or places:
-        entries = store.entries(answer["id"])
+        entries = store.entries(table["id"])
         states = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
-        kept = [r for r in answer.records if state in (None, states[r[0]])]
-        answer = replace(answer, records=[_in_state(row, places, states[row[0]]) for row in kept])
+        kept = [r for r in table.records if state in (None, states[r[0]])]
+        table = replace(table, records=[_in_state(row, places, states[row[0]]) for row in kept])
     if form is output.Format.CSV:
-        output.say(answer.to_csv().rstrip("\n"))
-    elif form is output.Format.JSON:
-        units = [{"name": column.name, "unit": column.unit or None} for column in answer.columns]
-        output.show_json({"columns": units, "rows": answer.to_rows(si=True)})
-    else:
-        heads, rows = answer.displayed()
-        cells = [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows]
-        output.show_table(heads, cells, empty=NONE)
+        return output.Findings(partial(_in_si, table), _csv(table))
+    heads, rows = table.displayed()
+    cells = [(row[0][:SHORT_ID], *map(told.value_text, row[1:])) for row in rows]
+    return output.Findings(partial(_in_si, table), [output.ShownTable(heads, cells, empty=NONE)])
+
+
+def _csv(table: "tables.Table", si: bool = False) -> output.Text:
+    yield table.to_csv(si=si).rstrip("\n")
+
+
+def _in_si(table: "tables.Table") -> dict[str, Any]:
+    """Return a table as JSON has it, in SI units."""
+    units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
+    return {"columns": units, "rows": table.to_rows(si=True)}
 
 
 def _in_state(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[Any, ...]:
@@ -163,9 +166,7 @@ def _note(row: Mapping[str, Any]) -> str:
 
 
 @app.command()
-def show(
-    run: app.Run, folder: app.StoreFolder = app.STORE, variables: bool = False, json: app.Json = False
-) -> output.Status | None:
+def show(run: app.Run, store: app.StoreFolder = app.STORE, variables: bool = False) -> output.Findings:
     """Show one run: results, what they are worth, its scene, what is stored.
 
     Parameters
@@ -175,46 +176,44 @@ def show(
     from wearlab.cli.commands.run import show_update
     from wearlab.store import updates
 
-    store = Store(folder)
     if (update := updates.find_update(store, run)) is not None:
-        return show_update(store, update, json)
+        return show_update(store, update)
     entry = store.find(run)
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
     facts = told.facts(store, entry)
     scene = loads(entry.scene or "{}")
-    if json:
-        asked = {"scene": scene, "sizes": entry.sizes, "variables": stored, "summary": entry.summary}
-        output.show_json({**facts, **asked, "reason": entry.reason, "warnings": list(entry.warnings)})
-        return None
-    _tell_facts(facts, entry)
+    asked = {"scene": scene, "sizes": entry.sizes, "variables": stored, "summary": entry.summary}
+    content = {**facts, **asked, "reason": entry.reason, "warnings": list(entry.warnings)}
     if variables:
-        output.say()
-        output.show_table(("variable", "dims", "unit", "value", "meaning"), _variables(stored, entry))
-        return None
-    rows = told.results(stored, entry)
-    if rows:
-        output.say()
-        output.show_table(("result", "value", "unit", "meaning"), rows)
+        heads = ("variable", "dims", "unit", "value", "meaning")
+        text: output.Text = ["", output.ShownTable(heads, _variables(stored, entry))]
+    else:
+        text = _results(store, entry, stored, scene)
+    return output.Findings(content, [*_facts(facts, entry), *text])
+
+
+def _results(
+    store: Store, entry: "catalogue.Entry", stored: Mapping[str, dict[str, Any]], scene: Mapping[str, Any]
+) -> output.Text:
+    if rows := told.results(stored, entry):
+        yield from ("", output.ShownTable(("result", "value", "unit", "meaning"), rows))
     texts = {name: value for name, value in entry.summary.items() if name in stored and told.is_long(value)}
     below = {name: value.splitlines() for name, value in texts.items()}
     written, values = told.written_in(store, entry.id), sorted(told.flat(scene))
     below["scene"] = [f"{path} = {told.in_file_units(path, value, written)}" for path, value in values]
     if stored:
         below["stored (--variables tells dimensions, units and meaning of each)"] = told.groups(stored)
-    for head, lines in below.items():
-        output.say("\n  ".join([f"\n{head}", *lines]))
-    return None
+    yield from ("\n  ".join([f"\n{head}", *lines]) for head, lines in below.items())
 
 
-def _tell_facts(facts: Mapping[str, Any], entry: "catalogue.Entry") -> None:
+def _facts(facts: Mapping[str, Any], entry: "catalogue.Entry") -> output.Text:
     for name, value in facts.items():
         if value not in (None, "", []):
             for number, line in enumerate(value if isinstance(value, list) else [value]):
-                output.say(f"{'' if number else name:<16}{line}")
+                yield f"{'' if number else name:<16}{line}"
     for name, text in (("reason", [entry.reason] if entry.reason else []), ("warnings", entry.warnings)):
-        for line in text:
-            output.say(f"{name:<16}{line.rstrip()}")
+        yield from (f"{name:<16}{line.rstrip()}" for line in text)
 
 
 def _variables(variables: Mapping[str, dict[str, Any]], entry: "catalogue.Entry") -> list[tuple[str, ...]]:
@@ -232,13 +231,12 @@ ENDINGS = (".csv", ".nc")
 
 @app.command()
 def features(
-    folder: app.StoreFolder = app.STORE,
+    store: app.StoreFolder = app.STORE,
     where: app.Condition = "",
     variables: str | None = None,
     out: Path | None = None,
     si: bool = False,
-    json: app.Json = False,
-) -> None:
+) -> output.Findings:
     """Write one row for each wear state of each run: harmonics, indicators, orders as columns.
 
     Parameters
@@ -249,12 +247,9 @@ def features(
     """
     if out is not None and out.suffix not in ENDINGS:
         raise output.Stop(f"{out}: features are written as {' or '.join(ENDINGS)}")
-    table = Store(folder).features(where, variables=output.split_columns(variables))
-    if json:
-        units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
-        return output.show_json({"columns": units, "rows": table.to_rows(si=True)})
-    if out is None:
-        return output.say(table.to_csv(si=si).rstrip("\n"))
+    table = store.features(where, variables=output.split_columns(variables))
+    if out is None or output.AS_JSON.get():
+        return output.Findings(partial(_in_si, table), _csv(table, si))
     try:
         if out.suffix == ".nc":
             table.to_xarray(si=si).to_netcdf(out)
@@ -262,7 +257,7 @@ def features(
             out.write_text(table.to_csv(si=si))
     except OSError as error:
         raise output.Stop(f"{out}: cannot be written ({error.strerror or error})") from error
-    output.say(f"{out}: {len(table)} rows, {len(table.columns)} columns")
+    return output.Findings(None, [f"{out}: {len(table)} rows, {len(table.columns)} columns"])
 
 
 @app.command()
@@ -271,9 +266,8 @@ def tag(
     tags: list[str] | None = None,
     remove: list[str] | None = None,
     campaign: bool = False,
-    folder: app.StoreFolder = app.STORE,
-    json: app.Json = False,
-) -> None:
+    store: app.StoreFolder = app.STORE,
+) -> output.Findings:
     """Put tags on RUN, take some off, and tell those that it has: ls --where "tag = good" finds it.
 
     Parameters
@@ -283,19 +277,14 @@ def tag(
     remove : TAG: To be taken off.
     campaign : RUN is a campaign: its title, or the name of its file.
     """
-    store = Store(folder)
     store.tag(run, *(tags or ()), remove=remove or (), campaign=campaign)
-    _remarks(store, run, campaign, "tag", json)
+    return _remarks(store, run, campaign, "tag")
 
 
 @app.command()
 def note(
-    run: str,
-    text: str | None = None,
-    campaign: bool = False,
-    folder: app.StoreFolder = app.STORE,
-    json: app.Json = False,
-) -> None:
+    run: str, text: str | None = None, campaign: bool = False, store: app.StoreFolder = app.STORE
+) -> output.Findings:
     """Write a note on RUN, and tell those that it has.
 
     Parameters
@@ -304,17 +293,14 @@ def note(
     text : [TEXT]: What is to be noted.
     campaign : RUN is a campaign: its title, or the name of its file.
     """
-    store = Store(folder)
     if text is not None:
         store.note(run, text, campaign=campaign)
-    _remarks(store, run, campaign, "note", json)
+    return _remarks(store, run, campaign, "note")
 
 
-def _remarks(store: Store, run: str, campaign: bool, what: str, as_json: bool) -> None:
-    """Show the tags, or the notes, that a run or campaign has."""
+def _remarks(store: Store, run: str, campaign: bool, what: str) -> output.Findings:
+    """Return the tags, or the notes, that a run or campaign has."""
     remarks = [remark for remark in store.remarks(run, campaign=campaign) if remark.what == what]
-    if as_json:
-        output.show_json([{what: r.text, "by": r.who, "when": r.when} for r in remarks])
-    else:
-        rows = [(r.text, r.who, r.when[:19]) for r in remarks]
-        output.show_table((what, "by", "when"), rows, empty=f"no {what}s")
+    content = [{what: r.text, "by": r.who, "when": r.when} for r in remarks]
+    rows = [(r.text, r.who, r.when[:19]) for r in remarks]
+    return output.Findings(content, [output.ShownTable((what, "by", "when"), rows, empty=f"no {what}s")])

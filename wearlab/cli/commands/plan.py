@@ -3,6 +3,8 @@
 from collections import Counter
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from wearlab.campaign import Campaign, Case
+    from wearlab.campaign.claims import Checked
     from wearlab.runner.plan import Plan
     from wearlab.updating.cases import MeasuredCase
 
@@ -68,9 +71,8 @@ def check(
     file: app.File,
     claims: bool = False,
     measured: Path | None = None,
-    folder: app.StoreFolder = app.STORE,
-    json: app.Json = False,
-) -> output.Status:
+    store: app.StoreFolder = app.STORE,
+) -> output.Findings:
     """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
 
     Parameters
@@ -79,69 +81,80 @@ def check(
     measured : JSON: With --claims: against what it wrote with --json, of equal runs, not the store.
     """
     if claims:
-        return _check_claims(output.sound_campaign(file), measured or Store(folder), json)
+        return _claims(output.sound_campaign(file), measured or store)
     if measured:
         raise output.Stop("--measured holds claims: write --claims, too")
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = output.sound_campaign(file)
     refused, cases = refuse_the_impossible(campaign), first_of_each_label(campaign)
-    parts = {label: (parts_present(case.scene), parts_left_out(case.scene)) for label, case in cases.items()}
     built = _built(cases)
-    status = output.Status.WELL if all(one["expected"] for one in refused) else output.Status.TROUBLE
-    runs = len({case.id for case in campaign.cases})
-    if json:
-        told: dict[str, Any] = {"title": campaign.title, "cases": len(campaign.cases), "runs": runs}
-        told["axes"] = [{"name": a.name, "values": a.values, "units": a.units} for a in campaign.axes]
-        told["parts"] = {label: {"present": p, "left_out": out} for label, (p, out) in parts.items()}
-        told["gears"] = {label: rows for label, (_, rows) in built.items()}
-        output.show_json(told | {"refused": refused, "warnings": campaign.warnings})
-        return status
-    output.say(campaign.title)
+    content = {
+        **{
+            "title": campaign.title,
+            "cases": len(campaign.cases),
+            "runs": len({c.id for c in campaign.cases}),
+        },
+        "axes": [{"name": a.name, "values": a.values, "units": a.units} for a in campaign.axes],
+        "parts": {
+            label: {"present": parts_present(case.scene), "left_out": parts_left_out(case.scene)}
+            for label, case in cases.items()
+        },
+        "gears": {label: table.rows for label, table in built.items()},
+        **{"refused": refused, "warnings": campaign.warnings},
+    }
+    well = all(one["expected"] for one in refused)
+    return output.Findings(content, _asked_for(campaign, cases, content, built), well)
+
+
+def _asked_for(
+    campaign: "Campaign",
+    cases: "dict[str, Case]",
+    content: dict[str, Any],
+    built: dict[str, output.ShownTable],
+) -> output.Text:
+    """Yield what a campaign asks for; what is wrong with it goes to standard error."""
+    yield campaign.title
     for axis in campaign.axes:
         ends = axis.values if len(axis.values) <= MOST_VALUES else (*axis.values[:3], "…", axis.values[-1])
         values = ", ".join(outcome.value_text(value, None) for value in ends)
         count = "" if len(ends) == len(axis.values) else f" ({len(axis.values)} values)"
-        output.say(f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count)
-    output.say(f"  {len(campaign.cases)} cases, {runs} runs")
-    for label, (present, left_out) in parts.items():
-        output.say(f"\n{label}")
-        for part in present:
-            output.say(f"  + {part}")
-        output.say(f"  left out: {', '.join(left_out) or 'nothing'}")
+        yield f"  {axis.name}: {values} {axis.units or ''}".rstrip() + count
+    yield f"  {content['cases']} cases, {content['runs']} runs"
+    for label, parts in content["parts"].items():
+        yield from (f"\n{label}", *(f"  + {part}" for part in parts["present"]))
+        yield f"  left out: {', '.join(parts['left_out']) or 'nothing'}"
     for label, table in built.items():
-        output.say(f"\ngears of {label}")
-        output.show_table(*table)
+        yield from (f"\ngears of {label}", table)
     for label, case in cases.items():
-        _tell_duty(label, case)
+        yield from _duty(label, case)
     if campaign.update is not None:
-        _tell_update(campaign)
+        yield from _update(campaign)
     for warning in campaign.warnings:
         output.complain(f"\nwarning: {warning}")
-    for one in refused:
+    for one in content["refused"]:
         foreseen = ", as expected" if one["expected"] else ""
         output.complain(f"\nrefused{foreseen}: {one['case']}: {one['reason']}")
-    return status
 
 
-def _tell_duty(label: str, case: "Case") -> None:
-    """Show the conditions that take turns, as they were read."""
+def _duty(label: str, case: "Case") -> output.Text:
+    """Yield the conditions that take turns, as they were read."""
     blocks, table = case.scene.operation.blocks, case.scene.duty_table
     if not blocks:
         return
     read = "" if table is None else f", {table.file}: {table.understood}"
-    output.say(f"\nload spectrum of {label}{read}")
+    yield f"\nload spectrum of {label}{read}"
     rows = []
     for b in blocks:
         numbers = (b.torque, convert(b.speed, "rad/s", "rpm"), 100.0 * b.share, 1e-3 * b.torque * b.speed)
         rows.append([f"{number:.6g}" for number in numbers])
     mean = sum(block.share * block.torque * block.speed for block in blocks)
     rows.append(["mean", "", "100", f"{1e-3 * mean:.6g}"])
-    output.show_table(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
+    yield output.ShownTable(["torque [N·m]", "speed [rpm]", "share [%]", "power [kW]"], rows)
 
 
-def _tell_update(campaign: "Campaign") -> None:
-    """Say what a campaign's [update] has to go by.
+def _update(campaign: "Campaign") -> output.Text:
+    """Yield what a campaign's [update] has to go by.
 
     Raises
     ------
@@ -152,20 +165,20 @@ def _tell_update(campaign: "Campaign") -> None:
 
     for some in _told_together(studies(campaign)):
         study = some[0]
-        output.say(f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}")
+        yield f"\nupdate of {study.label if len(some) == 1 else f'{len(some)} units'}"
         for key, prior in study.spec.unknown.items():
             cost = "" if key not in study.costly else f", {study.spec.draws} runs"
             before = f"{prior.at(0.05):.4g} to {prior.at(0.95):.4g} {prior.unit or ''}"
-            output.say(f"  unknown: {key}, before {before}{cost}")
+            yield f"  unknown: {key}, before {before}{cost}"
         for blocks in zip(*(one.seen for one in some), strict=True):
             data, count = blocks[0].data, sum(map(len, blocks))
             each = ", ".join(f"{one.label} {len(seen)}" for one, seen in zip(some, blocks, strict=True))
             said = f"{count} values of {data.label.replace('_', ' ')} in {data.file.name}"
-            output.say(f"  measured: {said}{f': {each}' if len(some) > 1 else ''}")
+            yield f"  measured: {said}{f': {each}' if len(some) > 1 else ''}"
         for limit in dict.fromkeys(one.limit for one in some):
             where, unit = f" of the {limit.where}" if limit.where else "", VARIABLES[limit.quantity]
             level = convert(limit.value, unit.units, unit.display_units)
-            output.say(f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}")
+            yield f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}"
 
 
 def _told_together(wanted: "Sequence[MeasuredCase]") -> "list[Sequence[MeasuredCase]]":
@@ -173,8 +186,8 @@ def _told_together(wanted: "Sequence[MeasuredCase]") -> "list[Sequence[MeasuredC
     return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
 
 
-def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> output.Status:
-    """Tell of every claim what runs say, and which numbers of notes they do not have."""
+def _claims(campaign: "Campaign", held_by: "Store | Path") -> output.Findings:
+    """Return of every claim what runs say, and which numbers of notes they do not have."""
     from wearlab.campaign import claims
 
     if isinstance(held_by, Store):
@@ -184,34 +197,38 @@ def _check_claims(campaign: "Campaign", held_by: "Store | Path", json: bool) -> 
             record = claims.ClaimRecord.read(held_by.read_bytes(), str(held_by))
         stale = claims.stale(campaign, record)
     checked, lacking = claims.check_record(campaign, record, stale)
-    if json:
-        told = {one.name: one.model_dump() for one in record.claims}
-        rows = [
-            told.get(one.claim.name, {})
-            | one.claim.model_dump(exclude_none=True)
-            | {"measured": one.measured, "reason": one.reason, "holds": one.holds}
-            for one in checked
-        ]
-        held = {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
-        output.show_json(held)
-    else:
-        for one in checked:
-            claim = one.claim
-            said = one.reason if one.measured is None else f"{one.measured:.4g} {claim.unit}".rstrip()
-            words = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
-            (output.say if one.holds else output.complain)(f"{'holds' if one.holds else 'fails'}  {words}")
-        for line in lacking:
-            output.complain(f"fails  {line}")
-        output.say(f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {campaign.title}")
-    return output.Status.WELL if all(one.holds for one in checked) and not lacking else output.Status.TROUBLE
+    told = {one.name: one.model_dump() for one in record.claims}
+    rows = [
+        told.get(one.claim.name, {})
+        | one.claim.model_dump(exclude_none=True)
+        | {"measured": one.measured, "reason": one.reason, "holds": one.holds}
+        for one in checked
+    ]
+    held = {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
+    well = all(one.holds for one in checked) and not lacking
+    return output.Findings(held, _held(campaign.title, checked, lacking), well)
 
 
-def _built(cases: "dict[str, Case]") -> dict[str, tuple[tuple[str, ...], list[tuple[str, ...]]]]:
+def _held(title: str, checked: "list[Checked]", lacking: list[str]) -> output.Text:
+    for one in checked:
+        claim = one.claim
+        said = one.reason if one.measured is None else f"{one.measured:.4g} {claim.unit}".rstrip()
+        words = f"{claim.name}: {said}; claimed {claim.value} within {claim.tolerance}"
+        if one.holds:
+            yield f"holds  {words}"
+        else:
+            output.complain(f"fails  {words}")
+    for line in lacking:
+        output.complain(f"fails  {line}")
+    yield f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {title}"
+
+
+def _built(cases: "dict[str, Case]") -> dict[str, output.ShownTable]:
     """Return heads and rows of the gears as they were built, once for all labels that have the same."""
     from wearlab.gears.specification import GearError
     from wearlab.scene.build import sheet
 
-    built: dict[str, Any] = {}
+    built: dict[str, output.ShownTable] = {}
     for label, case in cases.items():
         with suppress(GearError):  # told as refused
             made = sheet.sheet(case.scene)
@@ -219,7 +236,7 @@ def _built(cases: "dict[str, Case]") -> dict[str, tuple[tuple[str, ...], list[tu
             rows = [
                 (row.symbol, row.meaning, *[*row.values, *blank][: len(blank)], row.unit) for row in made.rows
             ]
-            table = ("", "", *made.members, "unit"), rows
+            table = output.ShownTable(("", "", *made.members, "unit"), rows)
             if table not in built.values():
                 built[label] = table
     return built
@@ -232,11 +249,10 @@ UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 @app.command()
 def plan(
     file: app.File,
-    folder: app.StoreFolder = app.STORE,
+    store: app.StoreFolder = app.STORE,
     workers: app.Workers = None,
     retry: bool = False,
-    json: app.Json = False,
-) -> output.Status:
+) -> output.Findings:
     """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
 
     Parameters
@@ -245,76 +261,75 @@ def plan(
     """
     from wearlab.runner.plan import plan as planned_of
 
-    store = Store(folder)
     campaign = output.read_campaign(file)
     planned = planned_of(campaign, store, workers=workers, retry=retry)
-    if json:
-        amounts = {"seconds": planned.seconds, "bytes": planned.bytes}
-        content = asdict(planned) | {name: amount and amount._asdict() for name, amount in amounts.items()}
-        output.show_json(content | {"runs": [run._asdict() for run in planned.runs]})
-    else:
-        _tell(planned)
-        if campaign.update is not None:
-            _tell_plan(campaign, store, workers)
-    for warning in planned.warnings:
-        output.complain(f"warning: {warning}")
-    return output.Status.TROUBLE if planned.warnings else output.Status.WELL
+    further = () if campaign.update is None else _for_the_update(campaign, store, workers)
+    warnings = [f"warning: {warning}" for warning in planned.warnings]
+    return output.Findings(
+        partial(_content, planned), chain(_planned(planned), further), not warnings, warnings
+    )
 
 
-def _tell(planned: "Plan") -> None:
+def _content(planned: "Plan") -> dict[str, Any]:
+    amounts = {"seconds": planned.seconds, "bytes": planned.bytes}
+    content = asdict(planned) | {name: amount and amount._asdict() for name, amount in amounts.items()}
+    return content | {"runs": [run._asdict() for run in planned.runs]}
+
+
+def _planned(planned: "Plan") -> output.Text:
     from wearlab.runner.plan import WORDS
 
-    output.say(planned.title)
+    yield planned.title
     runs = f"{len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
-    output.say(f"  {planned.cases} cases, {runs}")
+    yield f"  {planned.cases} cases, {runs}"
     for state, words in WORDS.items():
         if count := planned.count(state):
-            output.say(f"  {count:>7} {words}")
+            yield f"  {count:>7} {words}"
     if other := sum(run.other_code for run in planned.runs):
-        output.say(f"  {other:>7} of the cached made by other code")
+        yield f"  {other:>7} of the cached made by other code"
     for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
         others = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
         said = f"{', '.join(keys[:SHOWN])}{others}"
-        output.say(f"  {count:>7} of the new were run before with another {said}")
+        yield f"  {count:>7} of the new were run before with another {said}"
     for condition, count in Counter(condition for condition, _ in planned.excluded).items():
-        output.say(f"  {count:>7} excluded by {condition}")
+        yield f"  {count:>7} excluded by {condition}"
     for run in planned.runs:
         if run.state in ("failed", "refused", "lost"):
-            output.say(f"  {run.state}: {output.in_words(run.label, run.position)}")
+            yield f"  {run.state}: {output.in_words(run.label, run.position)}"
     if planned.seconds is None and planned.basis:
-        output.say(f"  {planned.basis}")
+        yield f"  {planned.basis}"
         return
     if planned.seconds is None or planned.bytes is None:
         to_do = any(run.state in ("new", "lost") for run in planned.runs)
-        output.say("  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do")
+        yield "  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do"
         return
     about, least, most = (_time(value / planned.workers) for value in planned.seconds)
     workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
-    output.say(f"  time: about {about} with {workers} ({least} to {most})")
+    yield f"  time: about {about} with {workers} ({least} to {most})"
     low, high = _size(planned.bytes.low), _size(planned.bytes.high)
-    output.say(f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free")
-    output.say(f"  from {planned.basis}")
+    yield f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free"
+    yield f"  from {planned.basis}"
 
 
-def _tell_plan(campaign: "Campaign", store: "Store", workers: int | None) -> None:
-    """Say which runs `wearlab update` would need, and whether its answer is there already."""
+def _for_the_update(campaign: "Campaign", store: "Store", workers: int | None) -> output.Text:
+    """Yield which runs `wearlab update` would need, and whether its answer is there already."""
     from wearlab.runner.plan import WORDS, plan
     from wearlab.updating.cases import studies
     from wearlab.updating.inference import kept
 
     wanted = studies(campaign)
     if store.path.exists() and kept(wanted, store, replay=False, check=0) is not None:
-        output.say("\nwearlab update: made before, it would be read")
+        yield "\nwearlab update: made before, it would be read"
         return
-    output.say("\nwearlab update needs")
+    yield "\nwearlab update needs"
     for some in _told_together(wanted):
         scenes = {scene.id: scene for study in some for scene in study.scenes}
         planned = plan(some[0].campaign(campaign.title, list(scenes.values())), store, workers=workers)
         states = ", ".join(f"{planned.count(s)} {w}" for s, w in WORDS.items() if planned.count(s))
         time = "" if planned.seconds is None else f", about {planned.seconds.value / planned.workers:.2g} s"
         label = some[0].label if len(some) == 1 else f"{len(some)} units"
-        output.say(f"  {label}: {len(planned.runs)} runs, {states}{time}")
-    output.say("  and as many longer ones where the measurements lie beyond them")
+        yield f"  {label}: {len(planned.runs)} runs, {states}{time}"
+    yield "  and as many longer ones where the measurements lie beyond them"
 
 
 def _time(seconds: float) -> str:
@@ -341,13 +356,13 @@ def compile_command(files: list[str], workers: app.Workers = None) -> None:
     campaigns = [output.read_campaign(file) for file in files]
     with ExitStack() as open_bar:
         kinds, seconds = compile_ahead(
-            campaigns, workers, lambda total: open_bar.enter_context(output.bar(total, silent=False))
+            campaigns, workers, lambda total: open_bar.enter_context(output.bar(total))
         )
     output.say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
 
 
 @app.command()
-def modes(file: app.File, case: str | None = None, json: app.Json = False) -> None:
+def modes(file: app.File, case: str | None = None) -> output.Findings:
     """Show natural frequencies and critical speeds of FILE's gears.
 
     Parameters
@@ -363,8 +378,5 @@ def modes(file: app.File, case: str | None = None, json: app.Json = False) -> No
 
     with output.refusing(ValueError):
         rows: list[dict[str, Any]] = modes_table(cases[case].scene)
-    if json:
-        output.show_json(rows)
-    elif rows:
-        cells = [[f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
-        output.show_table(list(rows[0]), cells)
+    cells = [[f"{v:.5g}" if isinstance(v, float) else str(v) for v in row.values()] for row in rows]
+    return output.Findings(rows, [output.ShownTable(list(rows[0]), cells)] if rows else [])

@@ -4,27 +4,25 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
 from wearlab.cli.commands import plan as before
-from wearlab.store import Store
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
-    from wearlab.store import updates
+    from wearlab.store import Store, updates
 
 
 @app.command()
 def run(
     file: app.File,
-    folder: app.StoreFolder = app.STORE,
+    store: app.StoreFolder = app.STORE,
     workers: app.Workers = None,
     scheduler: str | None = None,
     retry: bool = False,
     recompute: str | None = None,
     dashboard: bool = False,
-    json: app.Json = False,
-) -> output.Status:
+) -> output.Findings:
     """Compute what is missing of FILE.
 
     Parameters
@@ -38,7 +36,7 @@ def run(
     from wearlab.runner import run as computed
 
     output.at_once_when_twice()
-    store, campaign = Store(folder), output.read_campaign(file)
+    campaign = output.read_campaign(file)
     foresee(campaign, store, scheduler)
     output.refuse_wrong_figures(campaign, file)
     before.refuse_the_impossible(campaign)
@@ -50,24 +48,20 @@ def run(
             scheduler=scheduler,
             retry=retry,
             recompute=recompute,
-            progress=not json,
+            progress=not output.AS_JSON.get(),
             dashboard=dashboard,
         )
     except Interrupted as interrupted:
         raise output.Stop(str(interrupted), output.Status.INTERRUPTED) from None
-    if json:
-        output.show_json(report.to_dict())
-    else:
-        _tell(campaign, report)
-    return output.Status.WELL if report.ok else output.Status.TROUBLE
+    return output.Findings(report.to_dict, _text(campaign, report), report.ok)
 
 
-def _tell(campaign: "Campaign", report: "Report") -> None:
+def _text(campaign: "Campaign", report: "Report") -> output.Text:
     for note in report.notes:
         output.complain(note)
     for warning in campaign.warnings:
         output.complain(f"warning: {warning}")
-    output.say(report.headline)
+    yield report.headline
     names: dict[str, str] = {case.id: output.case_name(campaign, case) for case in reversed(campaign.cases)}
     foreseen = {case.id for case in report.expected if case.comparison.met}
     for case in report.troubled:
@@ -75,33 +69,27 @@ def _tell(campaign: "Campaign", report: "Report") -> None:
             output.complain(f"{case.state}: {names[case.id]}, run {output.short(case.id)}: {case.headline}")
         for warning in case.warnings:
             output.complain(f"warning: {names[case.id]}, run {output.short(case.id)}: {warning}")
-    _tell_expected(report)
-
-
-def _tell_expected(report: "Report") -> None:
-    """Show case → verdict → expected → measured, where the campaign expects something."""
-    if not report.expected:
-        return
-    rows = []
-    for case in report.expected:
-        *said, met = (case.label, output.place(case.position), *case.comparison)
-        rows.append((*said, "yes" if met else "NO"))
-    output.say()
-    output.show_table(("case", "differs by", "verdict", "expected", "measured", "met"), rows)
-    missed = sum(not case.comparison.met for case in report.expected)
-    output.say(f"{len(rows) - missed} of {len(rows)} as expected")
+    if report.expected:
+        rows = []
+        for expected in report.expected:
+            *said, met = (expected.label, output.place(expected.position), *expected.comparison)
+            rows.append((*said, "yes" if met else "NO"))
+        yield from (
+            "",
+            output.ShownTable(("case", "differs by", "verdict", "expected", "measured", "met"), rows),
+        )
+        missed = sum(not expected.comparison.met for expected in report.expected)
+        yield f"{len(rows) - missed} of {len(rows)} as expected"
 
 
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
 
 
-def list_updates(store: Store, as_json: bool) -> None:
-    """List the updates of a store, a line a case, the latest last."""
+def list_updates(store: "Store") -> output.Findings:
+    """Return the updates of a store, a line a case, the latest last."""
     from wearlab.store import updates
 
     kept = updates.kept_updates(store).values()
-    if as_json:
-        return output.show_json([one._asdict() for one in kept])
     rows = []
     for one in kept:
         for case, summary in one.summary.items():
@@ -109,18 +97,19 @@ def list_updates(store: Store, as_json: bool) -> None:
             cycles = (now, middle, f"{low} to {high}")
             rows.append((one.id[:10], one.title, case, *cycles, str(len(one.runs)), one.recorded[:19]))
     heads = ("id", "campaign", "case", "last inspection", "remaining life", "90 %", "runs", "recorded")
-    output.show_table(heads, rows, empty="no updates: wearlab update FILE makes one")
+    table = output.ShownTable(heads, rows, empty="no updates: wearlab update FILE makes one")
+    return output.Findings([one._asdict() for one in kept], [table])
 
 
-def show_update(store: Store, update: "updates.KeptUpdate", as_json: bool) -> output.Status | None:
-    """Show a kept update: what it says, and what it was made from."""
+def show_update(store: "Store", update: "updates.KeptUpdate") -> output.Findings:
+    """Return what a kept update says, and what it was made from."""
     from wearlab.store import updates
     from wearlab.updating import report_text
 
     tree = updates.read_update(store, update.id)
     if tree is None:
-        output.complain(f"update {update.id}: its file has gone; wearlab update makes it anew")
-        return output.Status.TROUBLE
+        said = f"update {update.id}: its file has gone; wearlab update makes it anew"
+        raise output.Stop(said, output.Status.TROUBLE)
     made = {"runs": update.runs, "sha256": update.sha256, "recorded": update.recorded}
     more = f" and {len(update.runs) - 6} more" if len(update.runs) > 6 else ""
     facts = {"id": update.id, "file": str(updates.update_files(store).path(update.id))}
@@ -129,8 +118,7 @@ def show_update(store: Store, update: "updates.KeptUpdate", as_json: bool) -> ou
     groups = {name: ", ".join(map(str, node.to_dataset().data_vars)) for name, node in tree.children.items()}
     lines = [f"{name:<16}{text}" for name, text in facts.items()]
     lines += [f"{name:<22}{text}" for name, text in groups.items()]
-    output.tell(content(tree) | made, as_json, *report_text.text_of(tree), "", *lines)
-    return None
+    return output.Findings(content(tree) | made, [*report_text.text_of(tree), "", *lines])
 
 
 def content(tree: "xr.DataTree") -> dict[str, Any]:
@@ -148,12 +136,11 @@ def content(tree: "xr.DataTree") -> dict[str, Any]:
 @app.command()
 def update(
     file: app.File,
-    folder: app.StoreFolder = app.STORE,
+    store: app.StoreFolder = app.STORE,
     replay: bool = False,
     check: int = 0,
     workers: app.Workers = None,
-    json: app.Json = False,
-) -> None:
+) -> output.Findings:
     """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
 
     Parameters
@@ -164,7 +151,7 @@ def update(
     from wearlab.updating import report_text
     from wearlab.updating import update as updated
 
-    store, campaign = Store(folder), output.read_campaign(file)
-    tree = updated(campaign, store, replay=replay, check=check, progress=not json, workers=workers)
+    campaign, shown = output.read_campaign(file), not output.AS_JSON.get()
+    tree = updated(campaign, store, replay=replay, check=check, progress=shown, workers=workers)
     kept = f"\nkept as update {str(tree.attrs['id'])[:10]}"
-    output.tell(content(tree), json, *report_text.text_of(tree), kept)
+    return output.Findings(content(tree), [*report_text.text_of(tree), kept])

@@ -34,7 +34,7 @@ HEADS = ("name", "dims", "unit", "shown in", "meaning", "made by")
 
 
 @app.command()
-def variables(like: str = "", json: app.Json = False) -> None:
+def variables(like: str = "") -> output.Findings:
     """List the variables of datasets: name, dims, unit, meaning, and what makes them.
 
     Parameters
@@ -52,12 +52,13 @@ def variables(like: str = "", json: app.Json = False) -> None:
     if not rows:
         near = meant(like, VARIABLES).replace(",", ";", 1)
         raise output.Stop(f"variables: none has {like!r} in its name or meaning{near}")
-    if json:
-        return output.show_json(rows)
-    for row in rows:
-        row["dims"] = ", ".join(row["dims"])
-        row["meaning"] = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
-    output.show_table(HEADS, [[row[key] for key in SHOWN] for row in rows])
+    return output.Findings(rows, [output.ShownTable(HEADS, [*map(_cells, rows)])])
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    meaning = f"{row['long_name']} ({row['comment']})" if row["comment"] else row["long_name"]
+    told = row | {"dims": ", ".join(row["dims"]), "meaning": meaning}
+    return [told[key] for key in SHOWN]
 
 
 STARTS = Path(__file__).parents[2] / "campaign" / "starts"

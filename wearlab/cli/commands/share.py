@@ -1,6 +1,7 @@
 """Stores that are handed on, trusted and tidied."""
 
 from pathlib import Path
+from typing import Any
 
 from wearlab.cli import app, output
 from wearlab.store import Store
@@ -10,9 +11,7 @@ EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
 
 
 @app.command()
-def export(
-    file: app.File, out: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False
-) -> output.Status:
+def export(file: app.File, out: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
     """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too.
 
     Parameters
@@ -28,10 +27,10 @@ def export(
     if out.suffix.lower() not in EXPORTS:
         other = out.suffix or "nothing"
         raise output.Stop(f"{out}: an export is written as {', '.join(EXPORTS)}, not as {other}")
-    store, campaign = Store(folder), output.read_campaign(file)
+    campaign = output.read_campaign(file)
     with output.refusing(OSError):
         total = len({case.id for case in campaign.cases})
-        with output.bar(total, json, "runs") as tell:
+        with output.bar(total, "runs") as tell:
             if out.suffix.lower() == ".zip":
                 with TemporaryDirectory(prefix="wearlab-") as figures:
                     drawn, _ = output.drawn(campaign, store, Path(figures))
@@ -43,72 +42,67 @@ def export(
                 exports.export(campaign, store, out, tell)
         entries = store.entries(case.id for case in campaign.cases)
     done = sum(entry.state == "done" for entry in entries.values())
-    output.tell({"file": str(out), "runs": total, "done": done}, json, str(out))
-    if done < total and not json:
-        output.complain(f"{total - done} of {total} runs have no data; the attribute 'missing' names them")
-    return output.Status.WELL if done == total else output.Status.TROUBLE
+    content = {"file": str(out), "runs": total, "done": done}
+    if done == total:
+        return output.Findings(content, [str(out)])
+    lacking = f"{total - done} of {total} runs have no data; the attribute 'missing' names them"
+    return output.Findings(content, [str(out)], False, [lacking])
 
 
 @app.command()
-def merge(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
+def merge(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
     """Take the runs of the store OTHER into this one, each verified.
 
     Parameters
     ----------
     other : OTHER: Another store.
     """
+    return _merged(Store(other), store)
+
+
+def _merged(theirs: Store, store: Store) -> output.Findings:
+    """Take runs from one store into another."""
     from wearlab.store import upkeep
 
-    theirs, store = Store(other), Store(folder)
-    total = len(theirs.entries())
-    with output.bar(total, json, "runs") as tell:
+    with output.bar(len(theirs.entries()), "runs") as tell:
         made = upkeep.merge(store, theirs, tell)
-    if json:
-        output.show_json(vars(made))
-    else:
-        output.say(
-            f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
-            f"{made.campaigns} campaigns and {made.updates} updates copied"
-            f"{f', {made.remarks} tags and notes' if made.remarks else ''}"
-        )
-        for run_id in made.repaired:
-            output.say(f"repaired: run {run_id}: its file here was damaged")
-        for run_id in made.conflicting:
-            output.complain(f"conflict: run {run_id} has other results here; ours stay")
-        for run_id, reason in made.damaged.items():
-            output.complain(f"not taken over: {run_id}: {reason}")
-    return output.Status.TROUBLE if made.conflicting or made.damaged else output.Status.WELL
+    text = [
+        f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
+        f"{made.campaigns} campaigns and {made.updates} updates copied"
+        f"{f', {made.remarks} tags and notes' if made.remarks else ''}",
+        *(f"repaired: run {run_id}: its file here was damaged" for run_id in made.repaired),
+    ]
+    wrong = [f"conflict: run {run_id} has other results here; ours stay" for run_id in made.conflicting]
+    wrong += [f"not taken over: {run_id}: {reason}" for run_id, reason in made.damaged.items()]
+    return output.Findings(vars(made), text, not wrong, wrong)
 
 
 @app.command()
-def pull(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
+def pull(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
     """Bring here what the store OTHER has and this one has not, each run verified; the same as merge.
 
     Parameters
     ----------
     other : OTHER: A folder, or https://… or s3://…
     """
-    return merge(other, folder, json)
+    return _merged(Store(other), store)
 
 
 @app.command()
-def push(other: Path, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
+def push(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
     """Bring to the store OTHER what this one has and that one has not, each run verified.
 
     Parameters
     ----------
     other : OTHER: The folder to bring them to.
     """
-    return merge(folder, other, json)
+    return _merged(store, Store(other))
 
 
 @app.command()
 def prune(
-    folder: app.StoreFolder = app.STORE,
-    keep: list[str] | None = None,
-    yes: bool = False,
-    json: app.Json = False,
-) -> None:
+    store: app.StoreFolder = app.STORE, keep: list[str] | None = None, yes: bool = False
+) -> output.Findings:
     """Show the runs that no campaign refers to, and remove them with --yes.
 
     Parameters
@@ -118,66 +112,59 @@ def prune(
     """
     from wearlab.store import upkeep
 
-    store = Store(folder)
     kept = [case.id for file in keep or [] for case in output.read_campaign(file).cases]
     with output.refusing(OSError):
         removable = upkeep.prunable(store, kept)
         freed = upkeep.prune(store, removable) if yes else 0
     total = sum(run.bytes for run in removable)
-    if json:
-        told = {"removed": yes, "bytes": freed if yes else total}
-        return output.show_json(told | {"runs": [vars(run) for run in removable]})
+    content = {"removed": yes, "bytes": freed if yes else total, "runs": [vars(run) for run in removable]}
     rows = [(output.short(r.id), r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
-    if rows:
-        output.show_table(("id", "state", "size", "why"), rows)
+    more = "; nothing was removed: --yes removes them" if removable else ""
+    said = f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}"
     if yes:
-        output.say(f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed")
-    else:
-        more = "; nothing was removed: --yes removes them" if removable else ""
-        output.say(f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}")
+        said = f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed"
+    table = [output.ShownTable(("id", "state", "size", "why"), rows)] if rows else []
+    return output.Findings(content, [*table, said])
 
 
 @app.command()
-def reindex(folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
+def reindex(store: app.StoreFolder = app.STORE) -> output.Findings:
     """Make the catalogue anew from the run files."""
-    store = Store(folder)
     if not store.files.folder.is_dir():
         raise output.Stop(f"{store.path}: there is no store here")
     problems = store.reindex()
     count = len(store.entries())
-    if json:
-        left = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
-        output.show_json({"runs": count, "left_out": left})
-    else:
-        for problem in problems:
-            output.complain(f"left out: {problem.message}")
-        if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
-            output.complain(
-                "campaigns stand in no run's file: 'wearlab run FILE' records one anew, and computes nothing "
-                "that is there; until then prune does not know what is wanted"
-            )
-        output.say(f"{count} runs in the catalogue")
-    return output.Status.TROUBLE if problems else output.Status.WELL
+    wrong = [f"left out: {problem.message}" for problem in problems]
+    if count and not store.catalogue.read("SELECT 1 FROM campaigns LIMIT 1"):
+        wrong.append(
+            "campaigns stand in no run's file: 'wearlab run FILE' records one anew, and computes nothing "
+            "that is there; until then prune does not know what is wanted"
+        )
+    content = {"runs": count, "left_out": _plain(problems)}
+    return output.Findings(content, [f"{count} runs in the catalogue"], not problems, wrong)
+
+
+def _plain(problems: list[Any]) -> list[dict[str, str]]:
+    return [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
 
 
 @app.command()
-def cite(run: app.Run, folder: app.StoreFolder = app.STORE, json: app.Json = False) -> None:
+def cite(run: app.Run, store: app.StoreFolder = app.STORE) -> output.Findings:
     """Print how to cite a run, and where it comes from."""
     from wearlab.store import provenance
 
-    facts = provenance.facts_of(Store(folder), run)
-    if "author" not in facts and not json:
-        output.complain("no author: write [metadata] author = [...] into the campaign file and run it again")
-    output.tell(facts, json, provenance.citation(facts), "", provenance.bibtex(facts))
+    facts = provenance.facts_of(store, run)
+    lacking = "no author: write [metadata] author = [...] into the campaign file and run it again"
+    remarks = [] if "author" in facts else [lacking]
+    text = [provenance.citation(facts), "", provenance.bibtex(facts)]
+    return output.Findings(facts, text, remarks=remarks)
 
 
 @app.command()
-def verify(folder: app.StoreFolder = app.STORE, json: app.Json = False) -> output.Status:
+def verify(store: app.StoreFolder = app.STORE) -> output.Findings:
     """Compare every run file with the hash of what was written."""
-    store = Store(folder)
     problems = store.verify()
     done = sum(entry.state == "done" for entry in store.entries().values())
-    found = [{"path": str(p.path), "kind": p.kind, "message": p.message} for p in problems]
     lines = [f"{p.kind:<11}{p.path}: {p.message}" for p in problems]
-    output.tell(found, json, *lines, f"{done} runs compared, {len(problems)} problems")
-    return output.Status.TROUBLE if problems else output.Status.WELL
+    said = f"{done} runs compared, {len(problems)} problems"
+    return output.Findings(_plain(problems), [*lines, said], not problems)
