@@ -11,21 +11,23 @@ from wearlab.dynamics.forces.energy import energy_balance, nominal_speeds
 from wearlab.dynamics.methods import Method, Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.response import Response, deflection_at, friction_forces, step_forces
 from wearlab.dynamics.orbits.shooting import Shooting
-from wearlab.dynamics.spur import GearSupport, Meshing, PairedGear, PairFriction, spur_3dof
+from wearlab.dynamics.spur import Meshing, Paired, PairFriction, spur_3dof
+from wearlab.dynamics.supports import MemberSupport
 from wearlab.dynamics.system import System
+from wearlab.mesh.gear_set import Body
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
 RADIUS, INERTIA = (0.07, 0.09), (7e-3, 12e-3)
 ALPHA, PITCH, ENTRY, RATIO = np.deg2rad(21.0), 8.8e-3, -5.5e-3, 1.7
 PERIOD, TORQUE = 1.0 / 800.0, 200.0
 BREAKS = np.array([0.0, RATIO - 1.0, -ENTRY / PITCH % 1.0])
-BEARING = GearSupport(radial_stiffness=1e9, damping=5000.0)
+BEARING = MemberSupport(radial_stiffness=1e9, radial_damping=5000.0)
 
 
-def spur(friction: PairFriction | None = PairFriction(ALPHA), second: GearSupport = BEARING) -> System:  # noqa: B008
-    pinion = PairedGear(INERTIA[0], RADIUS[0], 2.8, BEARING, "pinion")
-    gear = PairedGear(INERTIA[1], RADIUS[1], 3.1, second, "gear")
-    return spur_3dof((pinion, gear), Meshing(1000.0), TORQUE, friction=friction)
+def spur(friction: PairFriction | None = PairFriction(ALPHA), second: MemberSupport = BEARING) -> System:  # noqa: B008
+    gears = {"pinion": Body(2.8, INERTIA[0], RADIUS[0]), "gear": Body(3.1, INERTIA[1], RADIUS[1])}
+    held = {"pinion": BEARING, "gear": second}
+    return spur_3dof(Paired(gears, held, Meshing(1000.0), TORQUE, friction=friction))
 
 
 def pair_values(phase: Any, middle: Any, j: int) -> tuple[Any, Any, Any]:
@@ -123,11 +125,11 @@ def test_energy_closes_and_every_term_counts(mu: float) -> None:
     assert -response.system.load[-1] / (TORQUE / RADIUS[0]) == pytest.approx(balance.efficiency, rel=1e-9)
 
 
-HELD = GearSupport(radial_stiffness=1e9, damping=5000.0, tangential_stiffness=1e7, torsional_damping=2e3)
+HELD = BEARING._replace(tangential_stiffness=1e7, tangential_damping=2e3)
 
 
 @pytest.mark.parametrize("second", [BEARING, HELD])
-def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(second: GearSupport) -> None:
+def test_a_motion_that_does_not_repeat_gains_what_it_does_not_lose(second: MemberSupport) -> None:
     """Soon after rest; a free set keeps one load throughout, whatever its march has tried before."""
     system = spur(second=second)
     grid = stage_grid(BREAKS, 1200)
@@ -212,7 +214,7 @@ def test_a_grounded_pair_needs_no_load_to_be_found() -> None:
 
 
 @pytest.mark.parametrize(("second", "again"), [(BEARING, 10), (HELD, 0)])
-def test_following_a_motion_under_one_load_counts_as_work(second: GearSupport, again: int) -> None:
+def test_following_a_motion_under_one_load_counts_as_work(second: MemberSupport, again: int) -> None:
     """Twice as many periods once more, of a pair that is free to turn."""
     shooting = Shooting(spur(second=second), tables(stage_grid(BREAKS, 60), 0.1), PERIOD)
     _, kept = shooting.integrate(np.zeros(shooting.rows), 20, 5)

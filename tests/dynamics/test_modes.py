@@ -7,15 +7,20 @@ from benchmark_pair import BASE_RADIUS, BenchmarkPair, mesh_period
 from wearlab.dynamics.modes import critical_speeds, modes
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import deflection_at
-from wearlab.dynamics.spur import Meshing, PairedGear, torsional
+from wearlab.dynamics.spur import Meshing, Paired, torsional
 from wearlab.dynamics.steps.count import fastest_rate, steps_per_period
+from wearlab.mesh.gear_set import Body
 
 RPM = 30.0 / np.pi
 PAIR = BenchmarkPair()
 
 
+def two(body: Body) -> dict[str, Body]:
+    return dict.fromkeys(("pinion", "gear"), body)
+
+
 def test_l16_primary_resonance_of_one_degree_of_freedom() -> None:
-    system = torsional((PairedGear(7.3e-3, BASE_RADIUS),) * 2, Meshing(1e3), 340.0)
+    system = torsional(Paired(two(Body(0.0, 7.3e-3, BASE_RADIUS)), {}, Meshing(1e3), 340.0))
     found = modes(system, 2.788e8)
     assert critical_speeds(found.frequency, 50)[0, 0] * RPM == pytest.approx(3720, abs=2)
     np.testing.assert_allclose(found.participation, 1.0)
@@ -43,7 +48,7 @@ def test_modes_solve_the_eigenproblem() -> None:
 
 
 def test_fastest_rate_of_an_oscillator() -> None:
-    system = torsional((PairedGear(2.0, 1.0),) * 2, Meshing(), 1.0)
+    system = torsional(Paired(two(Body(0.0, 2.0, 1.0)), {}, Meshing(), 1.0))
     assert fastest_rate(system, 1e6) == pytest.approx(1e3)
 
 

@@ -5,8 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearlab.dynamics.spur import GearSupport, Meshing, PairedGear, spur_3dof
+from wearlab.dynamics.spur import Meshing, Paired, spur_3dof
+from wearlab.dynamics.supports import MemberSupport
 from wearlab.dynamics.system import System
+from wearlab.mesh.gear_set import Body
 from wearlab.mesh.stages import StageGrid, StageTables, stage_grid
 
 Array = NDArray[np.float64]
@@ -47,10 +49,10 @@ class BenchmarkPair(NamedTuple):
 
     def system(self) -> System:
         """Return the 3-DOF system."""
-        bearing = GearSupport(radial_stiffness=1150e6, damping=self.bearing_damping)
-        first, second = (PairedGear(7.3e-3, BASE_RADIUS, 2.8, bearing, name) for name in ("pinion", "gear"))
+        gears = dict.fromkeys(("pinion", "gear"), Body(2.8, 7.3e-3, BASE_RADIUS))
+        bearing = MemberSupport(radial_stiffness=1150e6, radial_damping=self.bearing_damping)
         mesh = Meshing(self.mesh_damping, self.damping_always, self.backlash)
-        return spur_3dof((first, second), mesh, self.torque)
+        return spur_3dof(Paired(gears, dict.fromkeys(gears, bearing), mesh, self.torque))
 
     @property
     def breaks(self) -> Array:

@@ -9,9 +9,9 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics import models, supports
 from wearlab.dynamics.rigid import MESHES, RigidSet, balanced_torques, effective_masses, require_held
-from wearlab.dynamics.spur import Meshing
+from wearlab.dynamics.spur import Meshing, meshing_of
 from wearlab.dynamics.system import System
-from wearlab.mesh.gear_set import Body, mesh_load
+from wearlab.mesh.gear_set import mesh_load
 
 CENTRAL = ("sun", "ring", "carrier")
 U = 2
@@ -104,23 +104,21 @@ def assemble(
     pull = planet.mass * carrier_speed**2 * bodies["carrier"].radius
     pins = tuple(_on_pins(angles, inner, on_pin, pull))
     unbalance = {f"carrier.{axis}": sum(pin.preload for pin in pins if pin.axis == axis) for axis in "xy"}
-    springs = (*_grounded(names, held, unbalance), *pins)
+    springs = (*supports.to_ground(names, _against_ground(held, planets), unbalance), *pins)
     load = np.zeros(len(names))
     for member, value in torques.given.items():
         load[names.index(f"{member}.u")] += value / bodies[member].radius
     turning, solved = carrier_speed != 0.0, torques.balanced
-    system = System(
-        coordinates=names,
-        mass=np.diag(np.array(inertial, float).ravel()),
-        damping=supports.damping_of(springs, len(names)),
-        stiffness=supports.stiffness_of(springs, len(names)),
+    system = System.on(
+        springs,
+        names,
+        np.ravel(inertial),
         load=load,
         **meshes_of(rigid, meshing, friction),
         gyroscopic=spin if turning else None,
         centripetal=swing if turning else None,
         rotation=float(carrier_speed),
         balance=None if solved is None else np.array([float(name == f"{solved}.u") for name in names]),
-        supports=springs,
     )
     require_held(system)
     return system
@@ -153,19 +151,15 @@ def meshes_of(
     }
 
 
-def _grounded(
-    names: Sequence[str], held: Mapping[str, supports.MemberSupport], preload: Mapping[str, float]
-) -> Iterator[supports.Support]:
-    """Yield the supports between members and ground; a planet has one of its rotation alone."""
-    for name in names:
-        member, _, axis = name.rpartition(".")
-        planet, turns = member.startswith("planet-"), axis == "u"
-        if planet and not turns:
-            continue
-        own = held.get("planet" if planet else member, supports.FREE)
-        k = own.tangential_stiffness if turns else own.radial_stiffness
-        c = own.tangential_damping if turns else own.radial_damping
-        yield from supports.grounded(names, name, k, c, preload.get(name, 0.0))
+def _against_ground(
+    held: Mapping[str, supports.MemberSupport], planets: int
+) -> dict[str, supports.MemberSupport]:
+    """Return what holds each member against ground: of a planet its rotation alone."""
+    on_pin = held.get("planet", supports.FREE)
+    turning = supports.FREE._replace(
+        tangential_stiffness=on_pin.tangential_stiffness, tangential_damping=on_pin.tangential_damping
+    )
+    return {**held, **{f"planet-{n + 1}": turning for n in range(planets)}}
 
 
 def _on_pins(
@@ -182,7 +176,8 @@ def _on_pins(
     bearing : of a planet
     pull : m_p ω_c² r_c [N]
     """
-    k, c, carrier = bearing.radial_stiffness, bearing.radial_damping, 3 * CENTRAL.index("carrier")
+    k, c = bearing.radial_stiffness or 0.0, bearing.radial_damping or 0.0
+    carrier = 3 * CENTRAL.index("carrier")
     for planet, angle in enumerate(angles):
         sides = ("x", np.cos(angle), -np.sin(angle)), ("y", np.sin(angle), np.cos(angle))
         for at, (axis, outwards, ahead) in enumerate(sides):
@@ -193,7 +188,7 @@ def _on_pins(
             yield supports.Support(f"planet-{planet + 1}", axis, give, slip, k, c, -pull * float(outwards))
 
 
-def _pull(mass: float, radial_stiffness: float, carrier_speed: float) -> float:
+def _pull(mass: float, radial_stiffness: float | None, carrier_speed: float) -> float:
     """Return σ, how far the centrifugal force pulls a planet off its pin, over the pin circle radius [1]."""
     share = mass * carrier_speed**2 / (radial_stiffness or np.inf)
     if share >= 1.0:
@@ -288,18 +283,15 @@ def planetary_torsional(
     planets = len(angles)
     names = ("sun.u", "carrier.u", *(f"planet-{n + 1}.u" for n in range(planets)))
     carrier = bodies["carrier"].equivalent + planets * bodies["planet"].mass
-    mass = np.array([bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets])
-    springs = tuple(_grounded(names, held, {}))
+    springs = tuple(supports.to_ground(names, _against_ground(held, planets), {}))
     free = not any(held.get(member, supports.FREE).tangential_stiffness for member in ("sun", "carrier"))
-    system = System(
-        coordinates=names,
-        mass=np.diag(mass),
-        damping=supports.damping_of(springs, len(names)),
-        stiffness=supports.stiffness_of(springs, len(names)),
+    system = System.on(
+        springs,
+        names,
+        [bodies["sun"].equivalent, carrier, *[bodies["planet"].equivalent] * planets],
         load=np.eye(planets + 2)[0] * mesh_load(sun_torque, bodies["sun"].radius),
         **meshes_of(rigid, meshing, friction, _turning(angles)),
         balance=np.eye(planets + 2)[1] if free else None,
-        supports=springs,
     )
     require_held(system)
     return system
@@ -322,21 +314,8 @@ def rigid_set(motion: models.InMotion) -> RigidSet:
 
 
 def held(given: supports.OfMembers, rigid: RigidSet) -> dict[str, supports.MemberSupport]:
-    """Return what holds the members, torsional supports as springs at the members' radii."""
-    return {name: _support(support, rigid.bodies[name]) for name, support in given.given.items()}
-
-
-def _support(given: Any, body: Body) -> supports.MemberSupport:
-    radial, torsional, square = given.radial_stiffness, given.torsional_stiffness, body.radius**2
-    tangential = float((given.tangential_stiffness if torsional is None else torsional / square) or 0.0)
-    damping = None if given.torsional_damping is None else given.torsional_damping / square
-    ratio = given.damping_ratio
-    return supports.MemberSupport(
-        radial or 0.0,
-        tangential,
-        supports.damping_or_ratio(given.damping, ratio, radial, body.mass),
-        supports.damping_or_ratio(damping, ratio, tangential, body.equivalent),
-    )
+    """Return what holds the members."""
+    return {name: supports.support_of(support, rigid.bodies[name]) for name, support in given.given.items()}
 
 
 def torques(motion: models.InMotion, held: Mapping[str, supports.MemberSupport]) -> MemberTorques:
@@ -346,7 +325,7 @@ def torques(motion: models.InMotion, held: Mapping[str, supports.MemberSupport])
     ground. An output that nothing grounds gets the torque that keeps its speed.
     """
     given = motion.operation
-    tied = held.get(given.output, supports.FREE).tangential_stiffness > 0.0
+    tied = bool(held.get(given.output, supports.FREE).tangential_stiffness)
     loaded = not tied if given.output_loaded is None else given.output_loaded
     idle = {given.fixed} if loaded else {given.fixed, given.output}
     every = balanced_torques(rigid_set(motion), motion.gears.torque)
@@ -356,15 +335,8 @@ def torques(motion: models.InMotion, held: Mapping[str, supports.MemberSupport])
 
 def meshing(motion: models.InMotion, rigid: RigidSet) -> dict[str, Meshing]:
     """Return damping, given or 2 ζ √(k̄ m), and backlash of both kinds of mesh."""
-    half, mass = len(motion.stiffness) // 2, effective_masses(rigid)
-    means, always = (motion.stiffness[0], motion.stiffness[half]), motion.meshes[0].damps_always
+    mass, means = effective_masses(rigid), motion.stiffness[:: len(motion.stiffness) // 2]
     return {
-        kind.section: Meshing(
-            supports.damping_by_ratio(mesh.damping_ratio or 0.0, float(mean), mass[kind.section])
-            if mesh.damping is None
-            else mesh.damping,
-            always,
-            mesh.normal_backlash,
-        )
+        kind.section: meshing_of(mesh, float(mean), mass[kind.section])
         for kind, mesh, mean in zip(motion.gears.kinds, motion.meshes, means, strict=True)
     }

@@ -1,12 +1,13 @@
 """What holds the members: springs and dampers to ground or to another member, and the forces they exert."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from wearlab import options
 from wearlab.arrays import Array
+from wearlab.mesh.gear_set import Body
 
 AXES = "xyz"
 """Of translations; z along the axes of the gears."""
@@ -44,22 +45,30 @@ class Support(NamedTuple):
 
 
 class MemberSupport(NamedTuple):
-    """What holds a member of a planetary set, alike in every direction.
+    """What holds a member; None: nothing does.
 
     Parameters
     ----------
-    radial_stiffness : k_x = k_y; of a planet its bearing on the pin [N/m]
+    radial_stiffness : k_y of a gear of a pair; of a planetary member k_x = k_y, a planet's bearing on the pin
+        [N/m]
     tangential_stiffness : torsional support k_u at the base radius, the carrier's at the pin circle [N/m]
     radial_damping, tangential_damping : of the same [N s/m]
+    axial_stiffness, axial_damping : of a bearing that gives way along the axis [N/m], [N s/m]
+    preload : constant force away from the mating gear, as L16's −F_p on y_p and +F_g on y_g [N]
     """
 
-    radial_stiffness: float = 0.0
-    tangential_stiffness: float = 0.0
-    radial_damping: float = 0.0
-    tangential_damping: float = 0.0
+    radial_stiffness: float | None = None
+    tangential_stiffness: float | None = None
+    radial_damping: float | None = None
+    tangential_damping: float | None = None
+    axial_stiffness: float | None = None
+    axial_damping: float | None = None
+    preload: float = 0.0
 
 
 FREE = MemberSupport()
+HELD_BY = {"x": "radial", "y": "radial", "z": "axial", "u": "tangential"}
+"""What of a support acts along each axis."""
 
 
 def damping_by_ratio(ratio: float, stiffness: float, mass: float) -> float:
@@ -89,22 +98,45 @@ def damping_or_ratio(
     return float(damping) if damping is not None else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
 
 
-def grounded(
-    coordinates: Sequence[str], name: str, stiffness: float, damping: float, preload: float = 0.0
-) -> tuple[Support, ...]:
-    """Return the support of one coordinate against ground; none where nothing holds it.
+def support_of(given: Any, body: Body) -> MemberSupport:
+    """Return what holds a member, from its options.
+
+    Torsional springs and dampers count at the body's radius; a damping that is not given follows from the
+    damping ratio, the spring and the mass that it holds.
+    """
+    turning = [given.torsional_stiffness, given.torsional_damping]
+    tangential, damping = (None if each is None else each / body.radius**2 for each in turning)
+    springs: dict[str, tuple[Any, Any, float]] = {
+        "radial": (given.radial_stiffness, given.damping, body.mass),
+        "tangential": (tangential or given.tangential_stiffness, damping, body.equivalent),
+        "axial": (getattr(given, "axial_stiffness", None), getattr(given, "axial_damping", None), body.mass),
+    }
+    held: dict[str, float | None] = {}
+    for axis, (k, c, mass) in springs.items():
+        held[f"{axis}_stiffness"] = k
+        if k is not None or c is not None:
+            held[f"{axis}_damping"] = damping_or_ratio(c, given.damping_ratio, k, mass)
+    return MemberSupport(**held, preload=getattr(given, "preload", 0.0))
+
+
+def to_ground(
+    coordinates: Sequence[str], held: Mapping[str, MemberSupport], preload: Mapping[str, float]
+) -> Iterator[Support]:
+    """Yield the supports of coordinates against ground, of those that something holds.
 
     Parameters
     ----------
-    coordinates : names of all coordinates
-    name : the coordinate, such as ``"ring.x"``
-    stiffness, damping, preload : k [N/m], c [N s/m], force at rest [N]
+    coordinates : names, such as ``"ring.x"``
+    held : what holds each member
+    preload : force at rest by coordinate [N]
     """
-    if stiffness == 0.0 and damping == 0.0:
-        return ()
-    own = np.array([float(coordinate == name) for coordinate in coordinates])
-    member, _, axis = name.rpartition(".")
-    return (Support(member, axis, own, own, stiffness, damping, preload),)
+    for name in coordinates:
+        member, _, axis = name.rpartition(".")
+        own = held.get(member, FREE)
+        k, c = (getattr(own, f"{HELD_BY[axis]}_{what}") or 0.0 for what in ("stiffness", "damping"))
+        if k or c:
+            give = np.array([float(coordinate == name) for coordinate in coordinates])
+            yield Support(member, axis, give, give, k, c, preload.get(name, 0.0))
 
 
 def stiffness_of(supports: Sequence[Support], count: int) -> Array:

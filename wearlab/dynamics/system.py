@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Flags
-from wearlab.dynamics.supports import Support
+from wearlab.dynamics.supports import Support, damping_of, stiffness_of
 
 
 class System(NamedTuple):
@@ -60,6 +60,16 @@ class System(NamedTuple):
     balance: Array | None = None
     supports: tuple[Support, ...] = ()
     damping_law: Any = None
+
+    @classmethod
+    def on(
+        cls, supports: tuple[Support, ...], coordinates: tuple[str, ...], mass: Any, **given: Any
+    ) -> "System":
+        """Return the system of masses (n,) on supports, which make up its C and K."""
+        damping, stiffness = (of(supports, len(coordinates)) for of in (damping_of, stiffness_of))
+        return cls(
+            coordinates, np.diag(np.array(mass, float)), damping, stiffness, **given, supports=supports
+        )
 
     def __hash__(self) -> int:
         """Systems are told apart by identity, they do not change: caches remember what is asked of one."""

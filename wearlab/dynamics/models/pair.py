@@ -20,9 +20,9 @@ class TorsionalDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's torsional model."""
-        from wearlab.dynamics.spur import arguments_of, torsional
+        from wearlab.dynamics.spur import paired, torsional
 
-        return torsional(*arguments_of(self, motion))
+        return torsional(paired(self, motion))
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
@@ -39,9 +39,9 @@ class Spur3dofDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return L16's model with translations."""
-        from wearlab.dynamics.spur import arguments_of, spur_3dof
+        from wearlab.dynamics.spur import paired, spur_3dof
 
-        return spur_3dof(*arguments_of(self, motion))
+        return spur_3dof(paired(self, motion))
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with the supports."""
