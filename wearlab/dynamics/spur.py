@@ -54,6 +54,10 @@ def meshing_of(options: Any, stiffness: float, mass: float, slope: float = 0.0) 
     options : ``[mesh]``
     stiffness, mass : mean stiffness k̄ [N/m], effective mass m [kg]
     slope : see `Meshing`
+
+    References
+    ----------
+    Kahraman & Singh 1990.
     """
     damping = supports.damping_or_ratio(options.damping, options.damping_ratio, stiffness, mass)
     return Meshing(damping, options.damps_always, options.normal_backlash, slope)

@@ -1,13 +1,15 @@
 """What holds the members: springs and dampers to ground or to another member, and the forces they exert."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from wearlab import options
 from wearlab.arrays import Array
-from wearlab.mesh.gear_set import Body
+
+if TYPE_CHECKING:
+    from wearlab.mesh.gear_set import Body
 
 AXES = "xyz"
 """Of translations; z along the axes of the gears."""
@@ -98,7 +100,7 @@ def damping_or_ratio(
     return float(damping) if damping is not None else damping_by_ratio(ratio or 0.0, stiffness or 0.0, mass)
 
 
-def support_of(given: Any, body: Body) -> MemberSupport:
+def support_of(given: Any, body: "Body") -> MemberSupport:
     """Return what holds a member, from its options.
 
     Torsional springs and dampers count at the body's radius; a damping that is not given follows from the
