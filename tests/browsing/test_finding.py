@@ -7,8 +7,8 @@ import pytest
 from fake_campaign import filled, sweep
 
 import wearlab as wl
-from wearlab.browsing import contents, listing, recorded
-from wearlab.browsing.one_run import WornPlace, in_hours, longest, told, why, worn_place
+from wearlab.browsing import contents, figures, listing, recorded
+from wearlab.browsing.one_run import Lived, WornPlace, in_hours, longest, margin, told, why, worn_place
 
 
 def test_a_number_without_a_unit_is_asked_for_it_and_kept(small):
@@ -31,15 +31,15 @@ def test_cases_are_sorted_by_the_numbers_in_their_cells(tmp_path, opened, monkey
     monkeypatch.setattr(listing, "ROWS", 2)
     store = filled(tmp_path / "store", sweep(5))
     (told,) = recorded.campaigns(store)[0]
-    rows = contents.cases(store, told.key, 0, 9)[1]
+    rows = contents.cases(store, told.key, "", 0, 9)[1]
     lives = [float(cells[-2].split()[0]) for _, cells in rows]
     assert len(set(lives)) == 5
-    pages = [contents.sorted_cases(store, told.key, "-result", number)[1] for number in (1, 2, 3)]
+    pages = [contents.cases(store, told.key, "-result", skip, 2)[1] for skip in (0, 2, 4)]
     assert [len(page) for page in pages] == [2, 2, 1]
     assert [float(cells[-2].split()[0]) for page in pages for _, cells in page] == sorted(lives, reverse=True)
     page = opened(store).page("campaign", key=told.key, sort="-result")
     assert re.search(r'aria-sort="descending">\s*<a [^>]*sort=result"', page)
-    assert contents.sorted_cases(store, told.key, "none", 1)[1] == rows[:2]
+    assert contents.cases(store, told.key, "none", 0, 2)[1] == rows[:2]
 
 
 @pytest.mark.parametrize("cell", ["9.5e+07 cycles of life", "± 3 %", "-2 mm"])
@@ -48,26 +48,41 @@ def test_a_cell_is_put_in_order_by_its_number(cell):
     assert contents._in_order("completed") > contents._in_order(cell)
 
 
-def scenes(**values):
+def lived(lives, labels, hours=(None,) * 4, **values):
+    """Return the keys and the runs of some lives, torques, models; of each what the catalogue has."""
     keys = [f"operation.{name}" for name in values]
-    return keys, [dict(zip(keys, each, strict=True)) for each in zip(*values.values(), strict=True)]
+    scenes = [dict(zip(keys, each, strict=True)) for each in zip(*values.values(), strict=True)]
+    told = zip(lives, labels, hours[: len(lives)], scenes or [{}] * len(lives), strict=True)
+    runs = [
+        Lived(SimpleNamespace(summary={"life": life, "service_life": time}, values=scene), label)
+        for life, label, time, scene in told
+    ]
+    return runs, keys
 
 
 def test_the_longest_life_is_told_with_what_differs():
-    keys, told = scenes(torque=(300.0, 340.0, 400.0))
-    assert longest((9e8, 6e8, 3e8), "abc", told, keys) == [
+    torque = (300.0, 340.0, 400.0)
+    assert longest(*lived((9e8, 6e8, 3e8), "abc", torque=torque)) == [
         "The longest life is 9e+08 cycles, of a: 3 times the shortest, of c.",
         "It has the lowest torque, 300 N·m: in these runs life never falls as it gets lower.",
     ]
-    beside = longest((9e8, 3e8, 6e8), "abc", told, keys)[1]
+    beside = longest(*lived((9e8, 3e8, 6e8), "abc", torque=torque))[1]
     assert beside == "It has the lowest torque, 300 N·m."
-    middle = longest((3e8, 9e8, 6e8), "abc", told, keys)[1]
+    middle = longest(*lived((3e8, 9e8, 6e8), "abc", torque=torque))[1]
     assert middle == "It has torque 340 N·m, neither the lowest nor the highest."
 
 
+def test_the_next_life_is_told_with_how_far_it_is_behind():
+    (first, second), _ = lived((3.70e8, 3.63e8), ["a", "speed 1100 rpm"])
+    first.entry.summary["error_estimate_life"] = 1e6
+    assert margin(first, second) == "The next, speed 1100 rpm, lives 1.9 % less."
+    first.entry.summary["error_estimate_life"] = 1e7
+    assert margin(first, second).endswith("1.9 % less, which is within their numerical errors.")
+
+
 def test_several_differences_name_no_cause():
-    keys, told = scenes(torque=(300.0, 300.0, 400.0, 400.0), model=("x", "y", "y", "x"))
-    said = longest((9e8, 6e8, 3e8, None), "abcd", told, keys)
+    lives, torque = (9e8, 6e8, 3e8, None), (300.0, 300.0, 400.0, 400.0)
+    said = longest(*lived(lives, "abcd", torque=torque, model=("x", "y", "y", "x")))
     assert said[1:] == [
         "1 of these runs reached no limit of wear: they may live longer.",
         "It has the lowest torque, 300 N·m, shared with others: "
@@ -78,24 +93,26 @@ def test_several_differences_name_no_cause():
 
 
 def test_no_longest_life_without_two():
-    keys, told = scenes(torque=(300.0, 340.0))
-    assert longest((9e8, None), "ab", told, keys) == longest((None, None), "ab", told, keys) == []
-    assert longest((9e8, 9e8), "ab", told, keys) == ["All 2 lives are 9e+08 cycles."]
+    torque = (300.0, 340.0)
+    for lives in ((9e8, None), (None, None)):
+        assert longest(*lived(lives, "ab", torque=torque)) == []
+    assert longest(*lived((9e8, 9e8), "ab", torque=torque)) == ["All 2 lives are 9e+08 cycles."]
 
 
 def test_a_campaign_without_figures_is_shown_by_a_result_over_its_axis(drawn):
     (told,) = recorded.campaigns(drawn.store)[0]
     source = recorded.campaign_of(drawn.store, told.key)
-    asked = contents.asked_of(source, drawn.store.open(source))
-    assert asked[0].table["kind"] == "line" and len(asked) == contents.FIGURES
+    asked = figures.Source(drawn.store, source).asked()
+    assert asked[0].table["kind"] == "line" and len(asked) == figures.MOST_AT_ONCE
     assert (asked[0].table["y"], asked[0].table["x"]) == ("life", "speed")
     assert "Which lives longest" in drawn.page("compare", run=list(drawn.store.entries()))
 
 
 def test_a_life_that_is_longest_in_hours_alone_is_told():
-    told = in_hours((3.6e8, 3.7e8, None), (5500 * 3600.0, 3310 * 3600.0, 9e9), "abc")
+    told = in_hours(lived((3.6e8, 3.7e8, None), "abc", (5500 * 3600.0, 3310 * 3600.0, 9e9))[0])
     assert told == "Counted in hours another one lives longest, a: 5,500 h."
-    assert in_hours((3.6e8, 3.7e8), (10 * 3600.0, 20 * 3600.0), "ab") == in_hours((1.0,), (None,), "a") == ""
+    assert in_hours(lived((3.6e8, 3.7e8), "ab", (10 * 3600.0, 20 * 3600.0))[0]) == ""
+    assert in_hours(lived((1.0,), "a")[0]) == ""
 
 
 def test_a_place_is_worn_out_by_what_differs_there():
@@ -140,12 +157,11 @@ def test_the_page_says_why_one_lives_longer(opened, tmp_path):
         assert place.rate * entry.summary["life"] == pytest.approx(2e-6, rel=1e-9)
     force = places[0].factors["tooth_force"] / places[1].factors["tooth_force"]
     assert force == pytest.approx(places[0].rate / places[1].rate, rel=5e-3)
-    said = told(store, [first, second], ["100 N·m", "110 N·m"], ["operation.torque"])
+    runs = [Lived(first, "100 N·m"), Lived(second, "110 N·m")]
+    said = told(store, runs, ["operation.torque"])
     assert said[1].startswith("The next, 110 N·m, lives ")
     failed = SimpleNamespace(id="", summary={}, scene="{}")
-    assert (
-        told(store, [first, second, failed], ["100 N·m", "110 N·m", "failed"], ["operation.torque"]) == said
-    )
+    assert told(store, [*runs, Lived(failed, "failed")], ["operation.torque"]) == said
     assert said[2] == "It differs from the next in torque alone: 100 N·m for 110 N·m."
     assert said[4].startswith("There it wears") and "force on the tooth −" in said[4]
     page = opened(store).page("compare", run=[first.id, second.id])

@@ -11,7 +11,6 @@ import pytest
 from fake_campaign import alter, filled, sweep
 
 from wearlab.browsing import listing, recorded
-from wearlab.figures.drawing import seen
 from wearlab.query import QueryError
 from wearlab.store import StoreError
 from wearlab.store.outcome import Outcome
@@ -94,8 +93,9 @@ def test_marked_runs_that_differ_in_more_are_told_in_words(drawn):
 
 
 def test_a_figure_is_told_in_words_and_as_a_table(drawn):
-    asked, grid = question.question_of(drawn.store, question.WantedFigure((runs(drawn)[0],), kind="max-wear"))
-    plot = seen(asked, grid, drawn.store)[0]
+    wanted = question.WantedFigure((runs(drawn)[0],), kind="max-wear")
+    source = question.source_of(drawn.store, wanted)
+    plot = source.plot(source.ask_for(wanted))
     lines = words.summary(plot)
     assert lines[0].startswith("Largest wear depth")
     curve = plot.panels[0].curves[0]
@@ -115,11 +115,10 @@ def test_what_is_drawn_follows_values_of_the_same_form_alone(drawn):
     from wearlab.browsing import interactive
 
     def plot(kind, *states):
-        asked, grid = question.question_of(
-            drawn.store,
-            question.WantedFigure((runs(drawn)[0],), kind=kind, options={"select": {"update": [*states]}}),
-        )
-        return seen(asked, grid, drawn.store)[0]
+        options = {"select": {"update": [*states]}}
+        wanted = question.WantedFigure((runs(drawn)[0],), kind=kind, options=options)
+        source = question.source_of(drawn.store, wanted)
+        return source.plot(source.ask_for(wanted))
 
     shown, other = interactive.drawn(plot("tvms", 0, 1, 2)), plot("tvms", 0, 0, 2)
     before = [handle.source.data["y"] for handle in shown.curves[0]]
@@ -136,13 +135,12 @@ def test_a_wear_state_is_worked_out_once(drawn):
 
     from wearlab.browsing.figures import Follower
 
-    follower, document = Follower(drawn.store, runs(drawn)[0]), Document()
-    follower.add_to(document)
+    follower = Follower(drawn.store, runs(drawn)[0], Document())
     assert list(follower.made) == [2]
-    follower.ahead(document, 1)
-    follower.ahead(document, 0)
+    follower.ahead(1)
+    follower.ahead(0)
     made = dict(follower.made)
-    follower.follow(document, follower.labels(), 1)
+    follower.follow(1)
     assert set(made) == {0, 1, 2} and all(follower.made[state] is made[state] for state in made)
     assert "State 1 of 2: 3 million cycles" in follower.said.text
 

@@ -22,7 +22,6 @@ Asked = Mapping[str, Sequence[str]]
 """The arguments of an address."""
 
 CARDS = 24  # campaigns of a page
-FIGURES = 2  # of a campaign that are drawn at once
 MOST_BESIDE = 24  # runs told side by side
 MOST_DRAWN = 2_000  # cases of a campaign that figures are drawn of, and that are sorted by any column
 BESIDE = (
@@ -55,13 +54,21 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
     if told is None:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
+    few = told.cases <= MOST_DRAWN
     shown = listing.ROWS if place.live else MOST_DRAWN
-    sort = first.get("sort", "") if told.cases <= MOST_DRAWN else ""
-    skip = (number - 1) * shown
-    heads, rows = sorted_cases(store, key, sort, number) if sort else cases(store, key, skip, shown)
-    few = told.cases <= MOST_DRAWN and bool(told.counts.get("done"))
-    chosen = listing.whole(first.get("figure", ""))
-    drawn, others = _figures(store, key, place, chosen) if few else ([], [])
+    sort = first.get("sort", "") if few else ""
+    heads, rows = cases(store, key, sort, (number - 1) * shown, shown)
+    drawn, others = list[figures.ShownFigure](), list[tuple[int, str]]()
+    if few and told.counts.get("done"):
+        source = figures.Source(store, recorded.campaign_of(store, key))
+        questions = dict(enumerate(source.asked(), 1))
+        at = min(listing.whole(first.get("figure", "")), len(questions))
+        for figure, each in questions.items():
+            if place.live and not at <= figure < at + figures.MOST_AT_ONCE:
+                others.append((figure, figures.name_of(each)))
+            else:
+                files = place.files("campaign", f"key={key}&figure={figure}")
+                drawn.append(source.shown(each, files))
     subject = remarks.subject_of(told.title)
     mark = next((sign for sign in "\"'" if sign not in told.title), "")
     return {
@@ -70,7 +77,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
         "heads": heads,
         "rows": rows,
         "sort": sort,
-        "sortable": place.live and told.cases <= MOST_DRAWN,
+        "sortable": place.live and few,
         "number": number,
         "pages": max(1, -(-told.cases // shown)),
         "where": f"campaign = {mark}{told.title}{mark}" if mark and place.live else "",
@@ -81,10 +88,18 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     }
 
 
-def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
-    """Return headings and rows of some cases of a campaign, in their order."""
+def cases(store: "Store", key: str, sort: str, skip: int, limit: int) -> tuple[Any, Any]:
+    """Return headings and rows of some cases of a campaign.
+
+    Parameters
+    ----------
+    store, key : the campaign
+    sort : name of a column, a minus sign before it turns the order, what is empty comes last; "": as recorded
+    skip, limit : so many, after the first ones
+    """
+    some = (MOST_DRAWN, 0) if sort else (limit, skip)
     question = "SELECT run, label, position FROM members WHERE campaign = ? ORDER BY number LIMIT ? OFFSET ?"
-    members = store.catalogue.read(question, [key, limit, skip])
+    members = store.catalogue.read(question, [key, *some])
     what = "a campaign in the catalogue"
     places = [database.understood(what, database.place, position) for _, _, position in members]
     axes = list(dict.fromkeys(name for place in places for name in place))
@@ -92,64 +107,25 @@ def cases(store: "Store", key: str, skip: int, limit: int) -> tuple[Any, Any]:
     heads = ("case", *axes, "state", "verdict", "result", "error")
     rows = []
     for (run, label, _), place in zip(members, places, strict=True):
-        entry = entries.get(run)
-        texts = [shown_unit(str(place.get(axis, ""))) for axis in axes]
-        came = ("missing", "", "", "")
+        entry, came = entries.get(run), ("missing", "", "", "")
         if entry is not None:
             told = next(iter(outcome.headlines(entry.summary)), outcome.Headline("", "", "", None))
             verdict = str(entry.summary.get("verdict") or outcome.last_line(entry.reason))
             came = (store.state_of(entry), verdict, told.text, told.margin)
-        rows.append((str(run), (str(label), *texts, *came)))
+        rows.append((str(run), (str(label), *(shown_unit(str(place.get(a, ""))) for a in axes), *came)))
+    if sort:
+        if (name := sort.removeprefix("-")) in heads:
+            at = heads.index(name)
+            rows.sort(key=lambda row: _in_order(row[1][at]), reverse=sort.startswith("-"))
+            rows.sort(key=lambda row: not row[1][at])
+        rows = rows[skip : skip + limit]
     return tuple((head, head.replace("_", " ")) for head in heads), tuple(rows)
-
-
-def sorted_cases(store: "Store", key: str, sort: str, number: int) -> tuple[Any, Any]:
-    """Return headings and one page of rows of the cases of a campaign, in the order of a column.
-
-    Parameters
-    ----------
-    store, key : the campaign
-    sort : name of the column, a minus sign before it turns the order; what is empty comes last
-    number : of the page, from 1
-    """
-    heads, rows = cases(store, key, 0, MOST_DRAWN)
-    names = [name for name, _ in heads]
-    if (name := sort.removeprefix("-")) in names:
-        at, down = names.index(name), sort.startswith("-")
-        told = [row for row in rows if row[1][at]]
-        told.sort(key=lambda row: _in_order(row[1][at]), reverse=down)
-        rows = (*told, *(row for row in rows if not row[1][at]))
-    return heads, rows[(number - 1) * listing.ROWS : number * listing.ROWS]
 
 
 def _in_order(cell: str) -> tuple[bool, float, str]:
     """Return by what a cell is put in order: the number that it begins with, before words."""
     found = NUMBER.match(cell)
     return found is None, float(found[1]) if found else 0.0, cell
-
-
-def _figures(
-    store: "Store", key: str, place: Any, chosen: int
-) -> tuple[list[figures.ShownFigure], list[tuple[int, str]]]:
-    """Return the figures of a campaign that are drawn, and number and name of the others."""
-    source = recorded.campaign_of(store, key)
-    grid = store.open(source)  # type: ignore[arg-type]
-    asked = dict(enumerate(asked_of(source, grid), 1))
-    at = min(chosen, len(asked))
-    shown = [number for number in asked if not place.live or at <= number < at + FIGURES]
-    files = {number: place.files("campaign", f"key={key}&figure={number}") for number in shown}
-    drawn = [figures.shown(store, asked[number], grid, own) for number, own in files.items()]
-    names = [(n, str(each.table.get("title") or each.table["kind"])) for n, each in asked.items()]
-    return drawn, [pair for pair in names if pair[0] not in shown]
-
-
-def asked_of(source: Any, grid: Any) -> list[figures.Question]:
-    """Return the questions of a campaign's figures; of one without any, some that its runs can answer."""
-    if source.figures:
-        return figures.of_figures(source)
-    swept = figures.over_axes(source, grid)
-    kinds = [kind for kind in figures.possible(grid) if not swept or kind != "wear-profile"]
-    return [*swept, *(figures.asked(source, kind, {}) for kind in kinds[: FIGURES - len(swept)])]
 
 
 def runs(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
@@ -176,14 +152,13 @@ def run(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     told = one_run.content(store, entry)
     kinds, drawn = list[str](), list[figures.ShownFigure]()
     if told["state"] == "done":
-        source = recorded.together(store, [entry.id])
         try:
-            grid = store.open(source)  # type: ignore[arg-type]
-            kinds = figures.of_one_run(grid)
+            source = figures.Source(store, recorded.together(store, [entry.id]))
+            kinds = source.of_one_run()
         except figures.PROBLEMS as error:
             drawn = [figures.ShownFigure("", problem=str(error))]
     if not place.live:
-        drawn += [figures.shown(store, figures.asked(source, kind, {}), grid) for kind in kinds]
+        drawn += [source.shown(source.ask(kind)) for kind in kinds]
     addresses = [(KINDS[kind].title or kind, f"run={entry.id}&kind={kind}") for kind in kinds if place.live]
     where = store.address or str(store.path.absolute())
     beside = [row[0] for row in store.catalogue.read(BESIDE, [entry.id])] if place.live else []
@@ -211,7 +186,8 @@ def _back(first: Mapping[str, str]) -> dict[str, str]:
 def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     """Return marked runs, or a campaign, in one figure, with what there is to choose from."""
     first = {"state": "last", "back": "", **figures.first(asked)}
-    wanted = figures.wanted({**asked, "state": [first["state"]]})
+    asked = {**asked, "state": [first["state"]]}
+    wanted = figures.wanted(asked)
     told: dict[str, Any] = dict.fromkeys(("kinds", "numbers", "abscissae", "roles", "figures"), ())
     told |= {"beside": None, "problem": "", "commands": "", "heading": "Compare", "asked": wanted}
     told |= {"state": first["state"], "back": first["back"], "left": _back(first)}
@@ -220,20 +196,19 @@ def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     if wanted.runs and not wanted.campaign:
         told["beside"] = one_run.side_by_side(store, wanted.runs[:MOST_BESIDE])
     source = figures.source_of(store, wanted)
-    grid = store.open(source)  # type: ignore[arg-type]
-    axes = [str(dim) for dim in grid.run_id.dims]
+    axes, dims = [str(dim) for dim in source.grid.run_id.dims], set(source.grid.dims)
     told |= {
-        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in figures.possible(grid)],
-        "numbers": [(name, f"{name}: {words}"[:90]) for name, words in figures.numbers(grid)],
-        "abscissae": [*axes, *(name for name in grid_runs.along_axes(grid) if name not in axes)],
-        "roles": [*axes, *(str(d) for d in ("flank", "mesh", "update", "member") if d in grid.dims)],
-        "heading": f"Compare {source.title}" if len(wanted.runs) > 1 else source.title,
+        "kinds": [(kind, f"{kind}: {KINDS[kind].shows}"[:90]) for kind in source.possible()],
+        "numbers": [(name, f"{name}: {words}"[:90]) for name, words in source.numbers()],
+        "abscissae": list(dict.fromkeys([*axes, *grid_runs.along_axes(source.grid)])),
+        "roles": [*axes, *(dim for dim in ("flank", "mesh", "update", "member") if dim in dims)],
+        "heading": f"Compare {source.campaign.title}" if len(wanted.runs) > 1 else source.campaign.title,
     }
     try:
-        drawn, grid = figures.question_of(store, wanted)
+        drawn = source.ask_for(wanted)
     except FigureError as error:
         return {**told, "problem": str(error)}
-    told["figures"] = [figures.shown(store, drawn, grid, place.files("figure", wanted.address))]
+    told["figures"] = [source.shown(drawn, place.files("figure", figures.address(asked)))]
     where = quote(store.address or str(store.path.absolute()))
     again = f"wearlab figures --from {drawn.name}.png --store {where}"
     told["commands"] = f"{again}   # the PNG that was taken along"

@@ -1,7 +1,9 @@
 """Figures on pages: what an address asks, for screen and print; thumbnails, and what follows a slider."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
@@ -27,7 +29,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROLES = ("x", "hue", "rows", "cols", "y")
+ASKED = ("run", "campaign", "kind", "select", "state", "y_as", *ROLES)
 MOST_RUNS = 200
+Files = tuple[tuple[str, str], ...]
+"""Name and address of the files of a figure for print."""
+WHOLE = re.compile(r"[+-]?\d+")
+MOST_AT_ONCE = 2  # figures of a campaign that are drawn at once
+FOR_MACHINES = ("count_", "run_time_", "residual_", "error_estimate_")
 AT = {"first": {"update": 0}, "last": {"update": -1}, "all": {}}
 OF_RUN = ("wear-profile", "tvms", "ste", "mesh-force", "orders")
 """Kinds that tell of one run at its wear states, before those of a flank with a width."""
@@ -53,14 +61,6 @@ class WantedFigure:
     campaign: str = ""
     kind: str = ""
     options: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def address(self) -> str:
-        """What comes behind the question mark of the address."""
-        pairs = [("run", run) for run in self.runs] + [("campaign", self.campaign), ("kind", self.kind)]
-        options = dict(self.options)
-        pairs += [("select", f"{dim}={label}") for dim, label in (options.pop("select", None) or {}).items()]
-        return urlencode([*(pair for pair in pairs if pair[1]), *options.items()])
 
 
 def first(arguments: Mapping[str, Sequence[str]]) -> dict[str, str]:
@@ -89,7 +89,9 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
         raise FigureError(f"{len(runs)} runs are more than the {MOST_RUNS} that one figure shows")
     given = {name: value for name, value in first(arguments).items() if value}
     chosen = (pair.partition("=") for pair in arguments.get("select", ()))
-    select = {dim: _label(label) for dim, sign, label in chosen if sign and dim}
+    select: dict[str, Any] = {
+        dim: int(label) if WHOLE.fullmatch(label) else label for dim, sign, label in chosen if sign and dim
+    }
     select |= AT.get(given.get("state", ""), {})
     options: dict[str, Any] = {name: given[name] for name in ROLES if name in given}
     if given.get("y_as") in ("logarithm", "difference"):
@@ -99,103 +101,138 @@ def wanted(arguments: Mapping[str, Sequence[str]]) -> WantedFigure:
     return WantedFigure(runs, given.get("campaign", ""), given.get("kind", ""), options)
 
 
-def _label(text: str) -> Any:
-    """Return a place along a dimension: a whole number where it is one, as files write it."""
-    try:
-        return int(text)
-    except ValueError:
-        return text
+def address(arguments: Mapping[str, Sequence[str]]) -> str:
+    """Return what comes behind the question mark of the address of a figure, of the arguments of its page."""
+    return urlencode([(name, v) for name, vs in arguments.items() if name in ASKED for v in vs if v])
 
 
-def source_of(store: Store, of: WantedFigure) -> RecordedCampaign:
+class Source:
+    """Runs of a store as one campaign and as one grid, of which figures are asked.
+
+    Parameters
+    ----------
+    store : where the runs are
+    campaign : recorded there, or some runs as one
+
+    Raises
+    ------
+    StoreError : none of its runs is there
+    """
+
+    def __init__(self, store: Store, campaign: RecordedCampaign) -> None:
+        self.store, self.campaign = store, campaign
+        self.grid: xr.Dataset = store.open(campaign)  # type: ignore[arg-type]
+
+    def ask(self, kind: str, options: Mapping[str, Any] | None = None) -> Question:
+        """Return what a kind of figure asks, with options as of ``[[figure]]``.
+
+        Raises
+        ------
+        FigureError : no such kind or option
+        """
+        table = table_of(drawing.specified({"kind": kind, **(options or {})}))
+        return Question(1, table, None, self.campaign)
+
+    def ask_for(self, of: WantedFigure) -> Question:
+        """Return what an address asks; curves of several marked runs are told apart by colour.
+
+        Raises
+        ------
+        FigureError : no such kind or option
+        """
+        kind = of.kind or self.possible()[0]
+        known, (dim, *_) = KINDS.get(kind), (*map(str, self.grid.run_id.dims), "")
+        curves = known is not None and known.dims and not known.over_sweeps and known.joined is None
+        apart = {"hue": dim} if curves and dim and len(of.runs) > 1 and of.options.get("select") else {}
+        return self.ask(kind, {**apart, **of.options})
+
+    def of_campaign(self) -> list[Question]:
+        """Return what the figures of its campaign ask."""
+        return [
+            Question(number, {key: v for key, v in vars(spec).items() if key in KEYS}, None, self.campaign)
+            for number, spec in enumerate(self.campaign.figures, 1)
+        ]
+
+    def asked(self) -> list[Question]:
+        """Return what the figures of its campaign ask; of one without any, some that its runs can answer."""
+        if self.campaign.figures:
+            return self.of_campaign()
+        swept = self.over_axes()
+        kinds = [kind for kind in self.possible() if not swept or kind != "wear-profile"]
+        return [*swept, *map(self.ask, kinds[: MOST_AT_ONCE - len(swept)])]
+
+    def possible(self) -> list[str]:
+        """Return the kinds of figures that the runs have the variables for, the most telling first."""
+        of_runs = {name: kind.needs for name, kind in KINDS.items() if kind.of == "runs" and name != "line"}
+        able = (name for name, needs in of_runs.items() if all(need in self.grid.variables for need in needs))
+        return [*put_first(OF_CAMPAIGN, able), "line"]
+
+    def of_one_run(self) -> list[str]:
+        """Return the kinds of figures that are shown of one run over its wear states."""
+        able = self.possible()
+        faces = [name for name, kind in KINDS.items() if "face" in "|".join(kind.dims).split("|")]
+        return [name for name in (*OF_RUN, *faces) if name in able]
+
+    def numbers(self) -> list[tuple[str, str]]:
+        """Return name and meaning of results that a sweep can be drawn of: a number a state, or a run."""
+        dims = {*map(str, self.grid.run_id.dims), "update", "flank", "mesh", "member"}
+        known = {name: v for name, v in self.grid.variables.items() if v.dtype.kind in "fiu"}
+        found = [
+            name
+            for name in VARIABLES
+            if name in known and dims.issuperset(known[name].dims) and not name.startswith(FOR_MACHINES)
+        ]
+        return [(name, VARIABLES[name].long_name) for name in put_first(FIRST_NUMBERS, found)]
+
+    def over_axes(self) -> list[Question]:
+        """Return what shows a campaign without figures of its own: a result over its longest axis, if any.
+
+        A curve of each state of each case would be a panel of its own.
+        """
+        axes = [axis for axis in self.campaign.axes if len(axis.values) > 1]
+        axes.sort(key=lambda axis: -len(axis.values))
+        results = self.numbers()
+        if not axes or not results or len(self.grid.run_id.dims) > len(axes) + 1:
+            return []
+        y = results[0][0]
+        options: dict[str, Any] = {
+            "y": y,
+            **{role: a.name for role, a in zip(("x", "hue"), axes, strict=False)},
+        }
+        return [self.ask("line", options | ({"select": AT["last"]} if "update" in self.grid[y].dims else {}))]
+
+    def plot(self, asked: Question) -> Plot:
+        """Return a figure as data.
+
+        Raises
+        ------
+        FigureError : it cannot be drawn
+        """
+        return drawing.seen(asked, self.grid, self.store)[0]
+
+    def shown(self, asked: Question, files: Files = ()) -> "ShownFigure":
+        """Return a figure for a page with its files for print, or why there is none."""
+        try:
+            return of_plot(self.plot(asked), files)
+        except Exception as error:  # a fault of ours in one figure stops no page
+            problem = str(error) if isinstance(error, PROBLEMS) else drawing.fault(asked.name, error)
+        return ShownFigure(name_of(asked), problem=problem)
+
+
+def name_of(asked: Question) -> str:
+    """Return what a figure is called: its title, or its kind."""
+    return str(asked.table.get("title") or asked.table["kind"])
+
+
+def source_of(store: Store, of: WantedFigure) -> Source:
     """Return the campaign that an address names, or its marked runs as one.
 
     Raises
     ------
     StoreError : no such run or campaign
     """
-    return recorded.campaign_of(store, of.campaign) if of.campaign else recorded.together(store, of.runs)
-
-
-def question_of(store: Store, of: WantedFigure) -> tuple[Question, "xr.Dataset"]:
-    """Return the question, and the runs it is asked of as one grid.
-
-    Raises
-    ------
-    FigureError : no such kind or option
-    StoreError : no such run or campaign
-    """
-    source = source_of(store, of)
-    grid = store.open(source)  # type: ignore[arg-type]
-    kind = of.kind or next(iter(possible(grid)), "line")
-    return asked(source, kind, {**_told_apart(kind, of, grid), **of.options}), grid
-
-
-def _told_apart(kind: str, of: WantedFigure, grid: "xr.Dataset") -> dict[str, str]:
-    """Return as the colour what differs between marked runs, where a kind draws curves of each."""
-    known, (dim, *_) = KINDS.get(kind), (*map(str, grid.run_id.dims), "")
-    curves = known is not None and known.dims and not known.over_sweeps and known.joined is None
-    return {"hue": dim} if curves and dim and len(of.runs) > 1 and of.options.get("select") else {}
-
-
-def asked(source: RecordedCampaign, kind: str, options: Mapping[str, Any]) -> Question:
-    """Return what a kind of figure asks of a campaign, with options as of ``[[figure]]``.
-
-    Raises
-    ------
-    FigureError : no such kind or option
-    """
-    return Question(1, table_of(drawing.specified({"kind": kind, **options})), None, source)
-
-
-def of_figures(source: RecordedCampaign) -> list[Question]:
-    """Return what the figures of a campaign ask."""
-    return [
-        Question(number, {key: value for key, value in vars(spec).items() if key in KEYS}, None, source)
-        for number, spec in enumerate(source.figures, 1)
-    ]
-
-
-def possible(grid: "xr.Dataset") -> list[str]:
-    """Return the kinds of figures that runs have the variables for, the most telling first."""
-    of_runs = {name: kind.needs for name, kind in KINDS.items() if kind.of == "runs" and name != "line"}
-    able = (name for name, needs in of_runs.items() if all(need in grid.variables for need in needs))
-    return [*put_first(OF_CAMPAIGN, able), "line"]
-
-
-def of_one_run(grid: "xr.Dataset") -> list[str]:
-    """Return the kinds of figures that are shown of one run over its wear states."""
-    able = possible(grid)
-    faces = [name for name, kind in KINDS.items() if "face" in "|".join(kind.dims).split("|")]
-    return [name for name in (*OF_RUN, *faces) if name in able]
-
-
-def numbers(grid: "xr.Dataset") -> list[tuple[str, str]]:
-    """Return name and meaning of results that a sweep can be drawn of: a number a state, or a run."""
-    inner = {"update", "flank", "mesh", "member"}
-    dims = {str(dim) for dim in grid.run_id.dims}
-    found = [
-        str(name)
-        for name, values in grid.variables.items()
-        if name in VARIABLES and values.dtype.kind in "fiu" and set(map(str, values.dims)) <= dims | inner
-        and not str(name).startswith(("count_", "run_time_", "residual_", "error_estimate_"))
-    ]  # fmt: skip
-    ordered = put_first(FIRST_NUMBERS, (name for name in VARIABLES if name in found))
-    return [(name, VARIABLES[name].long_name) for name in ordered]
-
-
-def over_axes(source: RecordedCampaign, grid: "xr.Dataset") -> list[Question]:
-    """Return what shows a campaign without figures of its own: a result over its longest axis, if any.
-
-    A curve of each state of each case would be a panel of its own.
-    """
-    axes = sorted((axis for axis in source.axes if len(axis.values) > 1), key=lambda axis: -len(axis.values))
-    results = [name for name, _ in numbers(grid)]
-    if not axes or not results or len(grid.run_id.dims) > len(axes) + 1:
-        return []
-    y = results[0]
-    options: dict[str, Any] = {"y": y, "x": axes[0].name, **({"hue": axes[1].name} if axes[1:] else {})}
-    return [asked(source, "line", options | ({"select": AT["last"]} if "update" in grid[y].dims else {}))]
+    known = recorded.campaign_of(store, of.campaign) if of.campaign else recorded.together(store, of.runs)
+    return Source(store, known)
 
 
 PAUSE = 100  # ms between two states that are made ahead
@@ -221,28 +258,11 @@ class ShownFigure:
     html: str = ""
     script: str = ""
     words: tuple[str, ...] = ()
-    files: tuple[tuple[str, str], ...] = ()
+    files: Files = ()
     problem: str = ""
 
 
-def shown(
-    store: Store, asked: Question, grid: "xr.Dataset", files: tuple[tuple[str, str], ...] = ()
-) -> ShownFigure:
-    """Return a figure for a page, or why there is none.
-
-    Parameters
-    ----------
-    store, asked, grid : the question, and the runs that it is asked of
-    files : of the same question for print
-    """
-    try:
-        return of_plot(drawing.seen(asked, grid, store)[0], files)
-    except Exception as error:  # a fault of ours in one figure stops no page
-        problem = str(error) if isinstance(error, PROBLEMS) else drawing.fault(asked.name, error)
-    return ShownFigure(str(asked.table.get("title") or asked.table["kind"]), problem=problem)
-
-
-def of_plot(plot: Plot, files: tuple[tuple[str, str], ...] = ()) -> ShownFigure:
+def of_plot(plot: Plot, files: Files = ()) -> ShownFigure:
     """Return a figure that is known as data for a page."""
     script, div = components(column(*interactive.drawn(plot, titled=False).parts, **WIDE), wrap_script=False)
     return ShownFigure(plot.title, Markup(div), script, tuple(interactive.summary(plot)), files)
@@ -255,13 +275,10 @@ def thumbnail(store: Store, key: str) -> bytes:
     ------
     FigureError : none can
     """
-    source = recorded.campaign_of(store, key)
-    grid = store.open(source)  # type: ignore[arg-type]
-    questions = of_figures(source)[:3]
-    questions += [asked(source, kind, {}) for kind in possible(grid)[:3]]
-    for each in questions:
+    source = Source(store, recorded.campaign_of(store, key))
+    for each in (*source.of_campaign()[:3], *map(source.ask, source.possible()[:3])):
         try:
-            seen = narrow(drawing.seen(each, grid, store)[0])
+            seen = narrow(source.plot(each))
         except PROBLEMS:
             continue
         bare = replace(seen, notes=(), title="", panels=seen.panels[:1], rows=1, legend=(), bar=None)
@@ -275,100 +292,96 @@ class Follower:
     Parameters
     ----------
     store, run_id : the run, of which all that the figures need is read once
+    document : of Bokeh, which is filled with slider, figures and their words
     """
 
-    def __init__(self, store: Store, run_id: str) -> None:
-        source = recorded.together(store, [run_id])
-        self.store, self.grid = store, store.open(source)  # type: ignore[arg-type]
-        kinds = of_one_run(self.grid)
+    def __init__(self, store: Store, run_id: str, document: Document) -> None:
+        self.source, self.document = Source(store, recorded.together(store, [run_id])), document
+        self.grid = self.source.grid
+        kinds = self.source.of_one_run()
         names = [name for kind in kinds for name in (*KINDS[kind].needs, *KINDS[kind].also)]
         needed = {*names, *doubt.read_for(names), *runs.COORDINATES} & set(self.grid.variables)
         self.grid[list(needed)].load(scheduler="synchronous")
-        self.asked = [asked(source, kind, {}) for kind in kinds]
+        self.asked = [self.source.ask(kind) for kind in kinds]
         self.drawn: list[interactive.DrawnFigure | None] = [None for _ in kinds]
         self.places = [column(**WIDE) for _ in kinds]
         self.said = Div(**WIDE)
         self.made: dict[int, list[Plot | str]] = {}
-
-    def add_to(self, document: Document) -> None:
-        """Put slider, figures and their words into a document."""
-        states = self.labels()
-        last = len(states) - 1
-        self._show(states, last)
-        controls = self._controls(document, states) if last > 0 else []
+        self.states = self._labels()
+        self.last = len(self.states) - 1
+        self._show(self.last)
+        controls = self._controls() if self.last > 0 else []
         document.add_root(column(*controls, self.said, *self.places, **WIDE))
 
-    def _controls(self, document: Document, states: list[str]) -> list[Any]:
-        last = len(states) - 1
-        named = {"role": "group", "aria-label": f"Wear state, 0 unworn to {last}"}
-        ends: Any = {"start": 0, "end": last, "step": 1, "value": last}
+    def _controls(self) -> list[Any]:
+        named = {"role": "group", "aria-label": f"Wear state, 0 unworn to {self.last}"}
+        ends: Any = {"start": 0, "end": self.last, "step": 1, "value": self.last}
         slider = Slider(title="Wear state", html_attributes=named, **ends, **WIDE)
-        before, after = (Button(label=text) for text in ("Less worn", "More worn"))
-        before.on_click(lambda: setattr(slider, "value", max(0, slider.value - 1)))
-        after.on_click(lambda: setattr(slider, "value", min(last, slider.value + 1)))
-        slider.on_change("value", lambda name, old, new: self.follow(document, states, int(new)))
-        document.add_timeout_callback(lambda: self.ahead(document, last - 1), PAUSE)
-        return [slider, Row(before, after)]
+        slider.on_change("value", lambda name, old, new: self.follow(int(new)))
+        buttons = []
+        for text, step in (("Less worn", -1), ("More worn", 1)):
+            buttons.append(Button(label=text))
+            buttons[-1].on_click(partial(self._step, slider, step))
+        self.document.add_timeout_callback(lambda: self.ahead(self.last - 1), PAUSE)
+        return [slider, Row(*buttons)]
 
-    def at(self, state: int) -> list[Plot | str]:
-        """Return the figures at a wear state, made once."""
-        if state not in self.made:
-            self.made[state] = [self.plot(asked, state) for asked in self.asked]
-        return self.made[state]
+    def _step(self, slider: Slider, step: int) -> None:
+        slider.value = min(max(0, slider.value + step), self.last)
 
-    def ahead(self, document: Document, state: int) -> None:
-        """Make the figures of a state that may be asked for next, and then those before it, one at a time."""
-        if state >= 0 and len(self.made) < MOST_AHEAD:
-            self.at(state)
-            document.add_timeout_callback(lambda: self.ahead(document, state - 1), PAUSE)
-
-    def labels(self) -> list[str]:
+    def _labels(self) -> list[str]:
         """Return what the wear states are called."""
         if "cycle" not in self.grid.variables or "update" not in self.grid.dims:
             return ["the only wear state"]
         depth = self.grid.get("max_wear_depth")
-        told = []
-        for number, count in enumerate(np.atleast_1d(self.grid["cycle"].values)):
-            told.append(wording.cycles(float(count)).text)
-            if depth is not None:
-                told[-1] += f", {1e6 * float(np.nanmax(depth.isel(update=number).values)):.3g} µm worn"
-        return told
+        told = [wording.cycles(float(count)).text for count in np.atleast_1d(self.grid["cycle"].values)]
+        if depth is None:
+            return told
+        deepest = (float(np.nanmax(depth.isel(update=number).values)) for number in range(len(told)))
+        return [f"{text}, {1e6 * worn:.3g} µm worn" for text, worn in zip(told, deepest, strict=True)]
 
-    def plot(self, asked: Question, state: int) -> Plot | str:
+    def at(self, state: int) -> list[Plot | str]:
+        """Return the figures at a wear state, made once."""
+        if state not in self.made:
+            self.made[state] = [self._plot(asked, state) for asked in self.asked]
+        return self.made[state]
+
+    def ahead(self, state: int) -> None:
+        """Make the figures of a state that may be asked for next, and then those before it, one at a time."""
+        if state >= 0 and len(self.made) < MOST_AHEAD:
+            self.at(state)
+            self.document.add_timeout_callback(lambda: self.ahead(state - 1), PAUSE)
+
+    def _plot(self, asked: Question, state: int) -> Plot | str:
         """Return one figure with the unworn state, the chosen and the last one; or why there is none."""
         last = self.grid.sizes.get("update", 1) - 1
         select = {"select": {"update": [0, min(state, last), last]}} if last else {}
         try:
-            return drawing.seen(replace(asked, table={**asked.table, **select}), self.grid, self.store)[0]
+            return self.source.plot(replace(asked, table={**asked.table, **select}))
         except PROBLEMS as error:
             return str(error)
 
-    def summary(self, plots: Sequence[Plot | str], states: list[str], state: int) -> str:
-        """Return what is seen, for readers who do not see it."""
-        lines = [line for plot in plots if not isinstance(plot, str) for line in interactive.summary(plot)]
-        inside = "".join(f"<li>{escape(line)}</li>" for line in lines)
-        return (
-            f'<p role="status" aria-live="polite"><b>State {state} of {len(states) - 1}: '
-            f"{escape(states[state])}</b>, beside the first and the last.</p>"
-            f"<details><summary>In words</summary><ul>{inside}</ul></details>"
-        )
-
-    def follow(self, document: Document, states: list[str], state: int) -> None:
+    def follow(self, state: int) -> None:
         """Show another wear state: new data in what is drawn, or a new drawing of another form."""
-        document.hold("combine")
-        self._show(states, state)
-        document.unhold()
+        self.document.hold("combine")
+        self._show(state)
+        self.document.unhold()
 
-    def _show(self, states: list[str], state: int) -> None:
-        plots = self.at(state)
-        for number, plot in enumerate(plots):
+    def _show(self, state: int) -> None:
+        lines: list[str] = []
+        for number, plot in enumerate(self.at(state)):
             drawn = self.drawn[number]
             if isinstance(plot, str):
                 self.drawn[number], self.places[number].children = None, [Div(text=escape(plot))]
-            elif drawn is None or not drawn.follow(plot):
+                continue
+            lines += interactive.summary(plot)
+            if drawn is None or not drawn.follow(plot):
                 self.drawn[number] = drawn = interactive.drawn(plot)
                 self.places[number].children = drawn.parts
-        self.said.text = self.summary(plots, states, state)
+        self.said.text = (  # what is seen, for readers who do not see it
+            f'<p role="status" aria-live="polite"><b>State {state} of {self.last}: '
+            f"{escape(self.states[state])}</b>, beside the first and the last.</p><details><summary>In words"
+            f"</summary><ul>{''.join(f'<li>{escape(line)}</li>' for line in lines)}</ul></details>"
+        )
 
 
 def follow(store: Store) -> Callable[[Document], None]:
@@ -378,7 +391,7 @@ def follow(store: Store) -> Callable[[Document], None]:
         arguments = document.session_context.request.arguments
         run_id = (arguments.get("id") or [b""])[0].decode("utf-8", "replace")
         try:
-            Follower(store, store.find(run_id).id).add_to(document)
+            Follower(store, store.find(run_id).id, document)
         except PROBLEMS as error:
             document.add_root(Div(text=f'<p role="alert">{escape(str(error))}</p>', **WIDE))
 

@@ -1,6 +1,7 @@
 """What a page tells of runs: the worth of one in words, its numbers; which of some lives longest, and why."""
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from wearlab.store import Store
     from wearlab.store.catalogue import Entry
 
-Scene = Mapping[str, Any]
-"""The values of a scene by their dotted keys."""
 MOST_KEYS = 200  # of a comparison
 SUMMED = (
     *("life", "service_life", "max_wear_depth", "contact_ratio", "dynamic_factor", "equivalent_load"),
@@ -130,14 +129,14 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     keys = differing_keys(scenes)[:MOST_KEYS]
     layouts = store.catalogue.layouts(entry.layout for entry in entries if entry.layout)
     results = {name: [_result(name, entry, layouts) for entry in entries] for name in SUMMED}
-    labels = labels_of(store, entries, keys)
-    named, ranked = zip(entries, labels, strict=True), _ranked([e.summary.get("life") for e in entries])
+    lived = [Lived(*pair) for pair in zip(entries, labels_of(store, entries, keys), strict=True)]
+    ranked = by_life(lived)
     return {
-        "runs": [(e.id, label, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, label in named],
+        "runs": [(e.id, name, verdict(store, e), doubts(e, e.summary.get("verdict"))) for e, name in lived],
         "asked": [(key, [value_of_key(key, scene.get(key)) for scene in scenes]) for key in keys],
         "came": [(name.replace("_", " "), cells) for name, cells in results.items() if any(cells)],
-        "lives": told(store, entries, labels, keys),
-        "longest": entries[ranked[-1][1]].id if ranked else "",
+        "lives": told(store, lived, keys),
+        "longest": ranked[-1].entry.id if ranked else "",
     }
 
 
@@ -150,6 +149,23 @@ def _result(name: str, entry: "Entry", layouts: Any) -> str:
     error = entry.summary.get("error_estimate_life") if name == "life" else None
     beside = f" ± {100 * error / value:.2g} %" if isinstance(error, int | float) and value else ""
     return f"{text} {unit.replace('*', '·').replace('um', 'µm')}".strip() + beside
+
+
+class Lived(NamedTuple):
+    """A run as the catalogue has it, and what tells it apart from those beside it."""
+
+    entry: "Entry"
+    label: str
+
+    @property
+    def life(self) -> float:
+        """Cycles of its life, 0 where it has none."""
+        return float(self.entry.summary.get("life") or 0.0)
+
+
+def by_life(runs: Sequence[Lived]) -> list[Lived]:
+    """Return the runs that have a life, from the shortest on."""
+    return sorted((run for run in runs if run.life > 0.0), key=lambda run: run.life)
 
 
 ALONG = {"update", "flank", "profile"}
@@ -183,53 +199,34 @@ class WornPlace(NamedTuple):
     dynamic: tuple[float, ...] = ()
 
 
-def told(store: "Store", entries: "Sequence[Entry]", labels: Sequence[str], keys: Sequence[str]) -> list[str]:
+def told(store: "Store", runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
     """Return in sentences which run lives longest and why; none for fewer than two lives.
 
     Parameters
     ----------
-    store, entries : where the runs are, and the runs as the catalogue has them
-    labels : what tells them apart
+    store, runs : where the runs are, and which
     keys : by which their scenes differ
     """
-    worn = [pair for pair in zip(entries, labels, strict=True) if "max_wear_depth" in pair[0].summary]
-    entries, labels = [entry for entry, _ in worn], [label for _, label in worn]
-    lives, hours = ([entry.summary.get(name) for entry in entries] for name in ("life", "service_life"))
-    scenes = [entry.values for entry in entries]
-    sentences, ranked = longest(lives, labels, scenes, keys), _ranked(lives)
-    if len(ranked) > 1 and ranked[-1][0] > ranked[-2][0]:
-        (shorter, second), (longer, first) = ranked[-2:]
-        errors = [entries[at].summary.get("error_estimate_life") for at in (first, second)]
-        said = margin(longer, shorter, labels[second], errors)
-        said += beside(scenes[first], scenes[second])
-        places = [worn_place(store, entries[at]) for at in (first, second)]
+    worn = [run for run in runs if "max_wear_depth" in run.entry.summary]
+    sentences, ranked = longest(worn, keys), by_life(worn)
+    if len(ranked) > 1 and (first := ranked[-1]).life > (second := ranked[-2]).life:
+        said = [margin(first, second), *beside(first.entry.values, second.entry.values)]
+        places = [worn_place(store, run.entry) for run in (first, second)]
         if places[0] is not None and places[1] is not None:
             said += why(places[0], places[1])
-        at = 1 if len(ranked) == len(lives) else 2
+        at = 1 if len(ranked) == len(worn) else 2
         sentences[at:at] = said
-    if sentences and (other := in_hours(lives, hours, labels)):
+    if sentences and (other := in_hours(worn)):
         sentences.append(other)
     return [shown_unit(sentence) for sentence in sentences]
 
 
-def _ranked(lives: Sequence[float | None]) -> list[tuple[float, int]]:
-    """Return the lives that there are and their places, from the shortest on."""
-    return sorted((life, at) for at, life in enumerate(lives) if life is not None and life > 0.0)
-
-
-def margin(life: float, following: float, label: str, errors: Sequence[float | None]) -> list[str]:
-    """Return how far the longest life is ahead of the next, and whether numerical errors leave that open.
-
-    Examples
-    --------
-    >>> margin(3.70e8, 3.63e8, "speed 1100 rpm", [1e6, 3e5])
-    ['The next, speed 1100 rpm, lives 1.9 % less.']
-    >>> margin(3.70e8, 3.63e8, "speed 1100 rpm", [1e7, 3e5])
-    ['The next, speed 1100 rpm, lives 1.9 % less, which is within their numerical errors.']
-    """
-    open_ = sum(error or 0.0 for error in errors) >= life - following
-    doubt = ", which is within their numerical errors" if open_ else ""
-    return [f"The next, {label}, lives {100.0 * (life - following) / life:.2g} % less{doubt}."]
+def margin(first: Lived, second: Lived) -> str:
+    """Return how far the longest life is ahead of the next, and whether numerical errors leave that open."""
+    ahead = first.life - second.life
+    errors = sum(run.entry.summary.get("error_estimate_life") or 0.0 for run in (first, second))
+    doubt = ", which is within their numerical errors" if errors >= ahead else ""
+    return f"The next, {second.label}, lives {100.0 * ahead / first.life:.2g} % less{doubt}."
 
 
 def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
@@ -295,24 +292,22 @@ def why(own: WornPlace, other: WornPlace) -> list[str]:
     ratio = own.rate / other.rate if other.rate else np.nan
     if not np.isfinite(ratio):
         return []
-    ratios = {
-        words: own.factors[name] / other.factors[name]
-        for name, words in FACTORS.items()
-        if own.factors.get(name) and other.factors.get(name)
-    }
-    rest = ratio / float(np.prod(list(ratios.values())))
-    ratios |= {"their course over the life": rest} if ratios and abs(rest - 1.0) > MUCH else {}
-    shares = [f"{words} {_change(part)}" for words, part in ratios.items()]
+    held = [name for name in FACTORS if own.factors.get(name) and other.factors.get(name)]
+    ratios = {FACTORS[name]: own.factors[name] / other.factors[name] for name in held}
+    rest = ratio / math.prod(ratios.values())
+    if ratios and abs(rest - 1.0) > MUCH:
+        ratios["their course over the life"] = rest
+    shares = ", ".join(f"{words} {_change(part)}" for words, part in ratios.items())
     slower = f"{100.0 * abs(1.0 - ratio):.2g} % {'less' if ratio < 1.0 else 'more'} a cycle than the next"
     told = [
         f"It is worn out on the {own.flank} {_place(own, 'the pitch point')}, "
         f"the next on the {other.flank} {_place(other, 'it')}.",
-        f"There it wears {slower}{': ' if shares else ''}{', '.join(shares)}.",
+        f"There it wears {slower}{': ' if shares else ''}{shares}.",
     ]
     if own.dynamic and other.dynamic:
-        (first, last), (others_first, others_last) = own.dynamic, other.dynamic
-        others = f"that of the next from {others_first:.3g} to {others_last:.3g}"
-        told.append(f"Its dynamic factor goes from {first:.3g} unworn to {last:.3g} worn, {others}.")
+        goes = "from {:.3g} unworn to {:.3g} worn".format(*own.dynamic)
+        others = "that of the next from {:.3g} to {:.3g}".format(*other.dynamic)
+        told.append(f"Its dynamic factor goes {goes}, {others}.")
     return told
 
 
@@ -328,52 +323,42 @@ def _change(ratio: float) -> str:
     return f"{'+' if ratio > 1.0 else '−'}{100.0 * abs(ratio - 1.0):.2g} %"
 
 
-def in_hours(lives: Sequence[float | None], hours: Sequence[float | None], labels: Sequence[str]) -> str:
-    """Return which run lives longest in time where that is another one than in cycles, "" otherwise.
-
-    Parameters
-    ----------
-    lives, hours : of the runs [cycles], [s]; None where a run has none
-    labels : of the runs
-    """
-    known = [(time, at) for at, time in enumerate(hours) if time is not None and lives[at] is not None]
-    most = max((life for life in lives if life is not None), default=0.0)
-    time, at = max(known, default=(0.0, 0))
-    if not known or lives[at] == most:
+def in_hours(runs: Sequence[Lived]) -> str:
+    """Return which run lives longest in time where that is another one than in cycles, "" otherwise."""
+    known = [run for run in runs if run.life and run.entry.summary.get("service_life") is not None]
+    hours, at = max(((run.entry.summary["service_life"], at) for at, run in enumerate(known)), default=(0, 0))
+    if not known or known[at].life == max(run.life for run in runs):
         return ""
-    return f"Counted in hours another one lives longest, {labels[at]}: {outcome.hours_text(time)}."
+    return f"Counted in hours another one lives longest, {known[at].label}: {outcome.hours_text(hours)}."
 
 
-def longest(
-    lives: Sequence[float | None], labels: Sequence[str], scenes: Sequence[Scene], keys: Sequence[str]
-) -> list[str]:
+def longest(runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
     """Return in sentences which run lives longest, and what of its scene goes with that.
 
     Parameters
     ----------
-    lives : of the runs [cycles]; None where a run has none
-    labels, scenes : of the runs
-    keys : by which the scenes differ
+    runs : with a life or none
+    keys : by which their scenes differ
 
     Returns
     -------
     No sentence for fewer than two lives. Among runs that differ in several keys no cause is told.
     """
-    order = _ranked(lives)
-    if len(order) < 2:
+    ranked = by_life(runs)
+    if len(ranked) < 2:
         return []
-    (short, last), (long, first) = order[0], order[-1]
-    if long == short:
-        return [f"All {len(order)} lives are {long:.4g} cycles."]
+    last, first = ranked[0], ranked[-1]
+    if first.life == last.life:
+        return [f"All {len(ranked)} lives are {first.life:.4g} cycles."]
     told = [
-        f"The longest life is {long:.4g} cycles, of {labels[first]}: {long / short:.3g} times the shortest, "
-        f"of {labels[last]}."
+        f"The longest life is {first.life:.4g} cycles, of {first.label}: {first.life / last.life:.3g} times "
+        f"the shortest, of {last.label}."
     ]
-    if others := len(lives) - len(order):
+    if others := len(runs) - len(ranked):
         told.append(f"{others} of these runs reached no limit of wear: they may live longer.")
-    places = [at for _, at in order]
     if len(keys) <= MOST_TOLD:
-        told += filter(None, (_beside(key, [scenes[at].get(key) for at in places]) for key in keys))
+        scenes = [run.entry.values for run in ranked]
+        told += filter(None, (_beside(key, [scene.get(key) for scene in scenes]) for key in keys))
     if len(keys) > 1:
         told.append(f"{len(keys)} keys differ: compare runs that differ in one alone to see what each does.")
     return told
@@ -381,17 +366,17 @@ def longest(
 
 def _beside(key: str, values: Sequence[Any]) -> str:
     """Return how a key of the scenes goes with life, of its values from the shortest life to the longest."""
-    own, others = values[-1], values[:-1]
+    *others, own = values
+    it = f"{key_text(key)} {value_of_key(key, own)}"
     if not all(map(is_number, values)):
-        shared = "" if own not in others else ", as another run has it too"
-        return f"It has {key_text(key)} {value_of_key(key, own)}{shared}."
-    end = "lowest" if own == min(values) else "highest" if own == max(values) else ""
-    name = key_text(key)
-    if not end:
-        return f"It has {name} {value_of_key(key, own)}, neither the lowest nor the highest."
-    if min(values) == max(values):
+        return f"It has {it}{', as another run has it too' if own in others else ''}."
+    low, high = min(values), max(values)
+    if low == high:
         return ""
+    if own not in (low, high):
+        return f"It has {it}, neither the lowest nor the highest."
+    end = "low" if own == low else "high"
     shared = ", shared with others" if own in others else ""
-    rising = values == sorted(values, reverse=end == "lowest")
-    always = f": in these runs life never falls as it gets {end[:-3]}er" if rising else ""
-    return f"It has the {end} {name}, {value_of_key(key, own)}{shared}{always}."
+    rising = values == sorted(values, reverse=own == low)
+    always = f": in these runs life never falls as it gets {end}er" if rising else ""
+    return f"It has the {end}est {key_text(key)}, {value_of_key(key, own)}{shared}{always}."

@@ -97,15 +97,16 @@ def printed(store: Store, name: str, ending: str, arguments: Mapping[str, Sequen
             return render.rendered(plot, {"Title": plot.title, "update": known.id}, ending)
         return interactive.table(plot).encode()
     if name == "campaign":
-        source = recorded.campaign_of(store, first.get("key", ""))
-        grid = store.open(source)  # type: ignore[arg-type]
-        of_figures = contents.asked_of(source, grid)
-        asked = of_figures[min(listing.whole(first.get("figure", "")), len(of_figures)) - 1]
+        source = figures.Source(store, recorded.campaign_of(store, first.get("key", "")))
+        questions = source.asked()
+        asked = questions[min(listing.whole(first.get("figure", "")), len(questions)) - 1]
     else:
-        asked, grid = figures.question_of(store, figures.wanted(arguments))
+        wanted = figures.wanted(arguments)
+        source = figures.source_of(store, wanted)
+        asked = source.ask_for(wanted)
     if ending == "csv":
-        return interactive.table(drawing.seen(asked, grid, store)[0]).encode()
-    return drawing.answer(asked, grid, store, ending)[0]
+        return interactive.table(source.plot(asked)).encode()
+    return drawing.answer(asked, source.grid, store, ending)[0]
 
 
 class ToldPage(WindowPage):
@@ -259,7 +260,7 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
         raise StoreError(f"{told.title}: {told.cases} cases are more than the {MOST} of a copy")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StoreError(f"{folder}: is there already: name an empty folder, or a new one")
-    place = Folder(store, store.entries(run for run, _ in contents.cases(store, told.key, 0, MOST)[1]))
+    place = Folder(store, store.entries(run for run, _ in contents.cases(store, told.key, "", 0, MOST)[1]))
     campaign = contents.campaign(store, place, {"key": [told.key]})
     with files.replaced(folder.absolute()) as part:
         part.mkdir()
