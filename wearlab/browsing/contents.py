@@ -3,20 +3,17 @@
 import re
 from collections.abc import Mapping, Sequence
 from shlex import quote
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from wearlab.browsing import figures, listing, one_run, recorded
 from wearlab.figures import FigureError, drawing
 from wearlab.figures import runs as grid_runs
 from wearlab.figures.kind import KINDS, read
-from wearlab.store import StoreError, database, outcome, remarks
+from wearlab.store import Store, StoreError, database, outcome, remarks
 from wearlab.store import updates as kept
 from wearlab.units import shown_unit
 from wearlab.updating import report_text
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
 
 Asked = Mapping[str, Sequence[str]]
 """The arguments of an address."""
@@ -32,7 +29,7 @@ BESIDE = (
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
-def campaigns(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def campaigns(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of the campaigns."""
     number = listing.whole(figures.first(asked).get("page", ""))
     told, count = recorded.campaigns(store, CARDS, (number - 1) * CARDS)
@@ -42,7 +39,7 @@ def campaigns(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     return {"told": told, "remarked": said, "number": number, "pages": max(1, -(-count // CARDS))}
 
 
-def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a campaign: a page of its cases, and some of its figures; in a copy all of them.
 
     Raises
@@ -88,7 +85,7 @@ def campaign(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     }
 
 
-def cases(store: "Store", key: str, sort: str, skip: int, limit: int) -> tuple[Any, Any]:
+def cases(store: Store, key: str, sort: str, skip: int, limit: int) -> tuple[Any, Any]:
     """Return headings and rows of some cases of a campaign.
 
     Parameters
@@ -128,7 +125,7 @@ def _in_order(cell: str) -> tuple[bool, float, str]:
     return found is None, float(found[1]) if found else 0.0, cell
 
 
-def runs(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def runs(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of runs."""
     told = listing.listed(store, figures.first(asked))
     beside = [row[0] for row in told.rows]
@@ -140,7 +137,7 @@ def runs(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     }
 
 
-def run(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return what a page of one run tells: of the run ``id``, chosen in the table ``back``.
 
     Raises
@@ -183,7 +180,7 @@ def _back(first: Mapping[str, str]) -> dict[str, str]:
     return {name: text for name, text in parse_qsl(first.get("back", "")) if name in known}
 
 
-def compare(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return marked runs, or a campaign, in one figure, with what there is to choose from."""
     first = {"state": "last", "back": "", **figures.first(asked)}
     asked = {**asked, "state": [first["state"]]}
@@ -221,7 +218,7 @@ FIRST = ("fleet", "posterior-fan", "remaining-life", "look-next", "decision")
 """Figures of an update, before the others."""
 
 
-def updates(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def updates(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return the updates of a store, the latest first, each with its answer and what speaks against it."""
     told = []
     for update in reversed(kept.kept_updates(store).values()):
@@ -234,7 +231,7 @@ def updates(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     return {"told": told}
 
 
-def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def update(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return the answer of an update and its figures.
 
     Raises
@@ -264,7 +261,7 @@ def update(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
     }
 
 
-def update_plot(store: "Store", subject: str, kind: str) -> Any:
+def update_plot(store: Store, subject: str, kind: str) -> Any:
     """Return a figure of an update, None where there is none."""
     try:
         return drawing.of_update(subject, store, read(drawing.specified({"kind": kind}), 1, None))
@@ -272,6 +269,6 @@ def update_plot(store: "Store", subject: str, kind: str) -> Any:
         return None
 
 
-def progress(store: "Store", place: Any, asked: Asked) -> dict[str, Any]:
+def progress(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return how far runs are that are being computed, and whether the page looks again by itself."""
     return {"follow": bool(figures.first(asked).get("follow")), **recorded.progress(store)}

@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
+import xarray as xr
 from bokeh.document import Document
 from bokeh.embed import components
 from bokeh.layouts import column
@@ -24,9 +25,6 @@ from wearlab.figures.plot import Plot, narrow
 from wearlab.figures.question import KEYS, Question, table_of
 from wearlab.schema import VARIABLES
 from wearlab.store import Store, StoreError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 ROLES = ("x", "hue", "rows", "cols", "y")
 ASKED = ("run", "campaign", "kind", "select", "state", "y_as", *ROLES)
@@ -376,7 +374,7 @@ class Follower:
             lines += interactive.summary(plot)
             if drawn is None or not drawn.follow(plot):
                 self.drawn[number] = drawn = interactive.drawn(plot)
-                self.places[number].children = drawn.parts
+                self.places[number].children = [*drawn.parts]
         self.said.text = (  # what is seen, for readers who do not see it
             f'<p role="status" aria-live="polite"><b>State {state} of {self.last}: '
             f"{escape(self.states[state])}</b>, beside the first and the last.</p><details><summary>In words"

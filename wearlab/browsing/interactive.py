@@ -4,7 +4,6 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from itertools import chain
 from textwrap import fill
@@ -49,26 +48,17 @@ class Handle(NamedTuple):
     renderers: tuple[Any, ...]
 
 
-@dataclass(frozen=True)
-class DrawnFigure:
+class DrawnFigure(NamedTuple):
     """A figure as Bokeh has it.
 
     Parameters
     ----------
-    title, legend : as HTML, the legend empty where there is none
-    panels : side by side where there is room
+    parts : what a page holds of it, one below the other: title, legend, and panels side by side
     curves : of each panel, in the order of the plot
     """
 
-    title: Div
-    legend: Div
-    panels: Row
+    parts: tuple[Div, Div, Row]
     curves: tuple[tuple[Handle, ...], ...]
-
-    @property
-    def parts(self) -> list[Any]:
-        """What a page holds of it, one below the other."""
-        return [self.title, self.legend, self.panels]
 
     def follow(self, plot: Plot) -> bool:
         """Show the values of another plot of the same form; say whether it has that form."""
@@ -85,7 +75,7 @@ class DrawnFigure:
                 renderer.name = _told(curve, name)
                 stroke = renderer.glyph
                 stroke.update(**{side: curve.pen.colour for side in COLOURED if _is_plain(stroke, side)})
-        self.legend.text = legend_html(plot)
+        self.parts[1].text = legend_html(plot)
         return True
 
 
@@ -120,12 +110,12 @@ def drawn(plot: Plot, *, titled: bool = True) -> DrawnFigure:
     title = f"<h3>{escape(plain(plot.title))}</h3>" if titled and plot.title else ""
     heading, legend = Div(text=title, visible=bool(title), **WIDE), Div(text=legend_html(plot), **WIDE)
     panels = Row(children=[each for each, _ in made], styles={"flex-wrap": "wrap"}, **WIDE)
-    return DrawnFigure(heading, legend, panels, tuple(handles for _, handles in made))
+    return DrawnFigure((heading, legend, panels), tuple(handles for _, handles in made))
 
 
 def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tuple[Handle, ...]]:
-    sides = {"x_axis_type": plot.logarithmic_across, "y_axis_type": plot.logarithmic}
-    kinds = {side: "log" for side, logarithmic in sides.items() if logarithmic}
+    kinds = {"x_axis_type": "log"} if plot.logarithmic_across else {}
+    kinds |= {"y_axis_type": "log"} if plot.logarithmic else {}
     kinds |= {"x_axis_type": "datetime"} if panel.dates else {}
     drawn: Any = figure(
         title=plain(panel.title) or None,
@@ -155,7 +145,8 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
     for beside, pointed in asked.items():
         if pointed:
             drawn.add_tools(_hover(beside, pointed, dates=panel.dates))
-    _marks(drawn, panel)
+    if panel.marks:
+        _marks(drawn, panel)
     if panel.names:
         drawn.yaxis.ticker = FixedTicker(ticks=list(range(1, len(panel.names) + 1)))
         drawn.yaxis.major_label_overrides = {n: plain(name) for n, name in enumerate(panel.names, 1)}
@@ -168,13 +159,16 @@ def _panel(plot: Plot, panel: Panel, names: Mapping[int, str]) -> tuple[Any, tup
 def _hover(columns: Sequence[str], renderers: Sequence[Any], *, dates: bool = False) -> HoverTool:
     """Return what tells the point that is pointed at: curve and run, abscissa, value and estimated error."""
     value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
-    run = [("run", "@run")] if "run" in columns else []
-    run += [("", "@level{%.6g}")] if "level" in columns else []
+    more = [("run", "@run")] if "run" in columns else []
+    more += [("", "@level{%.6g}")] if "level" in columns else []
+    formats = {
+        "@x": "datetime" if dates else "printf",
+        **dict.fromkeys(("@y", "@y_error", "@level"), "printf"),
+    }
     return HoverTool(
         renderers=renderers,
-        tooltips=[("", "$name"), ("x", "@x{%F}" if dates else "@x{%.6g}"), ("y", value), *run],
-        formatters={f"@{name}": "printf" for name in ("x", "y", "y_error", "level")}
-        | ({"@x": "datetime"} if dates else {}),
+        tooltips=[("", "$name"), ("x", "@x{%F}" if dates else "@x{%.6g}"), ("y", value), *more],
+        formatters=formats,
         point_policy="snap_to_data",
         line_policy="nearest",
     )
@@ -261,16 +255,15 @@ def _curve(drawn: Any, curve: Curve, source: ColumnDataSource) -> tuple[tuple[An
 
 
 def _marks(drawn: Any, panel: Panel) -> None:
-    if not panel.marks:
-        return
+    """Draw the marks of a panel: dotted lines, and what they are at the top."""
     places = [MILLISECONDS * mark.x if panel.dates else mark.x for mark in panel.marks]
     for place in places:
         drawn.add_layout(Span(location=place, dimension="height", line_color="#9a9a9a", line_dash="dotted"))
     top = max((float(np.nanmax(c.y, initial=-np.inf)) for c in panel.curves if len(c.y)), default=1.0)
     texts = [plain(mark.text) for mark in panel.marks]
-    place = ColumnDataSource({"x": places, "y": [top] * len(texts), "text": texts})
+    source = ColumnDataSource({"x": places, "y": [top] * len(texts), "text": texts})
     look = {"text_font_size": "11px", "text_color": "#555555"}
-    drawn.add_layout(LabelSet(x="x", y="y", text="text", source=place, **look))
+    drawn.add_layout(LabelSet(x="x", y="y", text="text", source=source, **look))
 
 
 def legend_html(plot: Plot) -> str:
@@ -370,12 +363,11 @@ def table(plot: Plot) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("panel", "curve", "run", "x", "y", "x error", "y error", "x is", "y is"))
     for panel, curve, name in named(plot):
-        for number in range(len(curve.x)):
-            beside = [None if v is None else v[number] for v in (curve.runs, curve.x_error, curve.y_error)]
-            run, x_error, y_error = ("" if value is None else str(value) for value in beside)
-            x = float(curve.x[number])
-            told = (_day(x) if panel.dates else x, float(curve.y[number]), x_error, y_error)
-            texts = (panel.title, name, run, plain(panel.x_label), plain(panel.y_label))
-            title, curve_name, run, across, up = map(guarded, texts)
-            writer.writerow((title, curve_name, run, *told, across, up))
+        texts = (panel.title, name, plain(panel.x_label), plain(panel.y_label))
+        title, curve_name, across, up = map(guarded, texts)
+        for number, x in enumerate(curve.x.astype(float).tolist()):
+            beside = (curve.runs, curve.x_error, curve.y_error)
+            run, *errors = ("" if values is None else str(values[number]) for values in beside)
+            told = (_day(x) if panel.dates else x, float(curve.y[number]), *errors)
+            writer.writerow((title, curve_name, guarded(run), *told, across, up))
     return text.getvalue()

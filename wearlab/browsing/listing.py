@@ -3,17 +3,14 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.report.run import value_text
 from wearlab.schema import VARIABLES
-from wearlab.store import grid
+from wearlab.store import Store, grid
 from wearlab.store.search import CatalogueSearch, Page
 from wearlab.units import KINDS, shown_unit
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
 
 ROWS = 50  # of a page
 USUAL = (
@@ -90,7 +87,7 @@ class Listed:
         return f"runs {first + 1:,} to {first + len(self.rows):,} of {self.count:,}"
 
 
-def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
+def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
     """Return the page of runs that the arguments of an address ask for.
 
     Parameters
@@ -128,7 +125,7 @@ def listed(store: "Store", arguments: Mapping[str, str]) -> Listed:
     return replace(asked, heads=heads, rows=rows, count=page.total)
 
 
-def rows_of(store: "Store", page: Page) -> tuple[Any, Any]:
+def rows_of(store: Store, page: Page) -> tuple[Any, Any]:
     """Return headings and rows of some runs: the id apart, and states as their processes have them."""
     heads, rows = page.table.displayed()
     names = [column.name for column in page.table.columns]

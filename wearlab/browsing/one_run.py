@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,13 +12,10 @@ from wearlab.figures import doubt
 from wearlab.query.keys import differing_keys
 from wearlab.report import page
 from wearlab.report import run as reported
-from wearlab.store import StoreError, outcome, provenance, remarks
+from wearlab.store import Store, StoreError, outcome, provenance, remarks
+from wearlab.store.catalogue import Entry
 from wearlab.store.grid import key_text
 from wearlab.units import is_number, shown_unit
-
-if TYPE_CHECKING:
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
 
 MOST_KEYS = 200  # of a comparison
 SUMMED = (
@@ -31,7 +28,7 @@ TOLD_ABOVE = ("result", "verdict", "tags", "notes")
 """Facts that stand elsewhere on the page."""
 
 
-def content(store: "Store", entry: "Entry") -> dict[str, Any]:
+def content(store: Store, entry: Entry) -> dict[str, Any]:
     """Return what there is to tell of a run, by the names in the page; words come before numbers.
 
     Parameters
@@ -68,7 +65,7 @@ def content(store: "Store", entry: "Entry") -> dict[str, Any]:
     }
 
 
-def verdict(store: "Store", entry: "Entry") -> str:
+def verdict(store: Store, entry: Entry) -> str:
     """Return in a sentence what became of a run."""
     state = store.state_of(entry)
     if state != "done":
@@ -86,14 +83,14 @@ def verdict(store: "Store", entry: "Entry") -> str:
     return "It ran to the end that was asked for." if words == "completed" else f"It ended: {words}."
 
 
-def doubts(entry: "Entry", told: str | None = None) -> list[str]:
+def doubts(entry: Entry, told: str | None = None) -> list[str]:
     """Return what a run says against itself, in words; a verdict that is told already left out."""
     verdicts, quality, lost = doubt.said(entry.summary)
     found = [word for word in verdicts if word != told]
     return [*found, *quality, *lost, *(f"warning: {text}" for text in entry.warnings)]
 
 
-def changes(store: "Store", entry: "Entry", written: reported.Written) -> list[tuple[str, str, str]]:
+def changes(store: Store, entry: Entry, written: reported.Written) -> list[tuple[str, str, str]]:
     """Return each key that a run's scene has otherwise than the first case of its campaign recorded last.
 
     Beside it stand the value of that case and the run's own.
@@ -111,7 +108,7 @@ def changes(store: "Store", entry: "Entry", written: reported.Written) -> list[t
     return [(key, shown(key, first), shown(key, own)) for key in differing_keys([first, own])]
 
 
-def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
+def citation(store: Store, entry: Entry) -> tuple[str, str]:
     """Return how to cite a run, in a sentence and as BibTeX; why not where that cannot be told."""
     if entry.state != "done":
         return "", ""
@@ -122,7 +119,7 @@ def citation(store: "Store", entry: "Entry") -> tuple[str, str]:
     return provenance.citation(facts), provenance.bibtex(facts)
 
 
-def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
+def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     """Return what differs between runs, and what they came to: a row a key, a column a run."""
     entries = list(store.entries(ids).values())
     scenes = [entry.values for entry in entries]
@@ -140,7 +137,7 @@ def side_by_side(store: "Store", ids: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _result(name: str, entry: "Entry", layouts: Any) -> str:
+def _result(name: str, entry: Entry, layouts: Any) -> str:
     value = entry.summary.get(name)
     if value is None:
         return ""
@@ -154,7 +151,7 @@ def _result(name: str, entry: "Entry", layouts: Any) -> str:
 class Lived(NamedTuple):
     """A run as the catalogue has it, and what tells it apart from those beside it."""
 
-    entry: "Entry"
+    entry: Entry
     label: str
 
     @property
@@ -199,7 +196,7 @@ class WornPlace(NamedTuple):
     dynamic: tuple[float, ...] = ()
 
 
-def told(store: "Store", runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
+def told(store: Store, runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
     """Return in sentences which run lives longest and why; none for fewer than two lives.
 
     Parameters
@@ -246,7 +243,7 @@ def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
     return [f"It differs from the next in {', '.join(map(key_text, keys))}{alone}: {', '.join(told)}."]
 
 
-def worn_place(store: "Store", entry: "Entry") -> WornPlace | None:
+def worn_place(store: Store, entry: Entry) -> WornPlace | None:
     """Return where a run is worn out, None where that cannot be told: it has a width, several conditions."""
     try:
         run = store.run(entry.id)

@@ -261,12 +261,12 @@ def write_copy(store: Store, folder: Path, title: str | None = None) -> Path:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise StoreError(f"{folder}: is there already: name an empty folder, or a new one")
     place = Folder(store, store.entries(run for run, _ in contents.cases(store, told.key, "", 0, MOST)[1]))
-    campaign = contents.campaign(store, place, {"key": [told.key]})
     with files.replaced(folder.absolute()) as part:
         part.mkdir()
         for library in place.libraries:
             shutil.copyfile(library, part / Path(library).name)
         pages = {name: frame.beside(name) for name in (frame.STYLE, frame.NAMES)}
+        campaign = contents.campaign(store, place, {"key": [told.key]})
         pages["index.html"] = frame.rendered("campaign.html", place, campaign)
         for name, text in pages.items():
             (part / name).write_text(text, encoding="utf-8")

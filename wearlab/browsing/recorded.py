@@ -2,20 +2,18 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures import doubt, kinds
 from wearlab.query.keys import differing_keys, scene_key
-from wearlab.store import StoreError, grid, outcome, provenance
+from wearlab.store import Store, StoreError, catalogue, grid, outcome, provenance
 from wearlab.units import convert, is_number, shown_unit, split
-
-if TYPE_CHECKING:
-    from wearlab.store import Store, catalogue
 
 MOST_WORDS = 3  # keys that tell runs apart by words
 BASE = "base"
@@ -53,7 +51,7 @@ class Told:
         return [(state, self.counts[state]) for state in ORDER if self.counts.get(state)]
 
 
-def campaigns(store: "Store", limit: int | None = None, skip: int = 0) -> tuple[list[Told], int]:
+def campaigns(store: Store, limit: int | None = None, skip: int = 0) -> tuple[list[Told], int]:
     """Return campaigns of a store, and how many there are: first those of files, the one recorded last first.
 
     Parameters
@@ -70,15 +68,14 @@ def campaigns(store: "Store", limit: int | None = None, skip: int = 0) -> tuple[
     shown = list(latest.values())[skip:][:limit]
     counts = _counts(store, [row[0] for row in shown])
     told = []
-    for key, title, reference, path, recorded in shown:
-        own = counts.get(key, {})
-        changed = max(str(recorded or ""), own.pop("changed", ""))
-        cases = own.pop("cases", 0)
-        told.append(Told(key, str(title or ""), str(reference or ""), str(path or ""), cases, own, changed))
+    for key, *texts, recorded in shown:
+        title, reference, path = (str(text or "") for text in texts)
+        changed, cases = max(str(recorded or ""), counts[key].pop("changed")), counts[key].pop("cases")
+        told.append(Told(key, title, reference, path, cases, counts[key], changed))
     return told, len(latest)
 
 
-def _counts(store: "Store", keys: Sequence[str]) -> dict[str, dict[str, Any]]:
+def _counts(store: Store, keys: Sequence[str]) -> dict[str, dict[str, Any]]:
     owners = store.catalogue.read("SELECT DISTINCT owner FROM runs WHERE state = 'running'")
     alive = [owner for (owner,) in owners if store.is_alive(str(owner or ""))]
     question = (
@@ -88,18 +85,17 @@ def _counts(store: "Store", keys: Sequence[str]) -> dict[str, dict[str, Any]]:
         "LEFT JOIN runs AS r ON r.id = m.run "
         f"WHERE m.campaign IN ({', '.join('?' * len(keys))}) GROUP BY 1, 2"
     )
-    counts: dict[str, dict[str, Any]] = {}
+    counts: dict[str, dict[str, Any]] = {key: {"cases": 0, "changed": ""} for key in keys}
     for key, state, runs, cases, started, seconds in store.catalogue.read(question, [*alive, *keys]):
-        own = counts.setdefault(key, {"cases": 0, "changed": ""})
-        own |= {state: runs, f"seconds {state}": seconds}
-        own["cases"] += cases
+        own = counts[key]
+        own |= {state: runs, f"seconds {state}": seconds, "cases": own["cases"] + cases}
         own["changed"] = max(own["changed"], str(started or ""))
     for key, doubtful in _doubtful(store, keys):
         counts[key]["doubtful"] = doubtful
     return counts
 
 
-def _doubtful(store: "Store", keys: Sequence[str]) -> list[tuple[Any, ...]]:
+def _doubtful(store: Store, keys: Sequence[str]) -> list[tuple[Any, ...]]:
     """Return how many runs of each campaign speak against themselves, as figures mark them."""
     firm, trusted = (", ".join(f"'{word}'" for word in words) for words in (doubt.FIRM, ("", doubt.TRUSTED)))
     question = (
@@ -113,7 +109,7 @@ def _doubtful(store: "Store", keys: Sequence[str]) -> list[tuple[Any, ...]]:
     return store.catalogue.read(question, keys)
 
 
-def campaign_of(store: "Store", key: str) -> RecordedCampaign:
+def campaign_of(store: Store, key: str) -> RecordedCampaign:
     """Return a campaign of a store, with its axes and figures, as far as they were recorded.
 
     Raises
@@ -148,33 +144,37 @@ def _figures(tables: Iterable[Any]) -> Iterator[SimpleNamespace]:
 
 
 def _from_places(
-    store: "Store", title: str, reference: str, cases: Sequence[tuple[str, str, dict[str, Any]]]
+    store: Store, title: str, reference: str, cases: Sequence[tuple[str, str, dict[str, Any]]]
 ) -> RecordedCampaign:
     """Return a campaign of which only the places of its cases in words are known: one of an older store."""
-    names = dict.fromkeys(name for _, _, position in cases for name in position)
-    texts = {name: list(dict.fromkeys(str(p[name]) for _, _, p in cases if name in p)) for name in names}
-    some = next((entry for entry in store.entries(run for run, _, _ in cases[:1]).values()), None)
-    scene = some.values if some else {}
-    axes = tuple(_axis(name, own, scene) for name, own in texts.items())
+    texts: dict[str, dict[str, None]] = {}
+    for _, _, position in cases:
+        for name, text in position.items():
+            texts.setdefault(name, {})[str(text)] = None
+    scenes = [entry.values for entry in store.entries(run for run, _, _ in cases[:1]).values()]
+    axes = tuple(_axis(name, list(own), *scenes) for name, own in texts.items())
     recorded = tuple(
-        RecordedCase(label, run, {name: texts[name].index(str(text)) for name, text in position.items()})
+        RecordedCase(
+            label, run, {name: list(texts[name]).index(str(text)) for name, text in position.items()}
+        )
         for run, label, position in cases
     )
     return RecordedCampaign(title, reference, recorded, axes)
 
 
-def _axis(name: str, texts: Sequence[str], scene: Mapping[str, Any]) -> Axis:
+def _axis(name: str, texts: Sequence[str], scene: Iterable[str] = ()) -> Axis:
+    """Return an axis of values with their units as texts, and its key where the scene has one of its name."""
     keys = [key for key in scene if key == name or key.endswith(f".{name}")]
     key = keys[0] if len(keys) == 1 else name
     try:
-        parts = [split(text) for text in texts]
-        (unit,) = {unit for _, unit in parts}
-        return Axis(name, tuple(float(number) for number, _ in parts), unit or None, key)
+        numbers, units = zip(*map(split, texts), strict=True)
+        (unit,) = {*units}
+        return Axis(name, tuple(map(float, numbers)), unit or None, key)
     except ValueError:
         return Axis(name, tuple(texts), None, key)
 
 
-def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
+def together(store: Store, ids: Iterable[str]) -> RecordedCampaign:
     """Return any runs as one campaign: an axis where one number tells them apart, else a case each.
 
     Raises
@@ -186,32 +186,23 @@ def together(store: "Store", ids: Iterable[str]) -> RecordedCampaign:
     if absent := [run for run in wanted if run not in entries]:
         raise StoreError(f"run {absent[0][:40]!r}: no such run")
     scenes = [entry.values for entry in entries.values()]
-    differing, title, labels = differing_keys(scenes), f"{len(wanted)} runs", [BASE] * len(wanted)
-    axes: tuple[Axis, ...] = ()
-    places: list[dict[str, int]] = [{} for _ in wanted]
+    differing = differing_keys(scenes)
     if len(wanted) == 1:
-        title = provenance.name_of(store, wanted[0]) or "One run"
-    elif len(differing) == 1 and (along := _numbers(differing[0], scenes)) is not None:
-        axes, places = along
-    else:
-        labels = labels_of(store, list(entries.values()), differing)
-    return RecordedCampaign(title, None, tuple(map(RecordedCase, labels, wanted, places)), axes)
-
-
-def _numbers(
-    key: str, scenes: Sequence[Mapping[str, Any]]
-) -> tuple[tuple[Axis, ...], list[dict[str, int]]] | None:
-    """Return an axis of the numbers of a key, and the place of each scene on it."""
-    values = [scene.get(key) for scene in scenes]
-    name = key.rpartition(".")[2]
-    if not all(map(is_number, values)) or name in RESERVED or not name.isidentifier():
-        return None
-    told = [_shown(key, value) for value in values]
-    ordered = sorted({number for number, _ in told})
-    if len(ordered) < len(told):
-        return None
-    places = [{name: ordered.index(number)} for number, _ in told]
-    return (Axis(name, tuple(ordered), told[0][1] or None, key),), places
+        one = RecordedCase(BASE, wanted[0], {})
+        return RecordedCampaign(provenance.name_of(store, wanted[0]) or "One run", None, (one,))
+    title, name = f"{len(wanted)} runs", differing[0].rpartition(".")[2] if differing else ""
+    values = [scene.get(differing[0]) for scene in scenes] if len(differing) == 1 else []
+    if values and all(map(is_number, values)) and name not in RESERVED and name.isidentifier():
+        told = [_shown(differing[0], value) for value in values]
+        along = tuple(sorted({number for number, _ in told}))
+        if len(along) == len(told):
+            places = ({name: along.index(number)} for number, _ in told)
+            cases = tuple(RecordedCase(BASE, run, at) for run, at in zip(wanted, places, strict=True))
+            return RecordedCampaign(
+                title, None, cases, (Axis(name, along, told[0][1] or None, differing[0]),)
+            )
+    labels = zip(labels_of(store, list(entries.values()), differing), wanted, strict=True)
+    return RecordedCampaign(title, None, tuple(RecordedCase(*pair, {}) for pair in labels))
 
 
 def _shown(key: str, value: Any) -> tuple[float, str]:
@@ -222,7 +213,7 @@ def _shown(key: str, value: Any) -> tuple[float, str]:
     return float(f"{number:.9g}"), unit
 
 
-def labels_of(store: "Store", entries: "Sequence[catalogue.Entry]", keys: Sequence[str]) -> list[str]:
+def labels_of(store: Store, entries: Sequence[catalogue.Entry], keys: Sequence[str]) -> list[str]:
     """Return what tells runs apart in words, each once."""
     labels: list[str] = []
     for entry in entries:
@@ -244,20 +235,22 @@ def value_of_key(key: str, value: Any) -> str:
     return shown_unit(f"{number:.6g} {unit}".strip())
 
 
-def progress(store: "Store") -> dict[str, Any]:
+def progress(store: Store) -> dict[str, Any]:
     """Return the runs under way, how far their lives are, and how far their campaigns are."""
     under_way = _under_way(store)  # first: a run that begins meanwhile is then told, and not missed
     question = "SELECT id, owner, started FROM runs WHERE state = 'running' ORDER BY started"
     present = datetime.now(UTC)
     told = []
-    for run_id, owner, started in store.catalogue.read(question):
-        reached = store.checkpoints.reached(run_id) if store.files.is_name(str(run_id)) else None
+    for run, owner, started in store.catalogue.read(question):
+        reached, since = store.checkpoints.reached(run) if store.files.is_name(str(run)) else None, ""
+        with suppress(ValueError, TypeError):
+            since = outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
         told.append(
             {
-                "id": str(run_id),
-                "name": provenance.name_of(store, run_id) or str(run_id)[:10],
+                "id": str(run),
+                "name": provenance.name_of(store, run) or str(run)[:10],
                 "alive": store.is_alive(str(owner or "")),
-                "since": _since(started, present),
+                "since": since,
                 "cycles": "" if reached is None else f"{reached.cycle:.4g}",
                 "depth": "" if reached is None else f"{1e6 * reached.depth:.3g} µm",
             }
@@ -265,23 +258,16 @@ def progress(store: "Store") -> dict[str, Any]:
     return {"under_way": told, "campaigns": under_way, "now": present.isoformat()}
 
 
-def _since(started: Any, present: datetime) -> str:
-    try:
-        return outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
-    except (ValueError, TypeError):
-        return ""
-
-
-def _under_way(store: "Store") -> list[dict[str, Any]]:
+def _under_way(store: Store) -> list[dict[str, Any]]:
     """Return the campaigns with runs under way: finished, in all, time left by those finished."""
     told = []
     for each in campaigns(store)[0]:
-        left = each.counts.get("running", 0)
-        if not left:
-            continue
-        done = sum(each.counts.get(state, 0) for state in ("done", "failed", "refused"))
-        total = done + left + each.counts.get("interrupted", 0) + each.counts.get("missing", 0)
-        mean = each.counts.get("seconds done")
-        time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
-        told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
+        done, left, more = (
+            sum(each.counts.get(state, 0) for state in states)
+            for states in (("done", "failed", "refused"), ("running",), ("interrupted", "missing"))
+        )
+        if left:
+            mean, total = each.counts.get("seconds done"), done + left + more
+            time = "" if mean is None else outcome.seconds_text(float(mean) * (total - done) / left)
+            told.append({"title": each.title, "done": done, "total": total, "left": left, "time": time})
     return told

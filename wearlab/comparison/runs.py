@@ -115,9 +115,8 @@ def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
     if own.shape == wanted.shape and np.allclose(own, wanted, rtol=0.0, atol=1e-12):
         return b
     moved = b.transpose(..., "phase")
-    values = np.apply_along_axis(lambda wave: np.interp(wanted, own, wave, period=1.0), -1, moved.values)
-    kept = {name: c for name, c in moved.coords.items() if "phase" not in c.dims}
-    return xr.DataArray(values, dims=moved.dims, coords={**kept, "phase": wanted}).transpose(*b.dims)
+    waves = np.apply_along_axis(lambda wave: np.interp(wanted, own, wave, period=1.0), -1, moved.values)
+    return _laid(b, moved, waves).assign_coords(phase=wanted)
 
 
 def phases_of(wave: xr.DataArray) -> Array:
@@ -134,17 +133,17 @@ def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
             raise CompareError("the runs have different nodes and no path_position to match them")
         return b
     moved = b.transpose("flank", ..., "profile")
-    values = np.stack([_moved(*row) for row in zip(moved.values, own, wanted, strict=True)])
-    kept = {name: c for name, c in moved.coords.items() if "profile" not in c.dims}
-    placed = xr.DataArray(values, dims=moved.dims, coords=kept).transpose(*b.dims)
-    return placed.assign_coords(path_position=a["path_position"])
+    flanks = [
+        np.apply_along_axis(lambda row: np.interp(to, at, row, left=np.nan, right=np.nan), -1, rows)  # noqa: B023
+        for to, at, rows in zip(wanted, own, moved.values, strict=True)
+    ]
+    return _laid(b, moved, np.stack(flanks)).assign_coords(path_position=a["path_position"])
 
 
-def _moved(values: Array, own: Array, wanted: Array) -> Array:
-    """Return (…, profile) values of one flank at other positions."""
-    flat = values.reshape(-1, values.shape[-1])
-    moved_values = [np.interp(wanted, own, row, left=np.nan, right=np.nan) for row in flat]
-    return np.reshape(moved_values, (*values.shape[:-1], len(wanted)))
+def _laid(given: xr.DataArray, moved: xr.DataArray, values: Array) -> xr.DataArray:
+    """Return other values along the last dimension of a transposed array, laid out as it was given."""
+    kept = {name: c for name, c in moved.coords.items() if moved.dims[-1] not in c.dims}
+    return xr.DataArray(values, kept, moved.dims).transpose(*given.dims)
 
 
 def _path(values: xr.DataArray) -> Array | None:
@@ -153,11 +152,10 @@ def _path(values: xr.DataArray) -> Array | None:
         return None
     position = values["path_position"].transpose("flank", "profile").values.astype(float)
     span = ONE_SIDED * (position.max() - position.min())
-    step = np.zeros_like(position)
     twin = np.isclose(np.diff(position, axis=1), 0.0, atol=1e-3 * span)
-    step[:, :-1][twin] -= span
-    step[:, 1:][twin] += span
-    return np.asarray(position + step)
+    position[:, :-1][twin] -= span
+    position[:, 1:][twin] += span
+    return np.asarray(position)
 
 
 SIDES = ("A", "B")
@@ -286,37 +284,35 @@ def scene_rows(comparison: xr.Dataset) -> list[Row]:
 
 def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     """Return one row a quantity of two runs: both values where they differ most, and where they first do."""
-    rows = []
+    rows: list[Row] = []
     aligned = comparison["cycle" if comparison.attrs["aligned_on"] == CYCLE else "aligned_depth"].values
-    for index, name in enumerate(comparison["quantity"].values):
-        both = comparison[str(name)]
-        stored, shown = both.attrs["units"], both.attrs["display_units"]
-        state, values = _farthest(both.transpose("run", "state", ...).values)
-        a, b = (_number(convert(value, stored, shown)) for value in values)
-        share = float(comparison["largest_relative_difference"][index])
+    summary = ("largest_relative_difference", "first_difference")
+    for name, share, first in zip(*(comparison[n].values for n in ("quantity", *summary)), strict=True):
+        state, values = _farthest(comparison[name].transpose("run", "state", ...).values)
         there = "" if share == 0.0 else _place(comparison, float(aligned[state]))
-        first = _place(comparison, float(comparison["first_difference"][index]))
-        rows.append((both.attrs["long_name"], a, b, _unit(shown), _percent(share), there, first))
-    return rows + [_scalar_row(comparison, name) for name in ("life", "service_life") if name in comparison]
+        rows.append((*_both(comparison[name], values), _percent(share), there, _place(comparison, first)))
+    for name in (name for name in SCALARS if name in comparison):
+        called, a, b, unit = _both(comparison[name], comparison[name].values)
+        apart, largest = np.ptp(comparison[name].values), np.abs(comparison[name].values).max()
+        share = _percent(apart / largest) if np.isfinite(largest) and largest else ""
+        rows.append((called, a, b, "cycles" if name == "life" else unit, share, "", ""))
+    return rows
 
 
-def _farthest(both: Array) -> tuple[int, tuple[float, float]]:
+def _both(quantity: xr.DataArray, values: Any) -> tuple[str, str, str, str]:
+    """Return what a quantity is, the values of A and B as they are shown, and their unit."""
+    stored, shown = quantity.attrs["units"], quantity.attrs["display_units"]
+    a, b = (_number(convert(float(value), stored, shown)) for value in values)
+    return quantity.attrs["long_name"], a, b, "" if shown == "1" else shown
+
+
+def _farthest(both: Array) -> tuple[int, list[float]]:
     """Return the state at which two arrays (2, states, …) differ most, and their values there."""
     apart = np.abs(both[1] - both[0])
     if not np.isfinite(apart).any():
-        return 0, (float("nan"), float("nan"))
+        return 0, [np.nan, np.nan]
     place = np.unravel_index(int(np.nanargmax(apart)), apart.shape)
-    return int(place[0]), (float(both[0][place]), float(both[1][place]))
-
-
-def _scalar_row(comparison: xr.Dataset, name: str) -> Row:
-    both = comparison[name]
-    stored, shown = both.attrs["units"], both.attrs["display_units"]
-    a, b = (float(convert(float(value), stored, shown)) for value in both.values)
-    largest = max(abs(a), abs(b))
-    share = _percent(abs(b - a) / largest) if np.isfinite(largest) and largest else ""
-    unit = "cycles" if name == "life" else _unit(shown)
-    return both.attrs["long_name"], _number(a), _number(b), unit, share, "", ""
+    return int(place[0]), [float(side[place]) for side in both]
 
 
 def pair_rows(comparison: xr.Dataset) -> list[Row]:
@@ -324,15 +320,14 @@ def pair_rows(comparison: xr.Dataset) -> list[Row]:
     rows, names = [], [str(name) for name in comparison["quantity_name"].values]
     for index, pair in enumerate(comparison["pair"].values):
         compared = comparison.isel(pair=index)
-        most = int(np.nanargmax(np.nan_to_num(compared["largest_relative_difference"].values, nan=-1.0)))
-        lives = [_number(float(v)) for v in compared["life"].values] if "life" in compared else ["", ""]
-        first = compared["first_difference"].values
-        earliest = int(np.nanargmin(first)) if np.isfinite(first).any() else None
-        share = _percent(float(compared["largest_relative_difference"][most]))
+        shares, first = compared["largest_relative_difference"].values, compared["first_difference"].values
+        most = int(np.argmax(np.nan_to_num(shares, nan=-1.0)))
+        lives = map(_number, compared["life"].values) if "life" in compared else ("", "")
         where = (ABSENT, "")
-        if earliest is not None:
-            where = _place(compared, float(first[earliest])), names[earliest]
-        rows.append((str(pair), *lives, share, names[most], *where))
+        if np.isfinite(first).any():
+            earliest = int(np.nanargmin(first))
+            where = _place(compared, first[earliest]), names[earliest]
+        rows.append((str(pair), *lives, _percent(shares[most]), names[most], *where))
     return rows
 
 
@@ -356,7 +351,3 @@ def _value(value: Any) -> str:
     if value is None:
         return ABSENT
     return f"{value:.9g}" if isinstance(value, float) else str(value)
-
-
-def _unit(shown: str) -> str:
-    return "" if shown == "1" else shown
