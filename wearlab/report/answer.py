@@ -1,9 +1,9 @@
 """The answer of a campaign in words, and what the gears are asked to bear."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -92,8 +92,12 @@ def _load(scene: Scene) -> Iterator[Condition]:
         meaning = "conditions that take turns" if operation.blocks else "conditions in order"
         yield Condition("", meaning, "", str(len(several)))
     each = several or (operation,)
-    yield Condition("T", f"torque on the {operation.input}", "N·m", _span([one.torque for one in each]))
-    yield Condition("n", f"speed of the {operation.input}", "rpm", _span([RPM * one.speed for one in each]))
+    yield Condition(
+        "T", f"torque on the {operation.input}", "N·m", _between([_number(one.torque) for one in each])
+    )
+    yield Condition(
+        "n", f"speed of the {operation.input}", "rpm", _between([_number(RPM * one.speed) for one in each])
+    )
     if not several:
         yield Condition("P", "power", "kW", _number(1e-3 * operation.torque * operation.speed))
     if operation.fixed:
@@ -162,11 +166,9 @@ def _ends(until: Any) -> Iterator[str]:
             yield f"{limit:.4g} {name.replace('_', ' ')}"
 
 
-def _span(values: list[float]) -> str:
-    return _ends_of(_number(min(values)), _number(max(values)))
-
-
-def _ends_of(low: str, high: str) -> str:
+def _between(numbers: Sequence[str]) -> str:
+    """Return how far numbers reach."""
+    low, high = min(numbers, key=float), max(numbers, key=float)
     return low if low == high else f"{low} to {high}"
 
 
@@ -174,6 +176,8 @@ def _number(value: float) -> str:
     return f"{value:.4g}"
 
 
+K = TypeVar("K")
+V = TypeVar("V")
 FEW = 4
 """Cases that a sentence names."""
 QUANTILES = (0.05, 0.5, 0.95)
@@ -242,26 +246,34 @@ def answer(
     first = next(iter(lives.values()), None) if len(worn) > 1 else None
     given = [getattr(case.scene.wear, "coefficient", None) for case in campaign.cases]
     range_by = factor if all(each == given[0] for each in given) else None  # cases are the range themselves
-    told = [(case, case_name(campaign, case), summary) for case, summary in worn[:MOST_CASES]]
+    told = worn[:MOST_CASES]
     cases = [
-        _case(name, own, lives.get(case.id), first, longest, range_by)._replace(**_deepest(store, case))
-        for case, name, own in told
+        _case(case_name(campaign, case), own, lives.get(case.id), first, longest, range_by)._replace(
+            **_deepest(store, case)
+        )
+        for case, own in told
     ]
-    flanks = {known_case.flank for known_case in cases if known_case.share}
-    sentences = list(_sentences(cases, list(lives.values()), len(worn), limit, range_by))
-    sentences += _deepest_point(cases)
-    sentences += ended
-    sentences += _begun(cases, [case for case, *_ in told])
+    sentences = [
+        *_sentences(cases, list(lives.values()), len(worn), limit, range_by),
+        *_deepest_point(cases),
+        *ended,
+        *_begun(cases, [case for case, _ in told]),
+    ]
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
-    return Reply(tuple(sentences), limit, shown, len(flanks) > 1)
+    return Reply(tuple(sentences), limit, shown, len({case.flank for case in cases if case.share}) > 1)
 
 
-def _ended_otherwise(done: "Sequence[tuple[str, Mapping[str, Any]]]") -> list[str]:
+def gathered(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
+    """Return what goes with each key, in the order in which they come."""
+    found: dict[K, list[V]] = {}
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
+    return found
+
+
+def _ended_otherwise(done: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:
     """Return which cases ended otherwise than asked, those of one reason in one sentence."""
-    cases: dict[str, list[str]] = {}
-    for name, summary in done:
-        if end := unasked_end(summary):
-            cases.setdefault(end, []).append(name)
+    cases = gathered((end, name) for name, summary in done if (end := unasked_end(summary)))
     return [
         f"{len(names)} of {len(done)} ended otherwise than asked ({', '.join(names[:FEW])}"
         f"{', …' if len(names) > FEW else ''}): {end}."
@@ -291,26 +303,19 @@ def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
 
 def _deepest_point(cases: Sequence[CaseTold]) -> Iterator[str]:
     """Yield at which diameters the flanks that are worn deepest are so."""
-    places: dict[str, list[float]] = {}
-    for case in cases:
-        if case.diameter:
-            places.setdefault(case.flank, []).append(1e3 * case.diameter)
+    places = gathered((case.flank, f"{1e3 * case.diameter:.2f}") for case in cases if case.diameter)
     for flank, diameters in places.items():
-        span = _ends_of(f"{min(diameters):.2f}", f"{max(diameters):.2f}")
-        yield f"The {flank} is worn deepest at diameter {span} mm."
+        yield f"The {flank} is worn deepest at diameter {_between(diameters)} mm."
 
 
 def _begun(cases: Sequence[CaseTold], asked: Sequence[Case]) -> Iterator[str]:
     """Yield that the wear with which a flank begins counts, and where it comes from."""
-    told: dict[tuple[str, str], list[float]] = {}
-    for known_case, case in zip(cases, asked, strict=True):
-        if known_case.begins > 0.0:
-            given = getattr(getattr(case.scene.wear, "initial", None), known_case.flank, None)
-            whence = initial_wear(given) if given else ""
-            told.setdefault((known_case.flank, whence), []).append(known_case.begins)
-    for (flank, whence), depths in told.items():
-        span = _ends_of(f"{1e6 * min(depths):.3g}", f"{1e6 * max(depths):.3g}")
-        said = f"up to {span} µm{f', {whence}' if whence else ''}"
+    begun = [(told, case.scene.wear) for told, case in zip(cases, asked, strict=True) if told.begins > 0.0]
+    given = [(told, getattr(getattr(wear, "initial", None), told.flank, None)) for told, wear in begun]
+    whence = ((told, f", {initial_wear(initial)}" if initial else "") for told, initial in given)
+    depths = gathered(((told.flank, words), f"{1e6 * told.begins:.3g}") for told, words in whence)
+    for (flank, words), own in depths.items():
+        said = f"up to {_between(own)} µm{words}"
         yield f"The wear that the {flank} begins with ({said}) is part of these depths."
 
 

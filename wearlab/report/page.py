@@ -13,7 +13,7 @@ from typing import Any
 from wearlab.campaign import Campaign, Case, claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import doubt, drawing, kind, question
-from wearlab.report.answer import answer, conditions
+from wearlab.report.answer import answer, conditions, gathered
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store import Store, StoreError, outcome, provenance
@@ -42,9 +42,7 @@ def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
         said = [*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings]
         for line in filter(None, dict.fromkeys(said)):
             lines.setdefault(line, set()).add(entry.id)
-    alike: dict[str, list[str]] = {}
-    for line in lines:
-        alike.setdefault(NUMBER.sub("#", line), []).append(line)
+    alike = gathered((NUMBER.sub("#", line), line) for line in lines)
     counted: Counter[str] = Counter()
     for some in alike.values():
         numbers = zip(*(NUMBER.findall(line) for line in some), strict=True)
@@ -208,12 +206,12 @@ def _dates(entries: Mapping[str, Entry]) -> str:
 
 def _parts(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], tuple[str, ...]]]:
     """Yield the parts present and left out, of the first case of each label; equal ones together."""
-    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
     scenes = {case.label: case.scene for case in reversed(campaign.cases)}
-    for label in dict.fromkeys(case.label for case in campaign.cases):
-        parts = tuple(parts_present(scenes[label])), tuple(parts_left_out(scenes[label]))
-        groups.setdefault(parts, []).append(label)
-    for (present, absent), names in groups.items():
+    labels = dict.fromkeys(case.label for case in campaign.cases)
+    parts = gathered(
+        ((tuple(parts_present(s)), tuple(parts_left_out(s))), n) for n in labels for s in [scenes[n]]
+    )
+    for (present, absent), names in parts.items():
         yield ", ".join(names), present, absent
 
 
@@ -247,27 +245,23 @@ def _name(campaign: Campaign, case: Case) -> str:
 
 def _lineage(
     campaign: Campaign, store: Store, entries: Mapping[str, Entry]
-) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the cases that rest on other runs, and which runs those are; equal ones together."""
-    listed: dict[tuple[str, ...], list[str]] = {}
-    for case in campaign.cases:
-        if (entry := entries.get(case.id)) is None:
-            continue
-        steps = [str(step) for step in provenance.lineage(store, entry)]
+) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the cases that rest on other runs, and which runs those are; equal ones together."""
+
+    def steps(entry: Entry) -> Iterator[str]:
+        yield from map(str, provenance.lineage(store, entry))
         if entry.calibration:
-            steps.append(f"run {entry.calibration}, which calibrated it")
-        if steps:
-            listed.setdefault(tuple(steps), []).append(_name(campaign, case))
-    for told, names in listed.items():
-        yield "; ".join(names), told
+            yield f"run {entry.calibration}, which calibrated it"
+
+    known = ((case, entries[case.id]) for case in campaign.cases if case.id in entries)
+    told = gathered((tuple(steps(entry)), _name(campaign, case)) for case, entry in known)
+    return [("; ".join(names), rests_on) for rests_on, names in told.items() if rests_on]
 
 
 def _code(store: Store, entries: Mapping[str, Entry]) -> Iterator[dict[str, str]]:
     """Yield each code that made runs: its version and hash, and what one of its files tells of the rest."""
-    made: dict[tuple[str, str], list[str]] = {}
-    for entry in entries.values():
-        if entry.state == "done":
-            made.setdefault((entry.wearlab_version or "", entry.source_hash or ""), []).append(entry.id)
+    done = (entry for entry in entries.values() if entry.state == "done")
+    made = gathered(((entry.wearlab_version or "", entry.source_hash or ""), entry.id) for entry in done)
     for (version, source), ids in made.items():
         told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
         with suppress(StoreError):
