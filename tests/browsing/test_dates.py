@@ -28,4 +28,4 @@ def test_bokeh_gets_milliseconds_and_an_axis_of_dates():
     (handle,) = made.curves[0]
     first = np.datetime64(int(handle.source.data["x"][0]), "ms")
     assert first == np.datetime64("2025-02-11T12:00:00.000")
-    assert any(isinstance(axis, DatetimeAxis) for axis in made.panels.children[0].xaxis)
+    assert any(isinstance(axis, DatetimeAxis) for axis in made.parts[-1].children[0].xaxis)

@@ -1,10 +1,11 @@
+import json
 from array import array
 
 import pytest
 
 from wearlab.query import Key, QueryError, Vocabulary, read_column, read_condition
 from wearlab.query.grammar import LONGEST, tokens
-from wearlab.query.keys import flat, quantity_at, scene_key
+from wearlab.query.keys import differences, flat, quantity_at, scene_key
 
 SCENE = {
     "operation": {"torque": 340.0, "speed": 100.0},
@@ -165,3 +166,9 @@ def test_kinds_of_scene_values():
     assert quantity_at("errors.harmonic.0.amplitude") == quantity_at("errors.harmonic.3.amplitude") == "depth"
     assert quantity_at("gears.pinion.teeth") is None
     assert quantity_at("no.such.key") is None
+
+
+def test_scenes_that_differ_in_a_hardness_are_told_apart_in_a_unit_that_converts():
+    """Was "'HRC' is not a known unit": a scale is no unit, and runs could not be compared."""
+    a, b = (json.dumps({"wear": {"coefficient": {"hardness": value}}}) for value in (6e9, 7.5e9))
+    assert [tuple(each) for each in differences(a, b)] == [("wear.coefficient.hardness", 6.0, 7.5, "GPa")]

@@ -11,9 +11,9 @@ from typing import Any
 from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures import doubt, kinds
-from wearlab.query.keys import differing_keys, scene_key
+from wearlab.query.keys import differing_keys, in_usual_unit
 from wearlab.store import Store, StoreError, catalogue, grid, outcome, provenance
-from wearlab.units import convert, is_number, shown_unit, split
+from wearlab.units import is_number, shown_unit, split
 
 MOST_WORDS = 3  # keys that tell runs apart by words
 BASE = "base"
@@ -193,8 +193,8 @@ def together(store: Store, ids: Iterable[str]) -> RecordedCampaign:
     title, name = f"{len(wanted)} runs", differing[0].rpartition(".")[2] if differing else ""
     values = [scene.get(differing[0]) for scene in scenes] if len(differing) == 1 else []
     if values and all(map(is_number, values)) and name not in RESERVED and name.isidentifier():
-        told = [_shown(differing[0], value) for value in values]
-        along = tuple(sorted({number for number, _ in told}))
+        told = [in_usual_unit(differing[0], value) for value in values]
+        along = tuple(sorted({float(number) for number, _ in told}))
         if len(along) == len(told):
             places = ({name: along.index(number)} for number, _ in told)
             cases = tuple(RecordedCase(BASE, run, at) for run, at in zip(wanted, places, strict=True))
@@ -203,14 +203,6 @@ def together(store: Store, ids: Iterable[str]) -> RecordedCampaign:
             )
     labels = zip(labels_of(store, list(entries.values()), differing), wanted, strict=True)
     return RecordedCampaign(title, None, tuple(RecordedCase(*pair, {}) for pair in labels))
-
-
-def _shown(key: str, value: Any) -> tuple[float, str]:
-    """Return a number of a scene and its unit as files write them."""
-    known = scene_key(key, False)
-    unit = known.display_unit or known.unit
-    number = convert(float(value), known.unit, unit) if unit != known.unit else value
-    return float(f"{number:.9g}"), unit
 
 
 def labels_of(store: Store, entries: Sequence[catalogue.Entry], keys: Sequence[str]) -> list[str]:
@@ -231,7 +223,7 @@ def value_of_key(key: str, value: Any) -> str:
         return "none"
     if not is_number(value):
         return str(value)
-    number, unit = _shown(key, value)
+    number, unit = in_usual_unit(key, value)
     return shown_unit(f"{number:.6g} {unit}".strip())
 
 

@@ -132,11 +132,9 @@ def scene_key(name: str, text: bool) -> Key:
     name : dotted
     text : whether its value is a text
     """
-    if text:
-        return Key(name, "text", is_path=True)
-    kind = quantity_at(name)
+    kind = None if text else quantity_at(name)
     if kind is None:
-        return Key(name, is_path=True)
+        return Key(name, "text" if text else "number", is_path=True)
     return Key(name, "number", units.KINDS[kind].unit, kind, _shown(units.KINDS[kind]), is_path=True)
 
 
@@ -214,17 +212,11 @@ def _variable(name: str) -> Any:
 
 def flat(values: Any, above: str = "") -> Iterator[tuple[str, Any]]:
     """Yield dotted keys and values; entries of a list are numbered from 0, what is absent is left out."""
-    inner: Iterable[tuple[Any, Any]]
-    if isinstance(values, dict):
-        inner = values.items()
-    elif isinstance(values, list):
-        inner = enumerate(values)
-    else:
-        if values is not None:
-            yield above, values
-        return
-    for key, value in inner:
-        yield from flat(value, f"{above}.{key}" if above else str(key))
+    if isinstance(values, dict | list):
+        for key, value in values.items() if isinstance(values, dict) else enumerate(values):
+            yield from flat(value, f"{above}.{key}" if above else str(key))
+    elif values is not None:
+        yield above, values
 
 
 def differing_keys(scenes: Sequence[Mapping[str, Any]], always: Container[str] = ()) -> list[str]:
@@ -257,20 +249,17 @@ def differences(a: str, b: str) -> list[SceneDifference]:
     a, b : canonical JSON of the scenes; "" for none
     """
     flat_a, flat_b = (dict(flat(json.loads(text or "{}"))) for text in (a, b))
-    keys = [key for key in sorted({*flat_a, *flat_b}) if flat_a.get(key) != flat_b.get(key)]
-    return [_difference(key, flat_a.get(key), flat_b.get(key)) for key in keys]
+    told = []
+    for key in sorted({*flat_a, *flat_b}):
+        if flat_a.get(key) != flat_b.get(key):
+            own, other = (in_usual_unit(key, scene.get(key))[0] for scene in (flat_a, flat_b))
+            told.append(SceneDifference(key, own, other, scene_key(key, False).display_unit or None))
+    return told
 
 
-def _difference(key: str, a: Any, b: Any) -> SceneDifference:
-    kind = quantity_at(key)
-    if kind is None:
-        return SceneDifference(key, a, b, None)
-    stored, usual = units.KINDS[kind].unit, units.split(units.KINDS[kind].example)[1]
-    return SceneDifference(key, _in_usual_unit(a, stored, usual), _in_usual_unit(b, stored, usual), usual)
-
-
-def _in_usual_unit(value: Any, stored: str, usual: str) -> Any:
-    """Return a stored number in the usual unit, to the digits that a scene keeps."""
-    if not units.is_number(value):
-        return value
-    return float(f"{units.convert(float(value), stored, usual):.9g}")
+def in_usual_unit(key: str, value: Any) -> tuple[Any, str]:
+    """Return a value of a scene as it is usually written, to the digits that a scene keeps, and its unit."""
+    known = scene_key(key, False)
+    if known.quantity and units.is_number(value):
+        value = float(f"{units.convert(float(value), known.unit, known.display_unit):.9g}")
+    return value, known.display_unit

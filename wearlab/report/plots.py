@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -34,12 +35,11 @@ def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
 def _runs(comparison: xr.Dataset) -> Plot:
     panels = [*_over_life(comparison), *_waves(comparison)]
     placed = [
-        Panel(*divmod(i, 2), f"({chr(ord('a') + i)}) {p.title}", p.x_label, p.y_label, p.curves)
-        for i, p in enumerate(panels)
+        replace(panel, row=i // 2, column=i % 2, title=f"({chr(ord('a') + i)}) {panel.title}")
+        for i, panel in enumerate(panels)
     ]
-    ids = (comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS)
-    named = zip(PENS.items(), ids, strict=True)
-    legend = tuple(LegendEntry(f"{side}: run {run_id}", pen, "line") for (side, pen), run_id in named)
+    ids = {side: comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS}
+    legend = tuple(LegendEntry(f"{side}: run {run_id}", PENS[side], "line") for side, run_id in ids.items())
     shape = -(-len(placed) // 2), min(2, len(placed))
     return Plot("Two runs compared", tuple(placed), *shape, "none", legend, _notes(comparison))
 
@@ -60,8 +60,12 @@ def _said(difference: dict[str, object], side: str) -> str:
 
 def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
     """Yield the largest wear and how much everything differs, over cycles or depth."""
-    across, x = _positions(comparison)
-    if "max_wear_depth" in comparison and comparison.attrs["aligned_on"] == "cycle":
+    if on_cycles := comparison.attrs["aligned_on"] == "cycle":
+        (x,), across = scaled([comparison["cycle"].values], "wear cycles", "1")
+    else:
+        depth = converted(comparison["aligned_depth"].values, "m", "um")
+        (x,), across = scaled([depth], "largest wear depth", "um")
+    if on_cycles and "max_wear_depth" in comparison:
         values = comparison["max_wear_depth"].max("flank")
         yield _panel("largest wear depth", x, values, across, line="line-points")
     largest = 100.0 * comparison["relative_difference"].max("quantity", skipna=True).values
@@ -74,25 +78,16 @@ def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
     yield Panel(0, 0, title, across, "Difference (%)", curves)
 
 
-def _positions(comparison: xr.Dataset) -> tuple[str, Array]:
-    given = ([comparison["cycle"].values], "wear cycles", "1")
-    if comparison.attrs["aligned_on"] != "cycle":
-        depth = converted(comparison["aligned_depth"].values, "m", "um")
-        given = ([depth], "largest wear depth", "um")
-    (x,), label = scaled(*given)
-    return label, x
-
-
 def _waves(comparison: xr.Dataset) -> Iterator[Panel]:
     """Yield the waves over the mesh phase at the last common state, of the first mesh."""
     last = comparison.isel(state=-1)
+    if comparison.attrs["aligned_on"] == "cycle":
+        state = cycles(float(last["cycle"])).text
+    else:
+        state = f"{1e6 * float(last['aligned_depth']):.3g} µm worn"
     for name in WAVES:
         if name in comparison and "phase" in comparison[name].dims:
             wave = last[name].isel(mesh=0, missing_dims="ignore")
-            if comparison.attrs["aligned_on"] == "cycle":
-                state = cycles(float(last["cycle"])).text
-            else:
-                state = f"{1e6 * float(last['aligned_depth']):.3g} µm worn"
             title = f"{wave.attrs['long_name'].split(',')[0]}, {state}"
             yield _panel(title, phases_of(wave), wave, "Mesh phase")
 
@@ -145,15 +140,12 @@ def profile_figure(name: str, across: Column, up: Column, note: str, ending: str
     note : how the file was read
     ending : png, svg or pdf
     """
-    values, labels = [], []
-    for quantity, given in (across, up):
-        words, stored, wanted = SHOWN[quantity]
-        (shown,), label = scaled([converted(np.asarray(given, float), stored, wanted)], words, wanted)
-        values.append(shown)
-        labels.append(label)
+    told = ((SHOWN[quantity], np.asarray(given, float)) for quantity, given in (across, up))
+    shown = (scaled([converted(v, stored, wanted)], words, wanted) for (words, stored, wanted), v in told)
+    ((x,), x_label), ((y,), y_label) = shown
     look = "line-points" if len(across[1]) <= MARKED else "line"
-    curve = Curve(values[0], values[1], Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
-    zero = Curve(values[0][[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")
-    panel = Panel(0, 0, "", labels[0], labels[1], (zero, curve))
+    curve = Curve(x, y, Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
+    zero = Curve(x[[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")
+    panel = Panel(0, 0, "", x_label, y_label, (zero, curve))
     plot = Plot(f"{name} as it was understood", (panel,), 1, 1, notes=(f"Read as {note}.",))
     return rendered(plot, {"Title": plot.title}, ending)
