@@ -1,0 +1,45 @@
+"""What an option means is the text under it, as ``wearlab schema`` and messages tell it."""
+
+import pytest
+
+from wearlab.options import Number, Part, option
+
+
+class Sample(Part):
+    """Options with texts under them."""
+
+    size: Number | None = None
+    """how large, over
+    two lines [as its mate]. Source: ISO 21771"""
+    bare: Number | None = None
+    """nothing more"""
+    told: Number = option(2.0, "told in place", source="ISO 53")
+    """not this"""
+    needed: Number
+    """[first, last], where brackets begin"""
+
+
+class Narrower(Sample):
+    """Options with another text, or that of the base."""
+
+    bare: Number | None = None
+    """another meaning"""
+    size: Number | None = 1.0
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "description", "derived", "source"),
+    [
+        (Sample, "size", "how large, over two lines", "as its mate", "ISO 21771"),
+        (Sample, "bare", "nothing more", "none", None),
+        (Sample, "told", "told in place", None, "ISO 53"),
+        (Sample, "needed", "[first, last], where brackets begin", None, None),
+        (Narrower, "bare", "another meaning", "none", None),
+        (Narrower, "told", "told in place", None, "ISO 53"),
+        (Narrower, "size", "how large, over two lines", "as its mate", "ISO 21771"),
+    ],
+)
+def test_the_schema_tells_the_text_under_an_option(part, key, description, derived, source):
+    told = part.model_json_schema()["properties"][key]
+    assert (told["description"], told.get("derived"), told.get("source")) == (description, derived, source)
+    assert part.texts()[key]["description"] == description
