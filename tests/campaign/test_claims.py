@@ -255,7 +255,7 @@ def test_what_is_no_record_is_refused(file, tmp_path, capsys, text, message):
     [
         ('"deepest_at"', '"worn"', r"claim\[1\].name: 'worn' stands twice"),
         ('"0 rpm"', '"0 um"', r"claim\[1\].tolerance: '0 um' is not in rpm, the unit of the value"),
-        ("{worn:.2f}", "{worm:.2f}", r"figure 1: note: 'worm' is no variable"),
+        ("{worn:.2f}", "{worm:.2f}", r"figure 1 \(.*\): note: 'worm' is no variable"),
         ("{worn:.2f}", "{wor}", r"figure\[0\].note: \{wor\}: no claim is called so, did you mean 'worn'"),
         ("{worn:.2f}", "{worn:two}", r"'two' is no format such as"),
         ("{worn:.2f}", "{exp(worn):.2f}", r"no function 'exp'"),

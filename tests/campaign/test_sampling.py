@@ -103,10 +103,10 @@ def test_wrong_distributions_are_refused(block, said):
     [
         ({"method": "sobel"}, "did you mean 'sobol'?"),
         ({"n": 0}, "sample.n: 0 is no whole number from 1 on"),
-        ({"n": 10**9}, "more than 100000; draw fewer"),
+        ({"n": 10**9}, "more than 100,000: take fewer"),
         ({"n": 2.0}, "no whole number"),
         ({"seed": -1}, "sample.seed: -1 is no whole number"),
-        ({"sead": 1}, "is not {method = …, n = …, seed = …}"),
+        ({"sead": 1}, "sample.sead: unknown key, did you mean 'seed'?"),
     ],
 )
 def test_wrong_samples_are_refused(change, said):
@@ -137,7 +137,7 @@ def test_correlated_inputs_have_the_rank_correlation_asked_for_and_keep_their_di
         ([["operation.torque", "wear.coefficient.factor", 1.0]], "with ρ within −1 and 1"),
         ([["operation.torque", "operation.speed", 0.5]], "'operation.speed' is not drawn here"),
         ([["operation.torque", "operation.torque", 0.5]], "stands beside itself"),
-        ("operation.torque", "is no list of"),
+        ("operation.torque", "is no list: [key, key, Spearman's ρ]"),
         ([[*pair, rho] for pair, rho in zip([list(BLOCK)[:2], list(BLOCK)[1:], list(BLOCK)[::2]],
                                             [0.95, 0.95, -0.95], strict=True)], "contradict each other"),
     ],

@@ -122,7 +122,7 @@ def test_the_command_in_words(command, monkeypatch):
     for words in (
         *("4 cases, 4 distinct runs, 2 excluded", "3 new", "1 cached", "2 excluded by speed_ratio > 1"),
         *(
-            "time: about 4.5 s with 2 workers (3 s to 6 s)",
+            "time: about 4.5 s with 2 workers (3.0 s to 6.0 s)",
             " kB ",
             "from 2 recorded runs with the same parts",
         ),

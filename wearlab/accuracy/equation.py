@@ -7,7 +7,7 @@ so that the compiler unrolls every loop; its compiled entry point is called from
 nothing but its own work is timed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -281,6 +281,37 @@ def motion_callback(given: Motion) -> Any:
     return callback
 
 
+Solve = Callable[[int, float, Array, Array], Array | None]
+"""Piece of a period, its beginning [s], state there, times [s] → (n_times, 2n) states, None: it gave up."""
+
+
+def landing(given: Motion, start: Array, periods: int, phases: Array, solve: Solve) -> tuple[Array, Array]:
+    """Integrate mesh periods from jump to jump.
+
+    Parameters
+    ----------
+    given : the equation of motion
+    start : (2n,) state at phase 0
+    periods : how many
+    phases : (n_phases,) where states are wanted, ascending in [0, 1) [1]
+    solve : integrates from one jump to the next, the last of its times
+
+    Returns
+    -------
+    states (periods, n_phases, 2n), state at the end (2n,); NaN where ``solve`` gives up
+    """
+    states, state = np.empty((periods, len(phases), len(start))), start
+    for period in range(periods):
+        for piece, (low, high) in enumerate(pairwise(given.breaks)):
+            inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
+            times = np.append(phases[inside], high).clip(low, high) * given.period
+            values = solve(piece, low * given.period, state, times)
+            if values is None:
+                return np.full(states.shape, np.nan), np.full(start.shape, np.nan)
+            states[period, inside], state = values[:-1], values[-1]
+    return states, state
+
+
 class CyRKIntegrator:
     """CyRK on the equation of motion of one wear state.
 
@@ -291,7 +322,7 @@ class CyRKIntegrator:
     """
 
     def __init__(self, given: Motion, method: str) -> None:
-        self.callback, self.method, self.period = motion_callback(given), method, given.period
+        self.callback, self.method, self.given = motion_callback(given), method, given
         cells, starts = given.first_cell, given.breaks
         self.pieces = np.stack([cells[:-1], cells[1:], starts[:-1]], axis=1).astype(float)
         self.widths = np.diff(starts) * given.period
@@ -308,26 +339,17 @@ class CyRKIntegrator:
         """Return the states at phases in [0, 1) of so many mesh periods, (periods, n_phases, 2n)."""
         from CyRK import nbsolve2_ivp
 
-        found = np.empty((periods, len(phases), len(start)))
-        state = np.ascontiguousarray(start)
-        for turn in range(periods):
-            for piece, width in zip(self.pieces, self.widths, strict=True):
-                low, high = piece[2], piece[2] + width / self.period
-                inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
-                local = np.clip((phases[inside] - low) * self.period, 0.0, width)
-                solution = nbsolve2_ivp(
-                    int(self.callback.address), (0.0, width), state, self.method,
-                    np.append(local, width), False, piece, tolerance, tolerance,
-                    np.array([tolerance]), tolerance * scale,
-                )  # fmt: skip
-                try:
-                    if not solution.success:
-                        return np.full(found.shape, np.nan)
-                    values = np.array(solution.y.T)
-                finally:
-                    solution.free()
-                found[turn, inside], state = values[:-1], np.ascontiguousarray(values[-1])
-        return found
+        def solve(piece: int, begun: float, state: Array, times: Array) -> Array | None:
+            solution = nbsolve2_ivp(
+                int(self.callback.address), (0.0, self.widths[piece]), np.ascontiguousarray(state),
+                self.method, np.minimum(times - begun, self.widths[piece]), False, self.pieces[piece],
+                tolerance, tolerance, np.array([tolerance]), tolerance * scale,
+            )  # fmt: skip
+            values = np.array(solution.y.T) if solution.success else None
+            solution.free()
+            return values
+
+        return landing(self.given, start, periods, phases, solve)[0]
 
 
 @cache

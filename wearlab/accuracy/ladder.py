@@ -2,11 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+
+from wearlab.gears.specification import GearError
 
 Role = Literal["wearlab", "as published", "peer"]
 Cost = Literal["seconds", "warm_seconds", "work"]
@@ -48,24 +51,26 @@ class Rung(NamedTuple):
 
 
 def climbed(
-    settings: Iterable[float], rung_of: Callable[[Any], Rung | None], uncertainty: float
+    settings: Iterable[float], rung_of: Callable[[Any], Rung | None], uncertainty: float | None = None
 ) -> tuple[Rung, ...]:
     """Return the rungs of a ladder, coarse to fine, up to the first that is fine enough or cannot be had.
 
     Parameters
     ----------
-    settings : of the knob
+    settings : of the knob; those that are refused are left out
     rung_of : setting → rung, None where it would take too long
-    uncertainty : relative uncertainty of the reference [1]
+    uncertainty : relative uncertainty of the reference [1]; None: all rungs are wanted
     """
     rungs: list[Rung] = []
     for setting in settings:
-        rung = rung_of(setting)
-        if rung is None:
-            break
-        rungs.append(rung)
-        if rung.seconds > ENOUGH or told(rung, uncertainty):  # the next would take too long, or tell nothing
-            break
+        with suppress(GearError):
+            rung = rung_of(setting)
+            if rung is None:
+                break
+            rungs.append(rung)
+            # the next would take too long, or tell nothing
+            if uncertainty is not None and (rung.seconds > ENOUGH or told(rung, uncertainty)):
+                break
     return tuple(rungs)
 
 

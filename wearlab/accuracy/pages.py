@@ -1,6 +1,6 @@
 """What ``wearlab accuracy`` shows: figures and rows of error against run time."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,41 +30,34 @@ LIMITS = {
 WORDS = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor": "dynamic factor"}
 
 
-class Stroke(NamedTuple):
-    """One curve of a panel: its name in the legend, and the place of the default setting."""
-
-    name: str
-    curve: Curve
-    ring: tuple[float, float] | None = None
+Strokes = Mapping[str, Sequence[Curve]]
+"""By its name in the legend, a curve, and the place of the default setting where it has one."""
 
 
-class OfAxes(NamedTuple):
-    """One pair of axes.
+class Axes(NamedTuple):
+    """A pair of axes, and the pens of the names in its legend."""
+
+    panel: Panel
+    pens: dict[str, Pen]
+
+
+def _axes(title: str, x_label: str, strokes: Strokes, unsure: float = np.nan) -> list[Axes]:
+    """Return the axes of curves, none where there are none.
 
     Parameters
     ----------
     title, x_label : texts
     strokes : the curves
-    unsure : relative difference between the reference and the second method, NaN: not to be shown [1]
+    unsure : relative difference between the reference and the second method [1]; NaN: none that curves near
     """
-
-    title: str
-    x_label: str
-    strokes: Sequence[Stroke]
-    unsure: float = float("nan")
-
-    def panel(self, row: int, column: int) -> Panel:
-        """Return the axes with all that is drawn in them."""
-        curves = []
-        for _, curve, ring in self.strokes:
-            curves.append(curve)
-            if ring is not None:
-                curves.append(Curve(np.array(ring[:1]), np.array(ring[1:]), curve.pen, "published"))
-        if np.isfinite(self.unsure):
-            every = np.concatenate([stroke.curve.x for stroke in self.strokes])
-            ends = np.array([every.min(), every.max()])
-            curves.append(Curve(ends, np.full(2, self.unsure), Pen("#7a7a7a", ":"), "reference"))
-        return Panel(row, column, self.title, self.x_label, "relative error", tuple(curves))
+    told = {name: drawn for name, drawn in strokes.items() if len(drawn[0].x)}
+    curves = [curve for drawn in told.values() for curve in drawn]
+    if told and 0.0 < min(curve.y.min() for curve in curves) < NEAR * unsure:
+        every = np.concatenate([curve.x for curve in curves])
+        ends = np.array([every.min(), every.max()])
+        curves.append(Curve(ends, np.full(2, unsure), Pen("#7a7a7a", ":"), "reference"))
+    pens = {name: drawn[0].pen for name, drawn in told.items() if name}
+    return [Axes(Panel(0, 0, title, x_label, "relative error", tuple(curves)), pens)] if told else []
 
 
 def pages(made: xr.Dataset) -> dict[str, Plot]:
@@ -73,13 +66,14 @@ def pages(made: xr.Dataset) -> dict[str, Plot]:
     return {file: plot for file, chart in charts.items() if (plot := chart(made)).panels}
 
 
-def _plot(title: str, note: str, sides: Sequence[OfAxes]) -> Plot:
+def _plot(title: str, note: str, sides: Sequence[Axes]) -> Plot:
     """Return a figure of panels that share their errors, with the orders beside the curves."""
     columns = 2 if len(sides) == 4 else max(1, min(3, len(sides)))
-    panels = tuple(side.panel(*divmod(i, columns)) for i, side in enumerate(sides))
-    pens = {stroke.name: stroke.curve.pen for side in sides for stroke in side.strokes}
-    legend = tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items() if name)
-    if any(np.isfinite(side.unsure) for side in sides):
+    places = (divmod(i, columns) for i in range(len(sides)))
+    panels = tuple(replace(s.panel, row=i, column=j) for s, (i, j) in zip(sides, places, strict=True))
+    pens = {name: pen for side in sides for name, pen in side.pens.items()}
+    legend = tuple(LegendEntry(name, pen, "line-points") for name, pen in pens.items())
+    if any(curve.look == "reference" for panel in panels for curve in panel.curves):
         note += " Dotted: the reference and the second method differ by this."
     rows, both = -(-len(sides) // columns), {"logarithmic": True, "logarithmic_across": True}
     return Plot(title, panels, rows, columns, legend=legend, notes=(note,), **both)  # type: ignore[arg-type]
@@ -90,9 +84,8 @@ def _work_precision(made: xr.Dataset) -> Plot:
     methods = _method_pens(made.isel(curve=((made.quantity == "mesh_force") & ~ours).values))
     sides = []
     for name, case in _cases(made):
-        strokes = _strokes(_stroke(case, i, "run_time", pen, 1e3) for i, pen in methods)
-        if strokes:
-            sides.append(OfAxes(name, "wall time in ms", strokes, _unsure(case, "mesh_force", strokes)))
+        strokes = {method: [_curve(case, i, "run_time", pen, 1e3)] for i, method, pen in methods}
+        sides += _axes(name, "wall time in ms", strokes, _unsure(case, "mesh_force"))
     note = (
         "Numbers: observed order over the knob. Wearlab: cold, tables included. Peers: compiled, landing on "
         "every jump of the stiffness, told for free how long to integrate from the static equilibrium."
@@ -105,10 +98,11 @@ def _knobs(made: xr.Dataset) -> Plot:
     for curve, knob, quantity, role in _told(made, "curve", "knob", "quantity", "role"):
         if role != "wearlab" or knob == "cycle_tolerance":
             continue
-        cases = enumerate(_cases(made))
-        strokes = _strokes(_stroke(case, curve, "setting", named(i), name=name) for i, (name, case) in cases)
-        if strokes:
-            sides.append(OfAxes(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes))
+        strokes = {
+            name: [_curve(case, curve, "setting", named(i))] for i, (name, case) in enumerate(_cases(made))
+        }
+        if axes := _axes(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes):
+            sides += axes
             limits.append(LIMITS[knob])
     told = "; ".join(dict.fromkeys(limits))
     note = f"Numbers: observed order. Each knob against its own limit: {told}."
@@ -130,30 +124,27 @@ def _lives_in_time(made: xr.Dataset) -> Plot:
     return _plot("Error of a life against its run time", f"{note} {RING}", sides)
 
 
-def _life_sides(made: xr.Dataset, x: str, label: str) -> list[OfAxes]:
+def _life_sides(made: xr.Dataset, x: str, label: str) -> list[Axes]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = made.isel(curve=made.knob.isin(("cycle_tolerance", "threshold")).values)
     sides = []
     for name, case in _cases(made):
         for quantity in ("life", "wear_depth"):
             mine = _method_pens(steppers.isel(curve=(steppers.quantity == quantity).values))
-            strokes = _strokes(_of_life(case, curve, x, pen) for curve, pen in mine)
-            if strokes:
-                title = f"{name}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
-                sides.append(OfAxes(title, label, strokes, _unsure(case, quantity, strokes)))
+            strokes = {method: _of_life(case, curve, x, pen) for curve, method, pen in mine}
+            title = f"{name}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
+            sides += _axes(title, label, strokes, _unsure(case, quantity))
     return sides
 
 
-def _of_life(case: xr.Dataset, curve: str, x: str, pen: Pen) -> Stroke:
+def _of_life(case: xr.Dataset, curve: str, x: str, pen: Pen) -> list[Curve]:
     """Return a curve of a life with its slope over the work, and the place of the default tolerance."""
-    one, stroke = case.sel(curve=curve), _stroke(case, curve, x, pen)
-    apart = float(case.reference_disagreement.sel(quantity_compared=one.quantity.item()))
-    slope = _slope(stroke.curve.x, stroke.curve.y, apart) if x == "work" else float("nan")
-    ring = None
-    if one.knob == "cycle_tolerance":
-        rungs = zip(*(one[name].values for name in ("setting", x, "error")), strict=True)
-        ring = next(((a, e) for s, a, e in rungs if np.isclose(s, DEFAULT) and e > 0.0), None)
-    return stroke._replace(curve=replace(stroke.curve, text=_number(slope, "{:.1f}")), ring=ring)
+    one, drawn = case.sel(curve=curve), _curve(case, curve, x, pen)
+    slope = _slope(drawn.x, drawn.y, _unsure(case, one.quantity.item())) if x == "work" else float("nan")
+    usual = np.isclose(one.setting, DEFAULT) & (one.error > 0.0).values
+    at = np.flatnonzero(usual)[:1] if one.knob == "cycle_tolerance" else ()
+    ring = [Curve(one[x].values[at], one.error.values[at], pen, "published")] if len(at) else []
+    return [replace(drawn, text=_number(slope, "{:.1f}")), *ring]
 
 
 def _slope(x: Array, y: Array, unsure: float) -> float:
@@ -164,39 +155,30 @@ def _slope(x: Array, y: Array, unsure: float) -> float:
     return -float(np.polyfit(np.log(x[told]), np.log(y[told]), 1)[0])
 
 
-def _unsure(case: xr.Dataset, quantity: str, strokes: Sequence[Stroke]) -> float:
-    """Return how far the reference is from the second method, where curves come near; else NaN [1]."""
-    unsure = float(case.reference_disagreement.sel(quantity_compared=quantity))
-    finest = min(float(stroke.curve.y.min()) for stroke in strokes)
-    return unsure if 0.0 < finest < NEAR * unsure else float("nan")
+def _unsure(case: xr.Dataset, quantity: str) -> float:
+    """Return how far the reference is from the second method, NaN where that is not known [1]."""
+    every = case.reference_disagreement
+    return float(every.sel(quantity_compared=quantity)) if quantity in every.quantity_compared else np.nan
 
 
-def _strokes(curves: Iterable[Stroke]) -> tuple[Stroke, ...]:
-    """Return the curves that have points."""
-    return tuple(stroke for stroke in curves if len(stroke.curve.x))
-
-
-def _stroke(
-    case: xr.Dataset, curve: str, x: str, pen: Pen, factor: float = 1.0, name: str | None = None
-) -> Stroke:
-    """Return a curve of a case with its observed order; ``name`` is by default that of the curve."""
+def _curve(case: xr.Dataset, curve: str, x: str, pen: Pen, factor: float = 1.0) -> Curve:
+    """Return a curve of a case with its observed order."""
     one = case.sel(curve=curve)
     across, error = factor * one[x].values, one.error.values
     good = np.isfinite(across) & np.isfinite(error) & (error > 0.0)
     order = _number(float(one.observed_order), "{:.1f}")
-    drawn = Curve(across[good], error[good], pen, "line-points", order)
-    return Stroke(str(one["name"].item()) if name is None else name, drawn)
+    return Curve(across[good], error[good], pen, "line-points", order)
 
 
-def _method_pens(made: xr.Dataset) -> list[tuple[str, Pen]]:
-    """Return curves with the pens of their methods: peers are grey and dashed."""
+def _method_pens(made: xr.Dataset) -> list[tuple[str, str, Pen]]:
+    """Return curves with the names and the pens of their methods: peers are grey and dashed."""
     pens, peers = [], 0
     for curve, name, role in _told(made, "curve", "name", "role"):
         pen = Pen(COLOURS.get(name, NAMES[0]), marker="o")
         if role == "peer":
             pen = Pen(PEER_COLOURS[peers % len(PEER_COLOURS)], "--", MARKERS[(peers + 1) % len(MARKERS)])
             peers += 1
-        pens.append((curve, pen))
+        pens.append((curve, name, pen))
     return pens
 
 

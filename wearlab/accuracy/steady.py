@@ -1,13 +1,12 @@
 """The steady state of a scene as a problem, and a tight reference of it that a second method confirms."""
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from wearlab.accuracy.equation import Motion, motion, motion_within
+from wearlab.accuracy.equation import Motion, landing, motion, motion_within
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.orbits.response import Response
@@ -231,29 +230,14 @@ def second_method(problem: Steady, given: Motion, response: Response) -> Array:
 def over_periods(
     given: Motion, start: Array, periods: int, phases: Array, scale: Array
 ) -> tuple[Array, Array]:
-    """Integrate mesh periods from jump to jump.
+    """Integrate mesh periods by DOP853, as `landing` does; ``scale`` (2n,) is the size of the states."""
 
-    Parameters
-    ----------
-    given : the equation of motion
-    start : (2n,) state at phase 0
-    periods : how many
-    phases : (n_phases,) where states are wanted, ascending in [0, 1) [1]
-    scale : (2n,) size of the states, for the absolute tolerance
+    def solve(piece: int, begun: float, state: Array, times: Array) -> Array:
+        cells = given.first_cell[piece : piece + 2]
+        found: Array = solve_ivp(
+            motion_within, (begun, times[-1]), state, "DOP853", times, args=(given, *cells),
+            rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / STEPS,
+        ).y.T  # fmt: skip
+        return found
 
-    Returns
-    -------
-    states (periods, n_phases, 2n), state at the end (2n,)
-    """
-    states, state = np.empty((periods, len(phases), len(start))), start
-    for period in range(periods):
-        for (low, high), cells in zip(pairwise(given.breaks), pairwise(given.first_cell), strict=True):
-            inside = np.flatnonzero((phases >= low - 1e-12) & (phases < high - 1e-12))
-            ends = low * given.period, high * given.period
-            solution = solve_ivp(
-                motion_within, ends, state, "DOP853",
-                np.append(phases[inside] * given.period, ends[1]).clip(*ends), args=(given, *cells),
-                rtol=LANDING_TOLERANCE, atol=LANDING_TOLERANCE * scale, max_step=given.period / STEPS,
-            )  # fmt: skip
-            states[period, inside], state = solution.y.T[:-1], solution.y[:, -1]
-    return states, state
+    return landing(given, start, periods, phases, solve)

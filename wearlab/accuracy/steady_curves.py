@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from copy import copy
 from functools import partial
 from importlib.util import find_spec
@@ -24,8 +23,6 @@ from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.steps.count import fastest_rate
-from wearlab.gears.specification import GearError
-from wearlab.life.vibration import Vibration
 from wearlab.scene import Scene, mesh
 
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
@@ -142,23 +139,21 @@ def steps_curve(problem: Steady, answer: Reference, ladder: tuple[int, ...] = ST
     mesh for the peers) is not timed, nor the factors that one wear state keeps for all its neighbours. The
     error is that of the worse of both.
     """
-    rungs = []
-    for steps in ladder:
-        with suppress(GearError):  # so few steps are refused
-            rungs.append(_steps_rung(problem, answer, problem.with_steps(steps, Periodic())))
-    return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", tuple(rungs))
 
+    def rung_of(steps: int) -> Rung:
+        vibration = problem.with_steps(steps, Periodic())
+        response, near = problem.solve(vibration), problem.solve(vibration, kinds=problem.near)
+        both = response, problem.solve(vibration, near)
+        return Rung(
+            len(response.tables.width),
+            max(relative_error(problem.force_of(vibration, found), answer.force) for found in both),
+            timing(lambda: problem.solve(vibration)),
+            response.counts.right_hand_sides,
+            timing(lambda: problem.solve(vibration, near)),
+        )
 
-def _steps_rung(problem: Steady, answer: Reference, vibration: Vibration) -> Rung:
-    response, near = problem.solve(vibration), problem.solve(vibration, kinds=problem.near)
-    both = response, problem.solve(vibration, near)
-    return Rung(
-        len(response.tables.width),
-        max(relative_error(problem.force_of(vibration, ladder), answer.force) for ladder in both),
-        timing(lambda: problem.solve(vibration)),
-        response.counts.right_hand_sides,
-        timing(lambda: problem.solve(vibration, near)),
-    )
+    rungs = climbed(ladder, rung_of)
+    return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", rungs)
 
 
 def integrated_curve(
@@ -211,7 +206,7 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
     if scene.mesh.of(scene.gears.descriptor.sections[0]).excitation.chosen == "fourier":
         report("harmonics")
         truth = _solved(with_harmonics(fine, MOST_HARMONICS))[1]
-        rungs = tuple(_knob_rung(with_harmonics(fine, count), count, truth) for count in HARMONICS)
+        rungs = climbed(HARMONICS, lambda count: _knob_rung(with_harmonics(fine, count), count, truth))
         fixed = "error_harmonics alike"
         yield WorkPrecision("harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, fixed)
 
@@ -224,7 +219,7 @@ def with_harmonics(scene: Scene, count: int) -> Scene:
 
 
 def _knob(scene: Scene, key: str, values: tuple[float, ...], truth: Array) -> WorkPrecision:
-    rungs = tuple(_knob_rung(scene.replace(key, value), value, truth) for value in values)
+    rungs = climbed(values, lambda value: _knob_rung(scene.replace(key, value), value, truth))
     name = key.rpartition(".")[2]
     return WorkPrecision(name, name, "mesh_force", "wearlab", rungs)
 
@@ -253,8 +248,9 @@ def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
         return float(problem.force_of(vibration, response, np.arange(points) / points).max())
 
     truth = largest(FINEST_PHASE)
-    rungs = tuple(
-        Rung(n, abs(largest(n) / truth - 1.0), timing(lambda n=n: largest(n)), n)  # type: ignore[misc]
-        for n in PHASE_POINTS
-    )
+
+    def rung_of(points: int) -> Rung:
+        return Rung(points, abs(largest(points) / truth - 1.0), timing(lambda: largest(points)), points)
+
+    rungs = climbed(PHASE_POINTS, rung_of)
     return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)

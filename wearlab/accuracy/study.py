@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -148,8 +149,8 @@ REACHED: dict[str, Cost] = {
 }
 
 
-def _key(curve: WorkPrecision) -> tuple[str, str, str, str]:
-    return curve.name, curve.knob, curve.quantity, curve.role
+KEYS = ("name", "knob", "quantity", "role")
+"""What tells curves apart."""
 
 
 def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
@@ -161,11 +162,13 @@ def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
     studies : the studies
     begun : start of the run, seconds since the epoch [s]
     """
-    keys = list(dict.fromkeys(_key(curve) for study in studies for curve in study.curves))
+    key_of = attrgetter(*KEYS)
+    keys = list(dict.fromkeys(key_of(curve) for study in studies for curve in study.curves))
     quantities = sorted({key[2] for key in keys})
     apart = [[study.disagreement.get(quantity, np.nan) for quantity in quantities] for study in studies]
-    every = [(i, keys.index(_key(curve)), curve) for i, study in enumerate(studies) for curve in study.curves]
-
+    every = [
+        (i, keys.index(key_of(curve)), curve) for i, study in enumerate(studies) for curve in study.curves
+    ]
     longest = max((len(curve.rungs) for _, _, curve in every), default=0)
 
     def table(width: int, values_of: Callable[[Study, WorkPrecision], list[float]]) -> Any:
@@ -193,10 +196,7 @@ def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
         coords={
             "case": [study.label for study in studies],
             "curve": [f"{name} ({knob}, {quantity})" for name, knob, quantity, _ in keys],
-            "name": ("curve", [key[0] for key in keys]),
-            "knob": ("curve", [key[1] for key in keys]),
-            "quantity": ("curve", [key[2] for key in keys]),
-            "role": ("curve", [key[3] for key in keys]),
+            **{name: ("curve", [key[at] for key in keys]) for at, name in enumerate(KEYS)},
             "run_id": ("case", [study.scene.id for study in studies]),
             "requested_error": list(TARGETS),
             "quantity_compared": quantities,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab.campaign import distributions
-from wearlab.campaign.inheritance import CampaignError, is_list_of, listed
+from wearlab.campaign.inheritance import CampaignError, is_list_of, listed, modelled
 from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split
@@ -148,9 +148,11 @@ def _sampled(sample: Any, keys: dict[str, Any], where: str) -> Written:
         first, value = next(iter(keys.items()))
         known = ", ".join(distributions.DISTRIBUTIONS)
         raise CampaignError(f"{where}.{first}: {shown(value)} is no distribution ({known}) to draw from")
-    asked = distributions.read_sample(sample, where, MOST_CASES)
-    if asked.method == distributions.INDICES and (count := asked.n * (len(drawn) + 2)) > MOST_CASES:
-        raise CampaignError(f"{where}.sample.n: {asked.n} pairs of points are {too_many(count)}")
+    asked = modelled(distributions.SampleTable, sample, f"{where}.sample")
+    pairs = asked.method == distributions.INDICES
+    if (count := asked.n * (len(drawn) + 2 if pairs else 1)) > MOST_CASES:
+        what = "pairs of points" if pairs else "points"
+        raise CampaignError(f"{where}.sample.n: {asked.n} {what} are {too_many(count)}")
     values = distributions.draw(asked, drawn, where)
     return {key: values.get(key) or _values(value, f"{where}.{key}") for key, value in keys.items()}
 

@@ -331,8 +331,9 @@ def stale(campaign: Any, record: ClaimRecord) -> str:
 
 def _notes(campaign: Any) -> Iterator[tuple[str, str]]:
     """Yield where each note of a campaign's figures stands, and the note, its placeholders spelled out."""
+    known = getattr(campaign, "claims", ())
     for number, spec in enumerate(campaign.figures, 1):
-        yield f"figure {number} ({spec.kind}): note", spelled_note(spec.note or "", campaign.claims)
+        yield f"figure {number} ({spec.kind}): note", spelled_note(getattr(spec, "note", None) or "", known)
 
 
 def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
@@ -345,9 +346,7 @@ def unknown_names(campaign: Any, known: Sequence[str]) -> list[str]:
     """
     claims = getattr(campaign, "claims", ())
     told = [(f"claim {claim.name}", claim.formula) for claim in claims]
-    for number, spec in enumerate(campaign.figures, 1):
-        note = spelled_note(getattr(spec, "note", None) or "", claims)
-        told += [(f"figure {number}: note", found[1]) for found in _placeholders(note)]
+    told += [(where, found[1]) for where, note in _notes(campaign) for found in _placeholders(note)]
     own = {claim.name for claim in claims}
     return [
         f"{where}: {named.name!r} is no variable{nearest.meant(named.name, known)}"

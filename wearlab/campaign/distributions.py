@@ -5,13 +5,15 @@ import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
 from math import pi, sin
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import StrictInt, ValidationInfo, field_validator
 
 from wearlab.arrays import Array
 from wearlab.campaign.inheritance import CampaignError
-from wearlab.scene.problems import not_a_choice, shown
+from wearlab.options import ClosedTable
+from wearlab.scene.problems import shown
 from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split
 
 SMALLEST = 2.0**-40  # a probability; a Sobol point may be exactly 0
@@ -208,32 +210,7 @@ def _check(word: str, numbers: Sequence[float], where: str) -> None:
             raise CampaignError(f"{where}.{name}: {number:g} must be greater than 0")
 
 
-def read_correlations(given: Any, where: str) -> tuple[Correlation, ...]:
-    """Return the correlations of a sample, those of two drawn keys: Spearman's ρ, −1 < ρ < 1.
-
-    Parameters
-    ----------
-    given : list of [key, key, ρ]
-    where : place in the file
-
-    Raises
-    ------
-    CampaignError : an entry is malformed
-    """
-    if not isinstance(given, list):
-        raise CampaignError(f"{where}: {shown(given)} is no list of [key, key, ρ]")
-    correlations = []
-    for number, block in enumerate(given):
-        fits = isinstance(block, list) and len(block) == 3 and all(isinstance(key, str) for key in block[:2])
-        rank = block[2] if fits else None
-        if not is_number(rank) or not -1.0 < rank < 1.0:
-            wanted = "[key, key, ρ] with ρ within −1 and 1"
-            raise CampaignError(f"{where}[{number}]: {shown(block)} is not {wanted}")
-        correlations.append((*block[:2], float(rank)))
-    return tuple(correlations)
-
-
-def coupled(points: Array, correlations: tuple[Correlation, ...], keys: list[str], where: str) -> Array:
+def coupled(points: Array, correlations: Sequence[Correlation], keys: list[str], where: str) -> Array:
     """Return points of the unit cube whose columns have the wanted rank correlations, each still uniform.
 
     z = Φ⁻¹(u), z′ = L z with L Lᵀ = C, u′ = Φ(z′), where C_ij = 2 sin(π ρ_ij / 6) is the correlation of
@@ -273,42 +250,40 @@ INDICES = "sobol-indices"
 METHODS = ("sobol", "latin-hypercube", "random", INDICES)
 
 
-class Sample(NamedTuple):
-    """How the points of a block are drawn."""
+class SampleTable(ClosedTable):
+    """How the keys of a block are drawn."""
 
-    method: str
-    n: int
-    seed: int
-    correlation: tuple[Correlation, ...] = ()
+    method: Literal[METHODS]  # type: ignore[valid-type]
+    """sobol and random keep their first points when n grows; a Latin hypercube is made for its n;
+    sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter"""
+    n: StrictInt
+    """number of points; of sobol-indices pairs of points, d + 2 runs each for d keys"""
+    seed: StrictInt
+    """seed; the same seed draws the same points"""
+    correlation: list[Correlation] | None = None
+    """[key, key, Spearman's ρ] of keys that go together [independent]"""
 
+    @field_validator("n", "seed")
+    @classmethod
+    def _is_a_count(cls, number: int, info: ValidationInfo) -> int:
+        if number < (least := int(info.field_name == "n")):
+            raise ValueError(f"{number} is no whole number from {least} on")
+        return number
 
-def read_sample(given: Any, where: str, most: int) -> Sample:
-    """Return how a block is sampled.
-
-    Parameters
-    ----------
-    given : its ``sample`` table
-    where : place of the block in the file
-    most : number of points that a campaign may have
-    """
-    wanted = "{method = …, n = …, seed = …}, with correlation = [[key, key, ρ], …] where inputs go together"
-    if not isinstance(given, dict) or set(given) - {"correlation"} != {"method", "n", "seed"}:
-        raise CampaignError(f"{where}.sample: {shown(given)} is not {wanted}")
-    if given["method"] not in METHODS:
-        raise CampaignError(f"{where}.sample.method: {not_a_choice(given['method'], METHODS)}")
-    for key, least in (("n", 1), ("seed", 0)):
-        number = given[key]
-        if isinstance(number, bool) or not isinstance(number, int) or number < least:
-            raise CampaignError(f"{where}.sample.{key}: {shown(number)} is no whole number from {least} on")
-    if given["n"] > most:
-        raise CampaignError(f"{where}.sample.n: {given['n']} points are more than {most}; draw fewer")
-    correlation = read_correlations(given.get("correlation", []), f"{where}.sample.correlation")
-    if correlation and given["method"] == INDICES:
-        raise CampaignError(f"{where}.sample.correlation: Sobol' indices are of independent inputs: drop it")
-    return Sample(given["method"], given["n"], given["seed"], correlation)
+    @field_validator("correlation")
+    @classmethod
+    def _is_within(cls, given: list[Correlation] | None, info: ValidationInfo) -> list[Correlation] | None:
+        if given and info.data.get("method") == INDICES:
+            raise ValueError("Sobol' indices are of independent inputs: drop it")
+        for block in given or ():
+            if not -1.0 < block[2] < 1.0:
+                raise ValueError(f"{shown(list(block))} is not [key, key, ρ] with ρ within −1 and 1")
+        return given
 
 
-def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> dict[str, tuple[Any, ...]]:
+def draw(
+    sample: SampleTable, distributions: dict[str, Distribution], where: str
+) -> dict[str, tuple[Any, ...]]:
     """Return the drawn values of every key as a campaign file would write them.
 
     Parameters
@@ -329,7 +304,7 @@ def draw(sample: Sample, distributions: dict[str, Distribution], where: str) -> 
     }
 
 
-def _pairs(sample: Sample, width: int) -> Array:
+def _pairs(sample: SampleTable, width: int) -> Array:
     """Return A, B and A with each input of B, pair of points by pair of points, (n (width + 2), width)."""
     both = _points("sobol", sample.n, 2 * width, sample.seed)
     a, b = both[:, :width], both[:, width:]

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from wearlab import files, nearest
 from wearlab.options import OptionTable
 from wearlab.scene.merge import DropError, Table, merge, without
-from wearlab.scene.problems import EXPECTED, LIMITS, Refusal, not_of_kind, shown
+from wearlab.scene.problems import EXPECTED, LIMITS, Refusal, not_a_choice, not_of_kind, shown
 
 
 class CampaignError(Refusal):
@@ -105,6 +105,7 @@ def _short(path: str) -> str:
     return path if len(path) < 200 else f"{path[:200]}…"
 
 
+WORDS = re.compile(r"'([^']*)'")
 Model = TypeVar("Model", bound=OptionTable)
 
 
@@ -167,7 +168,7 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[Option
         remedy = nearest.meant(key, model.model_fields, f"; there are {', '.join(model.model_fields)}")
         return f"{where}.{key}: unknown key{remedy}"
     if error["type"] == "literal_error":
-        return f"{where}.{key}: {shown(given[key])} is not {error['ctx']['expected']}"
+        return f"{where}.{key}: {not_a_choice(given[key], WORDS.findall(error['ctx']['expected']))}"
     meaning = model.texts()[key]["description"]
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"

@@ -90,20 +90,6 @@ class DrawnTable(ClosedTable):
     """[low, high], values outside are not drawn [not truncated]"""
 
 
-class SampleTable(ClosedTable):
-    """How the keys of a block are drawn."""
-
-    method: Literal[distributions.METHODS]  # type: ignore[valid-type]
-    """sobol and random keep their first points when n grows; a Latin hypercube is made for its n;
-    sobol-indices is the design from which wl.sobol_indices tells what makes a result scatter"""
-    n: int
-    """number of points; of sobol-indices pairs of points, d + 2 runs each for d keys"""
-    seed: int
-    """seed; the same seed draws the same points"""
-    correlation: list[tuple[str, str, float]] | None = None
-    """[key, key, Spearman's ρ] of keys that go together [independent]"""
-
-
 class Sweep(OptionTable):
     """A block of dotted keys, each to a list of values; they advance together, blocks multiply."""
 
@@ -114,7 +100,7 @@ class Sweep(OptionTable):
     """name of the axis [the first key's last word]"""
     labels: list[str] | None = None
     """names of values that are tables or lists [the values]"""
-    sample: SampleTable | None = None
+    sample: distributions.SampleTable | None = None
     """draw the values of every key that has a distribution [keys list their values]"""
 
 

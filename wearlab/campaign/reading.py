@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from wearlab import nearest, units
-from wearlab.campaign import axes, campaign, case, cases, claims, inheritance, update, update_options
+from wearlab.campaign import axes, campaign, case, cases, claims, inheritance, update
 from wearlab.campaign.json_schema import CampaignFile
+from wearlab.campaign.update_options import SECTION
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
 from wearlab.scene import Scene, merge, oversights, problems
@@ -125,14 +126,18 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     tried = partial(inheritance.tried, faults)
     swept = tried(axes.read_axes, table.get("sweep", []))
     differences = None if swept is None else tried(cases.read_differences, table.get("case", []), swept)
-    told: dict[str, Any] = {"figures": tried(_figures, table.get("figure", []))}
-    told["claims"] = tried(claims.read_claims, table.get("claim", []))
+    told: dict[str, Any] = {
+        "figures": tried(_figures, table.get("figure", [])),
+        "claims": tried(claims.read_claims, table.get("claim", [])),
+        "metadata": tried(_metadata, table.get("metadata", {})),
+        "update": tried(update.read_update, table[SECTION]) if SECTION in table else None,
+        "report": tried(inheritance.modelled, campaign.ReportSpec, table.get("report", {}), "report"),
+    }
     for number, figure in enumerate(told["figures"] or () if told["claims"] is not None else ()):
         try:
             claims.spelled_note(figure.note or "", told["claims"])
         except ValueError as error:
             faults.append(f"figure[{number}].note: {error}")
-    told["metadata"] = tried(_metadata, table.get("metadata", {}))
     title, reference = (tried(_text, table, key) for key in ("title", "reference"))
     sections = {key: value for key, value in table.items() if key in (*Scene.model_fields, cases.EXPECT)}
     kept = sections.get("store", {})
@@ -140,9 +145,6 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
         sections["store"] = {**kept, "results": {**kept.get("results", {}), **own}}
     conditions = tried(case.read_conditions, table.get("exclude", []))
     every = tried(cases.expand, sections, swept or (), differences or (), load)
-    section = update_options.SECTION
-    told["update"] = tried(update.read_update, table[section]) if section in table else None
-    told["report"] = tried(inheritance.modelled, campaign.ReportSpec, table.get("report", {}), "report")
     if told["update"] is not None and every:
         tried(update.refuse_unknown_keys, told["update"], every)
     if faults:

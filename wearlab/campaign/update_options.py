@@ -23,7 +23,6 @@ WHERE = ("diameter", "roll_angle", "path_position")
 PREVIOUS = "previous"
 MOST_DRAWS = 100_000
 HOURS_A_YEAR = 8784.0  # of the longest
-DISCREPANCIES = ("none", "accumulating")
 CHANGES = ("none", "once", "running-in")
 
 
@@ -96,10 +95,13 @@ class ErrorBlock(Strict):
         ------
         CampaignError : there are none, or they do not go together
         """
-        sd, drift = (_spread(getattr(self, name), unit, f"{where}.{name}") for name in ("sd", "drift"))
+        sd, drift = (
+            None if (given := getattr(self, name)) is None else _positive(given, unit, f"{where}.{name}")
+            for name in ("sd", "drift")
+        )
         relative, gain = self.relative or 0.0, self.gain_sd or 0.0
         own = self.offset_sd
-        offset = 0.0 if own is None else _positive(own, unit, f"{where}.offset_sd")
+        offset = 0.0 if own is None else _number(own, unit, f"{where}.offset_sd")
         if sd is None and not relative and not by_column:
             said = "required: sd (a value with its unit, or a distribution), relative, or columns.sd"
             raise CampaignError(f"{where}: {said}")
@@ -109,12 +111,10 @@ class ErrorBlock(Strict):
         return ErrorModel(sd, relative, offset, drift, gain)
 
 
-def _spread(given: Any, unit: str, where: str) -> float | distributions.Distribution | None:
-    """Return a standard deviation [SI], or its distribution."""
-    if given is None:
-        return None
+def _positive(given: Any, unit: str, where: str) -> float | distributions.Distribution:
+    """Return a positive number [SI], or its distribution, whose values have the unit or none but "1"."""
     if not isinstance(given, dict):
-        return _positive(given, unit, where)
+        return _number(given, unit, where)
     if not distributions.is_distribution(given):
         raise CampaignError(f"{where}: {shown(given)} is neither a value nor a distribution")
     spread = distributions.read_distribution(given, where)
@@ -126,7 +126,7 @@ def _spread(given: Any, unit: str, where: str) -> float | distributions.Distribu
     return spread
 
 
-def _positive(given: Any, unit: str, where: str) -> float:
+def _number(given: Any, unit: str, where: str) -> float:
     value, own = distributions.number_of(given, where)
     if own is None and unit not in ("1", ""):
         raise CampaignError(f"{where}: {shown(given)} is no quantity: write a number with its unit")
@@ -306,12 +306,7 @@ def _shared(given: float | dict[str, Any] | None, name: str) -> float | distribu
         if not LEAST[name] <= law < 10.0:
             raise CampaignError(f"{where}: {law:g} is not from {LEAST[name]:g} to 10")
         return law
-    if not distributions.is_distribution(law):
-        raise CampaignError(f"{where}: {shown(law)} is no distribution")
-    read = distributions.read_distribution(law, where)
-    if read.unit is not None or read.below(0.0) > 0.0:
-        raise CampaignError(f"{where}: must be positive and without a unit, such as a log-normal")
-    return read
+    return _positive(law, "1", where)
 
 
 class UnitBlock(Strict):
@@ -417,7 +412,7 @@ class UpdateBlock(Strict):
 
     limit: LimitBlock | None = None
     """the wear that ends the life [wear.until]"""
-    discrepancy: Literal[DISCREPANCIES] = "none"  # type: ignore[valid-type]
+    discrepancy: Literal["none", "accumulating"] = "none"
     """what is wrong with the model itself: nothing, or noise that accumulates (error.drift)"""
     draws: Annotated[int, Ge(1), Le(MOST_DRAWS)] = 4000
     """draws from the posterior, and runs for unknowns besides wear's factor"""

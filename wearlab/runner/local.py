@@ -11,19 +11,17 @@ import signal
 import sys
 import threading
 import time
-import traceback
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from wearlab.runner.report import RunnerError
+from wearlab.runner.worker import quietly
 from wearlab.sources import code_and_place, source_hash
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign
-    from wearlab.simulation.warm import Job
     from wearlab.store import Store
 
 _wall = time.time
@@ -308,7 +306,7 @@ def compile_ahead(
     """
     from dask.distributed import as_completed
 
-    from wearlab.simulation.warm import jobs_of, kinds_of
+    from wearlab.simulation.warm import do, jobs_of, kinds_of
 
     clock = time.perf_counter()
     named = {id(case.scene): case.label for campaign in campaigns for case in campaign.cases}
@@ -316,20 +314,10 @@ def compile_ahead(
     jobs = jobs_of(kinds)
     told = begin(len(jobs)) if begin else lambda name: None
     with local_client(workers, dashboard=False) as client:
-        futures = {client.submit(_done, job, pure=False, priority=-n): job for n, job in enumerate(jobs)}
+        futures = {
+            client.submit(quietly, do, job, pure=False, priority=-n): job for n, job in enumerate(jobs)
+        }
         for future in as_completed(futures):
             future.result()
             told(named[id(futures[future][1])])
     return len(kinds), time.perf_counter() - clock
-
-
-def _done(job: "Job") -> None:
-    """Do a job in a worker; its errors are left to the runs themselves, which report them."""
-    from wearlab.simulation.warm import do
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            do(job)
-    except Exception:
-        traceback.print_exc()

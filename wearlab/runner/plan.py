@@ -367,14 +367,11 @@ def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amo
 
 
 def _total(groups: Iterable[tuple[list[float], int]]) -> Amount:
-    value = low = high = 0.0
+    totals = []
     for costs, count in groups:
-        ordered = sorted(costs)
-        cut = int(SPREAD * len(ordered))
-        value += count * median(ordered)
-        low += count * ordered[cut]
-        high += count * ordered[-1 - cut]
-    return Amount(value, low, high)
+        ordered, cut = sorted(costs), int(SPREAD * len(costs))
+        totals.append([count * cost for cost in (median(ordered), ordered[cut], ordered[-1 - cut])])
+    return Amount(*map(sum, zip(*totals, strict=True)))
 
 
 def parts_of(scene: str) -> tuple[Any, ...]:

@@ -183,19 +183,21 @@ def execute(task: Task, simulate: str = SIMULATE, send: Send | None = None) -> o
 def warm_up(scenes: Sequence[Any], simulate: str = SIMULATE, turn: int = 0, workers: int = 1) -> None:
     """Compile what these scenes need, where the simulation offers it (``warm_up`` beside ``simulate``).
 
-    Errors are left to the cases themselves, which report them.
-
     Parameters
     ----------
     scenes : of the cases to come
     simulate : ``module:function``, scene to dataset
     turn, workers : this worker's place among those that compile, and their number
     """
+    if hook := getattr(import_module(simulate.partition(":")[0]), "warm_up", None):
+        quietly(hook, scenes, turn, workers)
+
+
+def quietly(compile_some: Callable[..., object], *given: Any) -> None:
+    """Call what compiles; its errors are left to the runs themselves, which report them."""
     try:
-        hook = getattr(import_module(simulate.partition(":")[0]), "warm_up", None)
-        if hook is not None:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                hook(scenes, turn, workers)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            compile_some(*given)
     except Exception:
         traceback.print_exc()

@@ -22,6 +22,7 @@ EXPECTED = {
     "path_type": "text",
     "bool_type": "true or false",
     "bool_parsing": "true or false",
+    "int_type": "whole number",
     **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "table"),
     **dict.fromkeys(("tuple_type", "list_type"), "list"),
 }

@@ -10,7 +10,7 @@ import xarray as xr
 
 from wearlab.arrays import Index
 from wearlab.campaign import Axis, Campaign, Case
-from wearlab.campaign.distributions import Distribution, Sample, draw
+from wearlab.campaign.distributions import Distribution, SampleTable, draw
 from wearlab.campaign.update import FACTOR
 from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UnitBlock, UpdateSpec
 from wearlab.gears.specification import GearError
@@ -123,7 +123,9 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
             key = next(iter(study.costly))
             raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
         if study.costly:
-            drawn = draw(Sample("sobol", spec.draws, spec.seed), study.costly, "update.unknown")
+            drawn = draw(
+                SampleTable(method="sobol", n=spec.draws, seed=spec.seed), study.costly, "update.unknown"
+            )
             study = replace(study, drawn=drawn)
         made.append(study)
     return tuple(made)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
 from wearlab.store import Store, outcome
-from wearlab.units import HOUR, MINUTE, convert
+from wearlab.units import convert
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -243,7 +243,6 @@ def _built(cases: "dict[str, Case]") -> dict[str, output.ShownTable]:
 
 
 SHOWN = 6
-UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
 @app.command()
@@ -277,6 +276,8 @@ def _content(planned: "Plan") -> dict[str, Any]:
 
 
 def _planned(planned: "Plan") -> output.Text:
+    from rich.filesize import decimal
+
     from wearlab.runner.plan import WORDS
 
     yield planned.title
@@ -303,11 +304,11 @@ def _planned(planned: "Plan") -> output.Text:
         to_do = any(run.state in ("new", "lost") for run in planned.runs)
         yield "  time and size unknown: no recorded runs to tell from" if to_do else "  nothing to do"
         return
-    about, least, most = (_time(value / planned.workers) for value in planned.seconds)
+    about, least, most = (outcome.seconds_text(value / planned.workers) for value in planned.seconds)
     workers = "one worker" if planned.workers == 1 else f"{planned.workers} workers"
     yield f"  time: about {about} with {workers} ({least} to {most})"
-    low, high = _size(planned.bytes.low), _size(planned.bytes.high)
-    yield f"  disk: about {_size(planned.bytes.value)} ({low} to {high}), {_size(planned.free)} free"
+    size, low, high, free = (decimal(round(count)) for count in (*planned.bytes, planned.free))
+    yield f"  disk: about {size} ({low} to {high}), {free} free"
     yield f"  from {planned.basis}"
 
 
@@ -330,17 +331,6 @@ def _for_the_update(campaign: "Campaign", store: "Store", workers: int | None) -
         label = some[0].label if len(some) == 1 else f"{len(some)} units"
         yield f"  {label}: {len(planned.runs)} runs, {states}{time}"
     yield "  and as many longer ones where the measurements lie beyond them"
-
-
-def _time(seconds: float) -> str:
-    if seconds >= HOUR:
-        return f"{seconds / HOUR:.3g} h"
-    return f"{seconds / MINUTE:.3g} min" if seconds >= MINUTE else f"{seconds:.2g} s"
-
-
-def _size(count: float) -> str:
-    scale, unit = next(((scale, unit) for scale, unit in UNITS if count >= scale), (1.0, "bytes"))
-    return f"{count / scale:.3g} {unit}"
 
 
 @app.command("compile")
