@@ -108,13 +108,11 @@ def test_a_wave_decays_as_on_a_half_plane(make_path, kappa_a):
     assert found == pytest.approx(expected * h[0, inside], abs=0.01 * abs(expected))
 
 
-def across(half_width, arc, j, orders):
+def across(half_width, arc, j, most):
     """Return the coefficients of a contact at node j of a flank at ascending arcs, and the nodes it feels."""
-    window = windows(half_width, arc)
-    felt = slice(window.first[j], window.last[j])
-    t, found = (window.where[felt] - arc[j]) / half_width[j], np.zeros((orders, felt.stop - felt.start))
-    coefficients(t, found)
-    return t, found, window.node[felt]
+    t, node, felt = (each[j] for each in windows(half_width, arc))
+    assert t[felt][0] <= -1.0 < t[felt][1] and t[felt][-2] < 1.0 <= t[felt][-1]
+    return t[felt], coefficients(t[felt], most), node[felt]
 
 
 def test_coefficients_are_those_of_bessel_and_converge(make_path):
@@ -123,7 +121,7 @@ def test_coefficients_are_those_of_bessel_and_converge(make_path):
     for nodes in (401, 801, 1601):
         s, path, a = wave_path(make_path, nodes)
         j = int(np.argmin(np.abs(s - 3e-3)))
-        _, found, node = across(a, path.arc[0], j, 1)
+        _, found, node = across(a, path.arc[0], j, FIRST_ORDER)
         wave = np.cos(2.0 / a[0] * (path.arc[0] - path.arc[0, j]))
         errors.append(abs(float(found[0] @ wave[node]) - np.pi / 2 * -2.0 * jv(2, 2.0)))
     assert errors[0] / errors[1] > 3.0
@@ -133,9 +131,9 @@ def test_coefficients_are_those_of_bessel_and_converge(make_path):
 @pytest.mark.parametrize("j", [0, 40, 117])
 def test_coefficients_are_integrals_over_hats(contact, j):
     path, a, _ = contact
-    orders = most_orders(a, path) - FIRST_ORDER + 1
-    t, found, _ = across(a, path.arc[0], j, orders)
-    for order in (0, 1, orders - 1):
+    most = most_orders(a, path)
+    t, found, _ = across(a, path.arc[0], j, most)
+    for order in (0, 1, most - FIRST_ORDER):
         for i, unit in enumerate(np.eye(len(t))):
             inside = np.arccos(np.clip(t[max(i - 1, 0) : i + 2], -1.0, 1.0))[::-1]
             expected, _ = quad(
@@ -152,15 +150,15 @@ def test_coefficients_are_integrals_over_hats(contact, j):
 def test_squares_are_sums_over_orders_of_what_a_contact_feels(contact):
     path, a, _ = contact
     at, node, product = squares(a, path)
-    n, orders = len(a), most_orders(a, path) - FIRST_ORDER + 1
+    n, most = len(a), most_orders(a, path)
     assert product.shape == (len(node), 2 * n) and set(at) == set(range(n))
     for j in (0, 60, n - 1):
         felt = node[at == j]
         arcs = [arc if arc[-1] > arc[0] else -arc for arc in path.arc]
-        both = [across(a, arc, j, orders) for arc in arcs]
+        both = [across(a, arc, j, most) for arc in arcs]
         np.testing.assert_array_equal(felt, np.concatenate([own + n * f for f, (*_, own) in enumerate(both)]))
         b = np.concatenate([found for _, found, _ in both], axis=1)
-        square = b.T @ (np.arange(FIRST_ORDER, FIRST_ORDER + orders)[:, None] * b)
+        square = b.T @ (np.arange(FIRST_ORDER, most + 1)[:, None] * b)
         expected = np.zeros((len(felt), 2 * n))
         np.add.at(expected.T, felt, square.T)  # a node and its mirror images are one
         found = product[at == j].toarray()

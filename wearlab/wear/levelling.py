@@ -29,7 +29,6 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from wearlab.arrays import Array, Index
-from wearlab.compiled import jit, jit_inner
 from wearlab.wear.patch import TwoWay, ascending, felt_matrix, remembered, spread_matrix
 from wearlab.wear.path import WearPath
 
@@ -52,19 +51,18 @@ class Squares(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """The nodes that contacts feel on one flank, one more on either side.
+    """The nodes that contacts feel on one flank, one more on either side, (n, n_felt): shorter ones go on.
 
     Parameters
     ----------
-    where : (3n,) arcs of the nodes and of their mirror images in both ends, ascending [m]
-    node : (3n,) which node each is
-    first, last : (n,) of each contact
+    t : where each lies in the patch, ascending, ±1 at its ends [1]
+    node : which node each is, or is the mirror image of
+    felt : whether it is one of them
     """
 
-    where: Array
+    t: Array
     node: Index
-    first: Index
-    last: Index
+    felt: Array
 
 
 @remembered
@@ -78,35 +76,33 @@ def squares(half_width: Array, path: WearPath) -> Squares:
     Johnson 1985, §2.7 and Appendix 1.
     """
     rows = np.atleast_2d(half_width)
-    n = rows.size
-    each = [[windows(row, ascending(arc)) for arc in path.arc] for row in rows]
-    felt = np.concatenate([np.sum([window.last - window.first for window in own], axis=0) for own in each])
-    first = np.concatenate([[0], np.cumsum(felt)])
-    filled = np.concatenate([[0], np.cumsum(felt**2)])
-    node, product = np.empty(first[-1], np.int64), np.empty(filled[-1])
-    centre = np.stack([ascending(arc) for arc in path.arc])
-    scratch = np.empty((most_orders(rows, path) - FIRST_ORDER + 1, int(felt.max())))
-    for number, (row, own) in enumerate(zip(rows, each, strict=True)):
-        where, image, begin, end = (np.stack(part) for part in zip(*own, strict=True))
-        at, last = len(row) * number, len(row) * (number + 1)
-        _fill(
-            where, image + at + n * np.arange(2)[:, None], begin, end, centre, row, scratch,
-            node[first[at] : first[last]], product[filled[at] : filled[last]],
-        )  # fmt: skip
-    columns = [node[first[j] : first[j + 1]] for j in np.repeat(np.arange(len(felt)), felt)]
-    ends = np.concatenate([[0], np.cumsum(np.repeat(felt, felt))])
-    matrix = csr_array((product, np.concatenate(columns), ends), (first[-1], 2 * n))
-    return Squares(np.repeat(np.arange(len(felt)), felt), node, matrix)
+    most, each = most_orders(rows, path), list[tuple[Array, ...]]()
+    order = np.arange(FIRST_ORDER, most + 1)[:, None]
+    for number, row in enumerate(rows):
+        own = [windows(row, ascending(arc)) for arc in path.arc]
+        found = np.concatenate([coefficients(window.t, most) for window in own], axis=-1)
+        entry = [window.node + len(row) * number + rows.size * flank for flank, window in enumerate(own)]
+        node, felt = np.concatenate(entry, axis=1), np.concatenate([window.felt for window in own], axis=1)
+        both = felt[:, :, None] & felt[:, None, :]
+        product = (order * found).swapaxes(1, 2) @ found
+        column = np.broadcast_to(node[:, None, :], both.shape)
+        each.append((felt.sum(axis=1), node[felt], product[both], column[both]))
+    count, node, product, column = map(np.concatenate, zip(*each, strict=True))
+    ends = np.concatenate([[0], np.cumsum(np.repeat(count, count))])
+    matrix = csr_array((product, column, ends), (len(node), 2 * rows.size))
+    return Squares(np.repeat(np.arange(len(count)), count), node, matrix)
 
 
 def windows(half_width: Array, arc: Array) -> Windows:
-    """Return the nodes felt on a flank, whose nodes lie at ascending arcs (n,) [m]."""
+    """Return the nodes felt on a flank, whose nodes lie at ascending arcs (n,) [m], and their images."""
     place = np.arange(len(arc))
     where = np.concatenate([2.0 * arc[0] - arc[::-1], arc, 2.0 * arc[-1] - arc[::-1]])
-    node = np.concatenate([place[::-1], place, place[::-1]])
     first = np.searchsorted(where, arc - half_width, side="right") - 1
     last = np.searchsorted(where, arc + half_width, side="left") + 1
-    return Windows(where, node, first, last)
+    number = first[:, None] + np.arange((last - first).max())
+    at = np.clip(number, 0, len(where) - 1)
+    t = (where[at] - arc[:, None]) / half_width[:, None]
+    return Windows(t, np.concatenate([place[::-1], place, place[::-1]])[at], number < last[:, None])
 
 
 def most_orders(half_width: Array, path: WearPath) -> int:
@@ -117,62 +113,21 @@ def most_orders(half_width: Array, path: WearPath) -> int:
     return int(np.clip(np.ceil(np.pi * finest), LEAST_ORDERS, MOST_ORDERS))
 
 
-@jit
-def coefficients(t: Array, out: Array) -> None:
-    """Fill out (n_orders, m) with ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t (m,), orders from 2.
+def coefficients(t: Array, most: int) -> Array:
+    """Return ``∫ φ_i T_n/√(1 − t²) dt`` of nodes at ascending t (…, m), orders from 2, (…, most − 1, m).
 
     Between nodes ``∫ T_n/√(1 − t²) dt = −sin nθ/n`` with t = cos θ, and that of t T_n half the sum of its
-    neighbours in n.
+    neighbours in n. Beyond ±1 there is nothing.
     """
-    orders = out.shape[0]
-    out[:, :] = 0.0
-    before, after = np.zeros(orders + FIRST_ORDER + 1), np.zeros(orders + FIRST_ORDER + 1)
-    _waves(t[0], before)
-    for right in range(1, len(t)):
-        _waves(t[right], after)
-        length = t[right] - t[right - 1]
-        if length > 0.0:
-            for row in range(orders):
-                n = row + FIRST_ORDER
-                plain = before[n] - after[n]
-                slope = 0.5 * ((before[n - 1] - after[n - 1]) + (before[n + 1] - after[n + 1]))
-                out[row, right - 1] += (t[right] * plain - slope) / length
-                out[row, right] += (slope - t[right - 1] * plain) / length
-        before, after = after, before
-
-
-@jit_inner
-def _waves(t: float, out: Array) -> None:
-    """Fill out with sin(nθ)/n for n from 1, t = cos θ; beyond ±1 they are 0."""
-    cosine = min(max(t, -1.0), 1.0)
-    last, wave = 0.0, np.sqrt(1.0 - cosine * cosine)
-    for n in range(1, len(out)):
-        out[n] = wave / n
-        last, wave = wave, 2.0 * cosine * wave - last
-
-
-@jit
-def _fill(where, image, begin, end, centre, half_width, scratch, node, product):  # type: ignore[no-untyped-def]
-    """Fill nodes and squares of every contact; ``image``: which entry of the wear a mirrored node is."""
-    at, of_node, t = 0, 0, np.empty(scratch.shape[1])
-    for contact in range(len(half_width)):
-        start = of_node
-        for flank in range(2):
-            low, high = begin[flank, contact], end[flank, contact]
-            for felt in range(low, high):
-                t[felt - low] = (where[flank, felt] - centre[flank, contact]) / half_width[contact]
-                node[of_node + felt - low] = image[flank, felt]
-            coefficients(t[: high - low], scratch[:, of_node - start : of_node - start + high - low])
-            of_node += high - low
-        count = of_node - start
-        square = product[at : at + count * count].reshape(count, count)
-        square[:, :] = 0.0
-        for row in range(scratch.shape[0]):
-            for i in range(count):
-                times = (row + FIRST_ORDER) * scratch[row, i]
-                for k in range(count):
-                    square[i, k] += times * scratch[row, k]
-        at += count * count
+    n, t = np.arange(FIRST_ORDER - 1, most + 2)[:, None], t[..., None, :]
+    change = -np.diff(np.sin(n * np.arccos(np.clip(t, -1.0, 1.0))) / n)
+    plain, slope = change[..., 1:-1, :], 0.5 * (change[..., :-2, :] + change[..., 2:, :])
+    length = np.diff(t)
+    share = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
+    found = np.zeros((*plain.shape[:-1], t.shape[-1]))
+    found[..., :-1] += (t[..., 1:] * plain - slope) * share
+    found[..., 1:] += (slope - t[..., :-1] * plain) * share
+    return found
 
 
 LAG = 3e-6
