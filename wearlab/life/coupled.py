@@ -75,6 +75,11 @@ class WearState(NamedTuple):
     block: "tuple[WearState, ...]" = ()
 
     @property
+    def conditions(self) -> "tuple[WearState, ...]":
+        """The state in every condition of operation: in the blocks of a duty, or itself."""
+        return self.block or (self,)
+
+    @property
     def response(self) -> Response | None:
         """The steady response (at the first error angle), None without dynamics."""
         return self.responses[0] if self.responses else None

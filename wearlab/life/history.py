@@ -54,8 +54,8 @@ class History(NamedTuple):
     def in_block(self, block: int) -> "History":
         """Return the states as one of the conditions that take turns saw them."""
         sampled = self.sampled and self.sampled.in_block(block)
-        own = (state.block[block] if state.block else state for state in self.state)
-        return self._replace(state=tuple(own), sampled=sampled)
+        own = tuple(state.conditions[block] for state in self.state)
+        return self._replace(state=own, sampled=sampled)
 
 
 def spread_over(count: int, most: int = MOST_SAMPLES) -> list[int]:

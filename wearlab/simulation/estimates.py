@@ -12,14 +12,14 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import interp1d
+from scipy.interpolate import RegularGridInterpolator
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.life import coupled, history, limits
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.scene import build
-from wearlab.simulation import operating, twins, wear_off
+from wearlab.simulation import monitoring, operating, twins, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of drawn scenes."""
@@ -131,12 +131,15 @@ def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tupl
     """Return what speaks against the estimates of a life."""
     stage, lived, loudest = looked.stage, looked.lived, _loudest(looked.lived, force)
     states = (*lived.samples.state, *lived.state)
-    responses = [
-        response for state in states for each in (state.block or (state,)) for response in each.responses
-    ]
+    conditions = list(zip(*(state.conditions for state in states), strict=True))
+    responses = [response for each in conditions for state in each for response in state.responses]
     missing = sum(state is None for state in looked.worn)
     life: Any = lived.life or UNWORN
-    hardest = max((_hardest(stage, state) for state in states), default=0.0)
+    hardest = 0.0
+    for parts, each in zip(stage.parts, conditions, strict=True):
+        static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
+        largest = [extremes(response).largest for state in each for response in state.responses]
+        hardest = max([hardest, *(_most(monitoring.over(own, static)) for own in largest)])
     said = {
         "the work of the life is used up before its end": life.end_reason in limits.ENDS_OF_WORK,
         "a response does not repeat": any(response.period == 0 for response in responses),
@@ -155,24 +158,21 @@ def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tupl
 
 def _loudest(lived: history.History, force: tuple[twins.ForceErrors, ...] | None) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
-    ratios = [0.0]
-    for block, errors in enumerate(force or ()):
-        for error, state in zip(errors.mesh, lived.in_block(block).state, strict=True):
-            if np.isfinite(error):
-                size = max(float(extremes(response).largest.max()) for response in state.responses)
-                ratios += [error / size] if size > 0.0 else []
-    return float(max(ratios))
+    ratios = [
+        monitoring.over(errors.mesh, np.array([_largest(state) for state in lived.in_block(block).state]))
+        for block, errors in enumerate(force or ())
+    ]
+    return _most(np.ravel(ratios))
 
 
-def _hardest(stage: operating.Stage, state: coupled.WearState) -> float:
-    """Return the largest mesh force of a state over the static one, of all conditions and meshes [1]."""
-    factors = [0.0]
-    for parts, condition in zip(stage.parts, state.block or (state,), strict=True):
-        static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
-        for response in condition.responses:
-            loaded = static > 0.0
-            factors += list(extremes(response).largest[loaded] / static[loaded])
-    return float(max(factors))
+def _largest(state: coupled.WearState) -> float:
+    """Return the largest force of any mesh of a state in one condition [N]."""
+    return max(float(extremes(response).largest.max()) for response in state.responses)
+
+
+def _most(values: Array) -> float:
+    """Return the largest value that is known, at least 0."""
+    return float(np.fmax.reduce(values, initial=0.0))
 
 
 def _stepping(lived: history.History, cycle: Array) -> Array:
@@ -206,27 +206,24 @@ def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
     """Return the errors of the forces of all kept states in every condition; None without dynamics."""
     if looked.stage.first.vibration is None:
         return None
-    return tuple(_forces_in(looked, block) for block in range(len(looked.stage.parts)))
-
-
-def _forces_in(looked: Looked, block: int) -> twins.ForceErrors:
-    """Return those in one condition, from the errors of the states that have twins."""
-    parts, lived, known = looked.stage.parts[block], looked.lived.in_block(block), []
-    for state, further in zip(lived.samples.state, looked.worn, strict=True):
-        worse = None if further is None else further.worse[block]
-        if further is not None and worse is not None:
-            twin = further.twin.conditions[block]
-            mesh, largest, bearing = twins.force_errors(parts, state, twin, worse)
-            size = max(float(extremes(one).largest.max()) for one in state.responses)
-            least = TOLERATED * parts.scene.numerics.tolerance * size
-            known += [(twin.cycle, mesh, max(largest, least), bearing)] if np.isfinite(mesh) else []
-    if not known:
-        return twins.ForceErrors(*np.full((3, len(lived.state)), np.nan))
-    cycle, *each = np.array(known).T
-    aperiodic = [any(response.period == 0 for response in state.responses) for state in lived.state]
-    return twins.ForceErrors(
-        *(np.where(aperiodic, np.nan, np.interp(lived.cycle, cycle, error)) for error in each)
-    )
+    found = []
+    for block, parts in enumerate(looked.stage.parts):
+        lived, known = looked.lived.in_block(block), []
+        for state, further in zip(lived.samples.state, looked.worn, strict=True):
+            worse = None if further is None else further.worse[block]
+            if further is not None and worse is not None:
+                mesh, largest, bearing = twins.force_errors(
+                    parts, state, further.twin.conditions[block], worse
+                )
+                least = TOLERATED * parts.scene.numerics.tolerance * _largest(state)
+                known += (
+                    [(further.twin.cycle, mesh, max(largest, least), bearing)] if np.isfinite(mesh) else []
+                )
+        periodic = np.array([twins.is_periodic(state) for state in lived.state])
+        cycle, *each = np.array(known).T if known else np.full((4, 1), np.nan)
+        errors = (np.where(periodic, np.interp(lived.cycle, cycle, error), np.nan) for error in each)
+        found.append(twins.ForceErrors(*errors))
+    return tuple(found)
 
 
 def _life(looked: Looked) -> float | None:
@@ -245,7 +242,7 @@ def _life(looked: Looked) -> float | None:
     if known:  # where the flanks that end the life are worn most
         last, drive = known[-1]
         off = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
-        there = np.isin(last.twin.flank, end.flanks)
+        there = np.isin(twins.flank_of_nodes(last.twin.parts), end.flanks)
         deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
         deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(off[there].mean())
     elif any(map(twins.is_periodic, lived.samples.state)):
@@ -294,29 +291,22 @@ def estimated_over_face(stage: operating.Stage, lived: history.History, inherite
         for state in ends:  # at the slices and nodes of the rougher twin
             each = zip(state.wear, _grids(first), grids, strict=True)
             rough.append(together.evaluate(tuple(moved(*own) for own in each)))
-        share = _weight(first) * max(
-            _apart(first, rougher_parts[0], fine, twin) for fine, twin in zip(ends, rough, strict=True)
-        )
+        apart = [_apart(state, twin, _grids(first), grids) for state, twin in zip(ends, rough, strict=True)]
+        assert first.face is not None
+        contacts = [kind.contact for kind in first.face.kinds]
+        sliced = any(contact.solid is None and contact.shear_length == 0.0 for contact in contacts)
+        share = (OF_ENDS if sliced or not contacts[0].helix.angle else WEIGHT) * max(apart)
     force, pairs = None, zip(ends, rough, strict=True)
     if ends[0].responses:  # mesh forces at any phase are off by no more, nor are bearings, which carry less
         most = [[extremes(state.responses[0]).largest for state in pair] for pair in pairs]
         off = max(float(np.abs(fine - twin).max()) for fine, twin in most)
         force = (twins.ForceErrors(*np.full((3, len(lived.state)), off)),)
-    steps = np.interp(lived.cycle, lived.life.cycle, lived.life.accumulated_error)
     start = flat(lived.state[0].wear)
     worn = np.array([float((flat(state.wear) - start).max()) for state in lived.state])
     life = None
     if lived.life.worn_out:
         life = lived.life.error_estimate_life + share * float(lived.life.cycle[-1])
-    return Estimates(inherited + steps + share * worn, force, life)
-
-
-def _weight(parts: build.Parts) -> float:
-    """Return what of the change of a rougher twin's rate is an error [1]."""
-    assert parts.face is not None
-    contacts = [kind.contact for kind in parts.face.kinds]
-    apart = any(contact.solid is None and contact.shear_length == 0.0 for contact in contacts)
-    return OF_ENDS if apart or not contacts[0].helix.angle else WEIGHT
+    return Estimates(inherited + _stepping(lived, lived.cycle) + share * worn, force, life)
 
 
 def _grids(parts: build.Parts) -> list[FaceGrid]:
@@ -324,15 +314,15 @@ def _grids(parts: build.Parts) -> list[FaceGrid]:
     return [kind.contact.grid for kind in parts.face.kinds]
 
 
-def _apart(parts: build.Parts, twin: build.Parts, fine: coupled.WearState, rough: coupled.WearState) -> float:
+def _apart(
+    fine: coupled.WearState, rough: coupled.WearState, grids: list[FaceGrid], theirs: list[FaceGrid]
+) -> float:
     """Return by how much the rate of the rougher twin differs where wear is fastest, over the fastest [1]."""
     fastest = max(float(rate.max()) for rate in fine.rate)
-    if fastest == 0.0:
-        return 0.0
     off = [0.0]
-    for own, other, grid, its in zip(fine.rate, rough.rate, _grids(parts), _grids(twin), strict=True):
-        off += np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].tolist()
-    return max(off) / fastest
+    for own, other, grid, its in zip(fine.rate, rough.rate, grids, theirs, strict=True):
+        off.append(float(np.abs(moved(other, its, grid) - own)[own >= BUSY * fastest].max(initial=0.0)))
+    return max(off) / fastest if fastest > 0.0 else 0.0
 
 
 def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
@@ -343,12 +333,13 @@ def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
     values : (2, n_face, n) on the grid ``own``
     own, wanted : grids of one pair
     """
-    along = interp1d(
-        _apart_at_steps(own), values, axis=2, bounds_error=False, fill_value=(values[..., 0], values[..., -1])
-    )(_apart_at_steps(wanted))
-    ends = (along[:, 0], along[:, -1])
-    across = interp1d(own.position, along, axis=1, bounds_error=False, fill_value=ends)
-    return np.asarray(across(wanted.position))
+    axes = own.position, _apart_at_steps(own)
+    at = [
+        np.clip(place, axis[0], axis[-1])
+        for axis, place in zip(axes, (wanted.position, _apart_at_steps(wanted)), strict=True)
+    ]
+    linear = RegularGridInterpolator(axes, np.moveaxis(values, 0, -1))
+    return np.moveaxis(linear(tuple(np.meshgrid(*at, indexing="ij"))), -1, 0)
 
 
 def _apart_at_steps(grid: FaceGrid) -> Array:

@@ -9,7 +9,7 @@ from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.dynamics.orbits import continuation, periodic
 from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
-from wearlab.mesh import excitation, force, stages
+from wearlab.mesh import force, stages
 from wearlab.scene import build
 from wearlab.simulation import label
 from wearlab.simulation.vibration import transmission_error
@@ -23,11 +23,10 @@ ORDERS = 5
 
 def at_speed(parts: build.Parts, state: coupled.WearState, speed: float) -> Vibration:
     """Return the dynamics at a speed [rad/s], with steps by the rule for that speed."""
-    scene = parts.scene
-    assert parts.vibration is not None and scene.operation.speed is not None
-    period = parts.gears.period * scene.operation.speed / speed
+    assert parts.scene.operation.speed is not None
+    period = parts.gears.period * parts.scene.operation.speed / speed
     stiffest = np.array([state.kind[mesh.kind].static.tangent.max() for mesh in parts.meshes])
-    grid = build.vibration.steps_grid(scene, parts.on_clock, parts.vibration.system, stiffest, period)
+    grid = build.vibration.steps_grid(parts.scene, parts.on_clock, parts.moving.system, stiffest, period)
     return parts.with_steps(grid, 1, period)
 
 
@@ -39,26 +38,21 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Val
 
     The first speed starts from the steady response there, each further direction where the last has ended.
     """
-    account = parts.coupling.account
+    account, method = parts.coupling.account, parts.moving.method
 
     def mesh_at(speed: float) -> tuple[Any, stages.StageTables, float]:
         """Return system, tables and duration of a mesh period at a speed [rad/s]."""
         moving = at_speed(parts, state, speed)
-        tables = excitation.stage_tables(state.flanks, moving.sampling, moving.fluctuation)
-        return moving.system, tables, moving.period
+        return moving.system, moving.tables(state.flanks), moving.period
 
-    assert parts.vibration is not None and isinstance(parts.vibration.method, periodic.Periodic)
+    assert isinstance(method, periodic.Periodic)
     given: Any = parts.scene.dynamics and parts.scene.dynamics.response
     speeds = np.linspace(getattr(given.speed, "from"), given.speed.to, given.speed.points)
-    way = continuation.Continuation(given.transient, given.strobe, parts.vibration.method)
-    begin = float(speeds[ORDER[given.directions[0]]][0])
-    values: label.Values = {
-        "response_speed": speeds,
-        "direction": list(given.directions),
-        "order": np.arange(1, ORDERS * LINES + 1) / LINES,
-    }
+    way, branches = continuation.Continuation(given.transient, given.strobe, method), []
+    values: label.Values = {"response_speed": speeds, "direction": list(given.directions)}
+    values["order"] = np.arange(1, ORDERS * LINES + 1) / LINES
     with account.timed("dynamics"):
-        start, branches = way.method.solve(*mesh_at(begin)).end, list[list[continuation.Point]]()
+        start = method.solve(*mesh_at(float(speeds[ORDER[given.directions[0]]][0]))).end
         for direction in given.directions:
             branches.append(way.follow(mesh_at, list(speeds[ORDER[direction]]), start))
             start = branches[-1][-1].response.end
@@ -71,8 +65,8 @@ def over_speed_values(parts: build.Parts, state: coupled.WearState) -> label.Val
         values[f"response_{name}"] = each if name in ("orbit_period", "multiplier") else each[None]
     if any(jumps):  # with their brackets
         each = label.padded([np.reshape(place, (-1, 4)) for place in jumps])
-        extent = {"response_jump_extent": each[..., 2:], "edge": ["before", "after"]}
-        values |= {"response_jump_speed": each[..., :2], **extent}
+        values |= {"response_jump_speed": each[..., :2], "response_jump_extent": each[..., 2:]}
+        values["edge"] = ["before", "after"]
     return values
 
 
@@ -85,10 +79,9 @@ def _described(parts: build.Parts, state: coupled.WearState, point: continuation
     dashpot = mesh_forces.dashpot_of_mesh(vibration.system, 0)
     elastic = force.flank_forces(state.flanks[0], where, motion, dashpot, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
-    static, extreme = parts.kinds[0].analysis.load, extremes.extremes(response)
-    direction, tables = vibration.system.direction[0], response.tables  # of the strobed states, at phase 0
-    moved, moving = (each @ direction for each in np.split(point.strobe, 2, axis=1))
-    multiplier = abs(response.multipliers[0]) if len(response.multipliers) else np.nan
+    static, extreme, tables = parts.kinds[0].analysis.load, extremes.extremes(response), response.tables
+    strobed = np.split(point.strobe, 2, axis=1)  # at phase 0
+    moved, moving = (each @ vibration.system.direction[0] for each in strobed)
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
         "force_peak_to_peak": extreme.largest[0] - extreme.least[0],
@@ -97,7 +90,7 @@ def _described(parts: build.Parts, state: coupled.WearState, point: continuation
         "dte_rms": transmission.std(),
         "separation_fraction": extreme.separated[0],
         "orbit_period": response.period,
-        "multiplier": multiplier,
+        "multiplier": abs(response.multipliers[0]) if len(response.multipliers) else np.nan,
         "dte_orders": order_amplitudes(transmission),
         "force_orders": order_amplitudes(elastic),
         "poincare_deflection": moved - tables.error[0, 0, 0],

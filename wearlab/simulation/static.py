@@ -5,12 +5,12 @@ Those of flanks with a width lie along the face before they do along the profile
 
 import math
 from collections.abc import Callable, Sequence
-from itertools import compress
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.gears.gear import GearPair
 from wearlab.gears.helix import overlap_ratio
 from wearlab.life import coupled, face, history
 from wearlab.mesh import force, harmonics
@@ -28,31 +28,31 @@ POINT_TOLERANCE = 1e-12
 def coordinates(parts: build.Parts) -> label.Values:
     """Return the labels of the dimensions, and where nodes and slices lie; slices are those of every mesh."""
     slots = max(mesh_kind.analysis.grid.slots for mesh_kind in parts.kinds)
-    position, radius, roll, beyond = [], [], [], []
-    for kind, gear in parts.gears.flank_places:
-        mesh_kind = parts.kinds[kind]
-        s, own = mesh_kind.analysis.grid.position, mesh_kind.pair.gears[gear]
-        position.append(s)
-        radius.append(mesh_kind.pair.radius(gear, s))
-        roll.append(mesh_kind.pair.roll_angle(gear, s))
-        beyond.append(radius[-1] - own.base_radius / np.cos(mesh_kind.pair.working_pressure_angle))
-    slices: label.Values = (
-        {} if parts.face is None else {"face_position": parts.face.kinds[0].contact.grid.position}
-    )
-    return slices | {
+    slices = () if parts.face is None else (("face_position", parts.face.kinds[0].contact.grid.position),)
+    return dict(slices) | {
         "flank": list(parts.gears.flanks),
         "member": list(parts.gears.members),
         "mesh": list(parts.gears.mesh_names),
         "phase": parts.phase,
         "pair": np.arange(1, slots + 1),
         "harmonic": np.arange(1, parts.harmonics + 1),
-        "path_position": label.padded(position, -2),
-        "diameter": 2.0 * label.padded(radius, -2),
-        "roll_angle": label.padded(roll, -2),
-        "distance_to_pitch_circle": label.padded(beyond, -2),
+        "path_position": nodal(parts, lambda pair, gear, s: s),
+        "diameter": 2.0 * nodal(parts, GearPair.radius),
+        "roll_angle": nodal(parts, GearPair.roll_angle),
+        "distance_to_pitch_circle": nodal(parts, _beyond_pitch),
         "characteristic_point": characteristic_points(parts),
         "flank_side": [parts.scene.operation.drive_flank] * len(parts.gears.flanks),
     }
+
+
+def nodal(parts: build.Parts, of: Callable[[GearPair, int, Array], Array]) -> Array:
+    """Return what a pair, one of its gears and path positions tell, flank after flank, (n_flanks, n)."""
+    each = [(parts.kinds[kind], gear) for kind, gear in parts.gears.flank_places]
+    return label.padded([of(own.pair, gear, own.analysis.grid.position) for own, gear in each])
+
+
+def _beyond_pitch(pair: GearPair, gear: int, position: Array) -> Array:
+    return pair.radius(gear, position) - pair.gears[gear].base_radius / np.cos(pair.working_pressure_angle)
 
 
 def by_flank(parts: build.Parts, of_kind: Sequence[Array], along: int = 1) -> Array:
@@ -64,20 +64,17 @@ def by_flank(parts: build.Parts, of_kind: Sequence[Array], along: int = 1) -> Ar
     return label.padded([np.take(of_kind[kind], gear, axis) for kind, gear in parts.gears.flank_places], axis)
 
 
-def characteristic_points(parts: build.Parts) -> list[Any]:
+def characteristic_points(parts: build.Parts) -> np.ndarray:
     """Return the letter of each node that is one of the points A–E, else an empty string.
 
-    One list (n,) for the two flanks of a pair; a list for each flank where meshes of several kinds differ.
+    One row (n,) for the two flanks of a pair; one for each flank where meshes of several kinds differ.
     """
     longest = max(len(mesh_kind.analysis.grid.position) for mesh_kind in parts.kinds)
-    points = []
-    for mesh_kind in parts.kinds:
-        letters = [""] * longest
-        for letter, where in mesh_kind.pair.path._asdict().items():
-            for node in np.flatnonzero(np.abs(mesh_kind.analysis.grid.position - where) < POINT_TOLERANCE):
-                letters[node] = letter
-        points.append(letters)
-    return points[0] if len(points) == 1 else [points[kind] for kind, _ in parts.gears.flank_places]
+    points = np.full((len(parts.kinds), longest), "", "U1")
+    for letters, own in zip(points, parts.kinds, strict=True):
+        for letter, where in own.pair.path._asdict().items():
+            letters[np.flatnonzero(np.abs(own.analysis.grid.position - where) < POINT_TOLERANCE)] = letter
+    return points[0] if len(points) == 1 else points[[kind for kind, _ in parts.gears.flank_places]]
 
 
 def mesh_values(parts: build.Parts, states: States) -> label.Values:
@@ -97,14 +94,12 @@ def mesh_values(parts: build.Parts, states: States) -> label.Values:
 
 def _of_shares(parts: build.Parts, states: States) -> label.Values:
     """Return how well shares add up, and once-per-revolution errors over equally weighted member angles."""
-    loaded, rows = [kind.load > 0.0 for kind in parts.gears.kinds], parts.gears.slow_errors(parts.meshes)
-
-    def residual(state: coupled.WearState) -> float:
-        """Return the largest |Σ load shares − 1|; without load there is nothing to share."""
-        shares = [force.load_share(kind.static).sum(axis=1) for kind in compress(state.kind, loaded)]
-        return max((float(np.max(np.abs(share - 1.0))) for share in shares), default=0.0)
-
-    values: label.Values = {"residual_load_share": list(map(residual, states))}
+    off, rows = np.zeros((len(states), len(parts.kinds))), parts.gears.slow_errors(parts.meshes)
+    for number, state in enumerate(states):
+        for k, kind in enumerate(state.kind):
+            if parts.gears.kinds[k].load > 0.0:  # without load there is nothing to share
+                off[number, k] = np.abs(force.load_share(kind.static).sum(axis=1) - 1.0).max()
+    values: label.Values = {"residual_load_share": off.max(axis=1)}
     if rows is not None:
         values |= {"slow_error": rows.T, "error_weight": np.full(len(rows), 1.0 / len(rows))}
     return values
@@ -119,8 +114,8 @@ def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     error = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
         "mesh_stiffness": [shared.tangent for shared in solved],
-        "secant_stiffness": [  # without load its limit
-            load / (shared.deflection - shared.unloaded) if load else shared.tangent for shared in solved
+        "secant_stiffness": [
+            load / (one.deflection - one.unloaded) if load else one.tangent for one in solved
         ],
         "static_transmission_error": [shared.deflection + error for shared in solved],
         "unloaded_transmission_error": [shared.unloaded + error for shared in solved],
@@ -154,6 +149,9 @@ def _over_period(
     return values
 
 
+OVER_PHASES = ("mesh_stiffness", "static_transmission_error", "unloaded_transmission_error")
+
+
 def states_of(states: Sequence[coupled.WearState], kind: int) -> list[face.FaceState]:
     """Return the states of one kind of mesh whose flanks have a width."""
     return [cast("face.FaceState", state.kind[kind]) for state in states]
@@ -161,7 +159,10 @@ def states_of(states: Sequence[coupled.WearState], kind: int) -> list[face.FaceS
 
 def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
-    kinds = [coupling.kinds[mesh.kind] for mesh in parts.meshes]
+    kinds, load = (
+        [coupling.kinds[mesh.kind] for mesh in parts.meshes],
+        all(k.load > 0.0 for k in parts.gears.kinds),
+    )
     values: label.Values = {
         "base_helix_angle": [kind.contact.helix.sense * kind.contact.helix.base_angle for kind in kinds],
         "overlap_ratio": [
@@ -169,16 +170,11 @@ def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) ->
             for kind in kinds
         ],
     }
-    if all(kind.load > 0.0 for kind in parts.gears.kinds):
-        each = [
-            [
-                np.abs(kind.contact.residuals(own.loads, kind.contact.analysis.load)).max()
-                for own in states_of(states, number)
-            ]
-            for number, kind in enumerate(coupling.kinds)
-        ]
-        values["residual_line_load"] = np.max(each, axis=0)
-    return values
+    off = np.zeros((len(coupling.kinds), len(states)))
+    for number, kind in enumerate(coupling.kinds):
+        for at, own in enumerate(states_of(states, number)):
+            off[number, at] = np.abs(kind.contact.residuals(own.loads, kind.contact.analysis.load)).max()
+    return values | ({"residual_line_load": off.max(axis=0)} if load else {})
 
 
 def normal_module(parts: build.Parts, kind: face.FaceKind) -> float:
@@ -193,13 +189,9 @@ def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     kind, own = parts.face.kinds[number], states_of(states, number)
     grid, load, stored = kind.contact.grid, kind.contact.analysis.load, (parts.phase - lag) % 1.0
     deflection, tangent = [one.loads.deflection for one in own], [one.loads.tangent for one in own]
-    over_phases = {
-        "mesh_stiffness": tangent,
-        "static_transmission_error": deflection,
-        "unloaded_transmission_error": [one.loads.unloaded for one in own],
-    }
     values = _over_period(tangent, deflection, grid.phase + lag, grid.weight, parts.harmonics)
-    for name, each in over_phases.items():
+    unloaded = [one.loads.unloaded for one in own]
+    for name, each in zip(OVER_PHASES, (tangent, deflection, unloaded), strict=True):
         values[name] = np.stack([grid.at_phases(one, stored) for one in each])
     part = np.where(grid.node >= 0, grid.filled[grid.node], 0.0)  # of the width of a slice
     means = [grid.weight @ (one.loads.load * part).sum(axis=1) for one in own]  # over the mesh period
@@ -237,7 +229,7 @@ def face_load_factor(width: Array, mean: Array, window: float) -> float:
 
 def path_values(parts: build.Parts, states: States) -> label.Values:
     """Return forces, pressures, sliding and film where the flanks touch."""
-    kinds, along = parts.kinds, 1 if parts.face is None else 2
+    kinds, along, factor = parts.kinds, 1 if parts.face is None else 2, parts.pressure_factor
     forces = [
         np.stack([state.kind[kind].mean_tooth_force for state in states])
         if parts.face is None  # over the face as if all of it carried as much
@@ -253,9 +245,7 @@ def path_values(parts: build.Parts, states: States) -> label.Values:
     steady = np.ones((len(states), 1, 1))
     values: label.Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
     values |= {
-        "contact_pressure": on_both(
-            lambda kind, load: parts.pressure_factor * path.mean_pressure(load, kind.path)
-        ),
+        "contact_pressure": on_both(lambda kind, load: factor * path.mean_pressure(load, kind.path)),
         "sliding_velocity": steady * by_flank(parts, [path.sliding_velocity(kind.path) for kind in kinds]),
         "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in kinds]),
     }
@@ -292,11 +282,10 @@ def wear_values(parts: build.Parts, lived: history.History) -> label.Values:
     states, kinds, along = lived.state, range(len(parts.kinds)), 1 if parts.face is None else 2
     gears = parts.gears
     depths = [_depths(kind, states) for kind in kinds]
+    deviation = [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds]
     values: label.Values = {
         "wear_depth": by_flank(parts, depths, along),
-        "flank_deviation": by_flank(
-            parts, [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds], along
-        ),
+        "flank_deviation": by_flank(parts, deviation, along),
         "worn_mass": by_member(parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds]),
         "mesh_cycles": lived.cycle * gears.reference_teeth,
         "load_cycles": lived.cycle[:, None] * [gears.kinds[k].passes[gear] for k, gear in gears.flank_places],
@@ -304,13 +293,9 @@ def wear_values(parts: build.Parts, lived: history.History) -> label.Values:
     if lived.seconds is not None and np.isfinite(lived.seconds).all():
         values["operating_hours"] = lived.seconds
     if parts.face is None:
-        values["wear_slope"] = label.padded(
-            [
-                wear_slope(parts.kinds[k].pair, gear, parts.kinds[k].analysis.grid, depths[k][:, gear])
-                for k, gear in gears.flank_places
-            ],
-            -2,
-        )
+        each = [(parts.kinds[k], gear, depths[k][:, gear]) for k, gear in gears.flank_places]
+        slopes = [wear_slope(own.pair, gear, own.analysis.grid, depth) for own, gear, depth in each]
+        values["wear_slope"] = label.padded(slopes, -2)
     if all(state.wears for state in states):
         rates = [np.stack([state.rate[kind] for state in states]) for kind in kinds]
         values["wear_rate"] = by_flank(parts, rates, along)

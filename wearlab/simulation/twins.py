@@ -44,7 +44,6 @@ class Rougher(NamedTuple):
     cycle : of the state [1]
     wear : (n_rough,) its wear depth at the rougher nodes of all flanks [m]
     rate : (n_rough,) change of the wear rate times the weight, None without a wear law [m]
-    flank : (n_rough,) which flank each node is on
     parts, state : the rougher physics and what the state is there
     weight : what its changes are worth as ones of half the steps and nodes [1]
     between : what its nodes alone do not tell of the wear between them, at most, times the weight [m]
@@ -54,7 +53,6 @@ class Rougher(NamedTuple):
     cycle: float
     wear: Array
     rate: Array | None
-    flank: Index
     parts: Parts
     state: WearState
     weight: float = 1.0
@@ -89,31 +87,6 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
     depths = np.empty((len(values), len(rough.contact_position)))
     depths[:, pairs[present]] = profile.interpolate(fine, where, fine.beyond(values), 0.0)[:, present]
     return depths[:, rough.on_flank]
-
-
-def rougher(
-    parts: Parts, rough: Parts, cycle: float, state: WearState, weight: float, before: Rougher | None
-) -> Rougher | None:
-    """Evaluate one state once more, None when the response is another one or none.
-
-    While no flank parts the orbit is the only one, and is soonest found from the twin ``before`` on the same
-    steps; any other from its own state, whose branch it has to be on. Its changes are worth ``weight`` [1] as
-    ones of half the steps and nodes.
-    """
-    if not is_periodic(state):
-        return None
-    start, flat = state.responses, rough.coupling.flat
-    if before is not None and _permanent_contact(start) and _permanent_contact(before.state.responses):
-        start = before.state.responses
-    wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
-    again = alike(rough, wear, start, state.responses)
-    if again is None:
-        return None
-    rate = None
-    if state.wears and again.wears:
-        rate = weight * (flat(again.rate) - flat(_carried(parts, state.rate, rough)))
-    between = weight * between_nodes(parts, state.wear, rough)
-    return Rougher(cycle, flat(again.wear), rate, flank_of_nodes(rough), rough, again, weight, between)
 
 
 def alike(
@@ -166,13 +139,27 @@ def finer_twins_of(parts: Parts, lived: history.History) -> Twins:
 
 
 def _of_share(parts: Parts, own: history.History, share: float, weight: float = 1.0) -> Twins:
-    rough, before = rough_parts(parts, share), None
-    if rough is None:
-        return [None] * len(own.state)
-    twins: Twins = []
+    """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
+
+    While no flank parts the orbit is the only one, and is soonest found from the twin before on the same
+    steps; any other from its own state, whose branch it has to be on.
+    """
+    rough, twins, near = rough_parts(parts, share), Twins(), None
     for cycle, state in zip(own.cycle, own.state, strict=True):
-        twins.append(rougher(parts, rough, float(cycle), state, weight, before))
-        before = twins[-1] or before
+        twins.append(None)
+        if rough is None or not is_periodic(state):
+            continue
+        start, flat = state.responses, rough.coupling.flat
+        if near is not None and _permanent_contact(start) and _permanent_contact(near):
+            start = near
+        wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
+        again = alike(rough, wear, start, state.responses)
+        if again is not None:
+            near, rate = again.responses, None
+            if state.wears and again.wears:
+                rate = weight * (flat(again.rate) - flat(_carried(parts, state.rate, rough)))
+            missed = weight * between_nodes(parts, state.wear, rough)
+            twins[-1] = Rougher(float(cycle), flat(again.wear), rate, rough, again, weight, missed)
     return twins
 
 
@@ -226,16 +213,15 @@ def force_errors(parts: Parts, state: WearState, twin: Rougher, worse: WearState
     parts, state : the physics and the state
     twin, worse : its rougher twin, and what that is worn by as much further as the depth may be off
     """
-    assert parts.vibration is not None
     weight, meshes, found = FORCE_SHARE * twin.weight, len(parts.meshes), list[tuple[float, ...]]()
-    phase, segment, _ = mesh_forces.within_steps(parts.vibration.sampling.grid, NODES)
+    phase, segment, _ = mesh_forces.within_steps(parts.moving.sampling.grid, NODES)
     physics, states = (parts, twin.parts, twin.parts), (state, twin.state, worse)
     for at in range(len(state.responses)):
         own, again, further = (
             forces_of(of, one, at, clock.Instants(phase, segment))
             for of, one in zip(physics, states, strict=True)
         )
-        turns = len(own) if parts.vibration.hunting == 1 else 1  # hunting teeth say where it begins
+        turns = len(own) if parts.moving.hunting == 1 else 1  # hunting teeth say where it begins
         off = [np.abs(np.roll(again, turn, axis=0) - own)[:, :meshes].max() for turn in range(turns)]
         turn = int(np.argmin(off))
         again, further = np.roll(again, turn, axis=0), np.roll(further, turn, axis=0)
@@ -269,17 +255,12 @@ def forces_of(parts: Parts, state: WearState, at: int, when: clock.Instants) -> 
     Of its response at an error angle, at the same instants of every mesh period, which lie in steps of equal
     length: both sides of every jump.
     """
-    moves = parts.vibration
-    assert moves is not None
-    kinds, response = state.flanks, state.responses[at]
-    motions = moves.motions(response, when)
-    inside, each = when.phase.reshape(-1, NODES), []
+    kinds, response, each = state.flanks, state.responses[at], []
+    motions, inside = parts.moving.motions(response, when), when.phase.reshape(-1, NODES)
     for number, own in enumerate(parts.meshes):
         where = clock.look_within(kinds[own.kind].analysis.grid, [own.lag], inside, inside.mean(axis=1))
         each.append(parts.forces(kinds, number, where, motions).elastic)
     if not vibrating.has_bearings(parts):
         return np.stack(each, axis=1)
-    position, velocity = moves.coordinates(response, when)
-    bearing = vibrating.bearing_values(parts, position, velocity, np.stack(each))
-    along = bearing.reshape(-1, *bearing.shape[2:])
-    return np.stack([*each, *along], axis=1)
+    bearing = vibrating.bearing_values(parts, *parts.moving.coordinates(response, when), np.stack(each))
+    return np.stack([*each, *bearing.reshape(-1, *bearing.shape[2:])], axis=1)

@@ -1,6 +1,5 @@
 """The arrays of a gear set's steady responses, named as the dataset names them; its energy and its modes."""
 
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -16,15 +15,15 @@ from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
 from wearlab.scene import Scene, build
 from wearlab.simulation import label, monitoring
+from wearlab.simulation.label import Values
 
 
-def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> label.Values:
+def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) -> Values:
     """Return the steady responses at the stored phases, and what is read off them.
 
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
     """
-    assert parts.vibration is not None
-    lines, asked = monitoring.lines_of(parts.vibration, states), parts.scene.store.requested
+    lines, asked = monitoring.lines_of(parts.moving, states), parts.scene.store.requested
     each = [[_response_values(parts, state, one, lines) for one in state.responses] for state in states]
     values = {name: label.of_states([[own[name] for own in row] for row in each]) for name in each[0][0]}
     return values | ({"order": lines} if any(name.endswith("_orders") for name in asked) else {})
@@ -32,17 +31,12 @@ def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) ->
 
 def _response_values(
     parts: build.Parts, state: coupled.WearState, response: Response, lines: Array
-) -> label.Values:
-    vibration = parts.vibration
-    assert vibration is not None
+) -> Values:
+    vibration, kinds = parts.moving, state.flanks
     when = vibration.look(parts.phase)
-    motions = vibration.motions(response, when)
-    position, velocity = vibration.coordinates(response, when)
-    kinds = state.flanks
+    motions, (position, velocity) = vibration.motions(response, when), vibration.coordinates(response, when)
     meshes = [_mesh_response(parts, kinds, mesh, motions) for mesh in range(len(parts.meshes))]
-    values: label.Values = {
-        name: label.padded([mesh[name] for mesh in meshes], fill=0.0) for name in meshes[0]
-    }
+    values: Values = {name: label.padded([own[name] for own in meshes], fill=0.0) for name in meshes[0]}
     transmission = transmission_error(vibration, position) + parts.constant_error[:, None]
     each = values["dynamic_transmission_error"] = np.moveaxis(transmission, 1, 0)
     phase = (np.arange(len(position))[:, None] + parts.phase).ravel()
@@ -52,25 +46,22 @@ def _response_values(
     values["dte_rms"] = [own.rms for own in series]
     means = [mean_moments(parts, kinds, kind, response) for kind in range(len(kinds))]
     if parts.gears.shares:
-        of_kinds = zip(parts.gears.kinds, means, strict=True)
-        values["mesh_load_factor"] = np.concatenate(
-            [mesh_forces.load_factors(*mesh_kind) for mesh_kind in of_kinds]
-        )
-    found, load = extremes.extremes(response), [parts.kinds[mesh.kind].analysis.load for mesh in parts.meshes]
-    multipliers = np.full((2 * len(vibration.system.coordinates), 2), np.nan)  # real, imaginary
-    multipliers[: len(response.multipliers)] = np.reshape(
-        [(one.real, one.imag) for one in response.multipliers], (-1, 2)
-    )
+        factors = list(map(mesh_forces.load_factors, parts.gears.kinds, means))
+        values["mesh_load_factor"] = np.concatenate(factors)
+    found, of_kind = extremes.extremes(response), np.array([kind.analysis.load for kind in parts.kinds])
+    load = of_kind[[mesh.kind for mesh in parts.meshes]]
+    multipliers, known = np.full((2 * len(vibration.system.coordinates), 2), np.nan), response.multipliers
+    multipliers[: len(known)] = np.stack([np.real(known), np.imag(known)], axis=-1)
     values |= {
         "mesh_force_min": found.least,
         "mesh_force_max": found.largest,
-        "dynamic_factor": monitoring.over(found.largest, np.array(load)),
-        "normal_force_factor": monitoring.over(found.largest_normal, np.array(load)),
+        "dynamic_factor": monitoring.over(found.largest, load),
+        "normal_force_factor": monitoring.over(found.largest_normal, load),
         "separation_fraction": found.separated,
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": multipliers,
         "residual_mean_force": mesh_forces.mean_force_residual(
-            parts.gears.kinds, [mine.analysis.load for mine in kinds], means, parts.friction is not None
+            parts.gears.kinds, list(of_kind), means, parts.friction is not None
         ),
         "residual_orbit": response.residual,
     }
@@ -80,13 +71,11 @@ def _response_values(
         values |= {"residual_energy": balance.residual, "efficiency": balance.efficiency}
     if parts.wohler_slope is not None:
         equivalent = [
-            parts.gears.lever(k)
-            * loads.equivalent_force(
-                parts.kinds[k].analysis, kind_state.weight, kind_state.drive, parts.wohler_slope
-            )
-            for k, kind_state in enumerate(state.kind)
+            loads.equivalent_force(own.flanks.analysis, own.weight, own.drive, parts.wohler_slope)
+            for own in state.kind
         ]
-        values["equivalent_load"] = [equivalent[mesh.kind] for mesh in parts.meshes]
+        levers = [parts.gears.lever(mesh.kind) * equivalent[mesh.kind] for mesh in parts.meshes]
+        values["equivalent_load"] = levers
     if has_bearings(parts):
         values["bearing_force"] = bearing_values(parts, position, velocity, values["normal_mesh_force"])
     return values | monitoring.of_response(parts, response, lines)
@@ -103,8 +92,7 @@ def bearing_values(parts: build.Parts, position: Array, velocity: Array, normal:
     position, velocity : (n_periods, n, n_instants) coordinates q [m] and q̇ [m/s]
     normal : (n_mesh, n_periods, n_instants) forces of the meshes in the plane of action [N]
     """
-    assert parts.vibration is not None
-    gears, supports = parts.gears, parts.vibration.system.supports
+    gears, supports = parts.gears, parts.moving.system.supports
     force = bearing_forces(supports, gears.members, position, velocity)
     force[:, 1] *= gears.sense  # y of a mirrored set points back
     slope = 0.0 if parts.face is None else parts.face.slope
@@ -151,15 +139,10 @@ def rigid_bearing_forces(gears: gear_set.GearSet, share: float, normal: Array) -
 
 def phase_forces(parts: build.Parts, state: coupled.WearState, response: Response) -> Array:
     """Return the elastic force of every mesh at the stored phases, (n_periods, n_mesh, n_phases) [N]."""
-    vibration = parts.vibration
-    assert vibration is not None
-    motions = vibration.motions(response, vibration.look(parts.phase))
-    kinds = state.flanks
-    each = [
-        parts.forces(kinds, mesh, parts.look(mesh, parts.phase), motions).elastic
-        for mesh in range(len(parts.meshes))
-    ]
-    return np.stack(each, axis=1)
+    motions = parts.moving.motions(response, parts.moving.look(parts.phase))
+    places = [parts.look(mesh, parts.phase) for mesh in range(len(parts.meshes))]
+    forces = [parts.forces(state.flanks, mesh, where, motions) for mesh, where in enumerate(places)]
+    return np.stack([own.elastic for own in forces], axis=1)
 
 
 def _mesh_response(
@@ -169,7 +152,7 @@ def _mesh_response(
     own_mesh, where = parts.meshes[mesh], parts.look(mesh, parts.phase)
     mine = kinds[own_mesh.kind]
     forces = parts.forces(kinds, mesh, where, motions)
-    deflection, rate = motions.deflection[:, mesh], motions.rate[:, mesh]
+    deflection, rate = (each[:, mesh] for each in motions)
     values = {
         "dynamic_mesh_force": forces.elastic,
         "normal_mesh_force": forces.normal,
@@ -191,28 +174,20 @@ def _mesh_response(
     return values
 
 
-def mean_moments(
-    parts: build.Parts, kinds: list[excitation.MeshFlanks], kind: int, response: Response
-) -> Array:
+def mean_moments(parts: build.Parts, flanks: list[excitation.MeshFlanks], kind: int, of: Response) -> Array:
     """Return the mean moments of each mesh of a kind over base radius, (n_mesh, (driving, driven)) [N]."""
-    assert parts.vibration is not None
-    mine, vibration = kinds[kind], parts.vibration
+    mine, moves, means = flanks[kind], parts.moving, []
+    for mesh in map(int, clock.of_kind(parts.meshes, kind)):
 
-    def moments(mesh: int, steps: stages.StageGrid) -> Array:
-        phase, segment, _ = mesh_forces.within_steps(steps)
-        middle = steps.start + 0.5 * steps.width
-        where = clock.look_within(
-            mine.analysis.grid, [parts.meshes[mesh].lag], phase.reshape(len(middle), -1), middle
-        )
-        forces = parts.forces(kinds, mesh, where, vibration.motions(response, clock.Instants(phase, segment)))
-        return mesh_forces.moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
+        def moments(steps: stages.StageGrid, mesh: int = mesh) -> Array:
+            phase, segment, _ = mesh_forces.within_steps(steps)
+            middle, lag = steps.start + 0.5 * steps.width, parts.meshes[mesh].lag
+            where = clock.look_within(mine.analysis.grid, [lag], phase.reshape(len(middle), -1), middle)
+            forces = parts.forces(flanks, mesh, where, moves.motions(of, clock.Instants(phase, segment)))
+            return mesh_forces.moments(forces, mine, parts.kinds[kind].pair, where, parts.friction)
 
-    return np.array(
-        [
-            mesh_forces.mean_over_period(vibration.sampling.grid, partial(moments, int(mesh))).mean(axis=1)
-            for mesh in clock.of_kind(parts.meshes, kind)
-        ]
-    )
+        means.append(mesh_forces.mean_over_period(moves.sampling.grid, moments).mean(axis=1))
+    return np.array(means)
 
 
 def transmission_error(vibration: Vibration, position: Array) -> Array:
@@ -235,7 +210,7 @@ def has_bearings(parts: build.Parts) -> bool:
     return parts.vibration is not None and parts.vibration.system.on_bearings
 
 
-def mode_values(parts: build.Parts) -> label.Values:
+def mode_values(parts: build.Parts) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     modes = build.build_modes(parts)
     values = {

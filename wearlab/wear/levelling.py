@@ -28,7 +28,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array, Flags, Index
 from wearlab.wear.patch import TwoWay, ascending, felt_matrix, remembered, spread_matrix
 from wearlab.wear.path import WearPath
 
@@ -62,7 +62,7 @@ class Windows(NamedTuple):
 
     t: Array
     node: Index
-    felt: Array
+    felt: Flags
 
 
 @remembered

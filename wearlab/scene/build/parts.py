@@ -60,6 +60,12 @@ class Parts:
         """The dynamics."""
         return self.coupling.vibration
 
+    @property
+    def moving(self) -> Vibration:
+        """The dynamics of what has some."""
+        assert self.coupling.vibration is not None
+        return self.coupling.vibration
+
     @cached_property
     def phase(self) -> Array:
         """Stored phases, (n_phases,) [1]."""
@@ -102,16 +108,14 @@ class Parts:
         self, kinds: Sequence[Any], mesh: int, where: profile.Lookup, motions: force.Deflections
     ) -> force.NormalForces:
         """Return the forces of a mesh of the flanks ``kinds``; motions of all, (n_periods, n_mesh, n)."""
-        assert self.vibration is not None
         own, flanks = force.Deflections(*(m[:, mesh] for m in motions)), kinds[self.meshes[mesh].kind]
-        dashpot = dashpot_of_mesh(self.vibration.system, mesh)
-        return force.flank_forces(flanks, where, own, dashpot, self.vibration.period)
+        dashpot = dashpot_of_mesh(self.moving.system, mesh)
+        return force.flank_forces(flanks, where, own, dashpot, self.moving.period)
 
     def with_steps(self, grid: stages.StageGrid, hunting: int, period: float) -> Vibration:
         """Return the dynamics by these steps of a mesh period that lasts so long [s]."""
-        assert self.vibration is not None
         return replace(
-            self.vibration,
+            self.moving,
             sampling=self.on_clock.sampled(self.scene, self.gears, grid),
             period=period,
             fluctuation=fluctuation(self.scene, grid, hunting, period),
@@ -223,8 +227,7 @@ class SceneModes(NamedTuple):
 
 def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
-    assert parts.vibration is not None
-    system = parts.vibration.system
+    system = parts.moving.system
     mean = [mean_stiffness(kind.analysis) for kind in parts.kinds]
     if parts.face is not None:
         mean = [kind.contact.mean_stiffness for kind in parts.face.kinds]
