@@ -5,9 +5,10 @@ import pytest
 import xarray as xr
 
 from wearlab.life.history import SetRate
+from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
-from wearlab.simulation import simulate
+from wearlab.simulation import living, simulate
 from wearlab.simulation.operating import along_duty, in_order, stages_of
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
@@ -173,3 +174,18 @@ def test_conditions_may_have_more_or_fewer_rivals_each(join):
     joined = join([condition(0), condition(2), condition(1)]).rival_force_max
     assert joined.units == "N" and joined.sizes["rival"] == 2
     assert int(joined.notnull().sum()) == 2 * 2 + 2 * 1
+
+
+def test_a_stage_that_cannot_begin_says_why_the_life_ends(short, monkeypatch):
+    """With one stage behind it, too: the run had said that it ran all its cycles."""
+    whole = living._integrated
+
+    def no_second(scene, stage, wear, until, before):
+        if before > 0.0:
+            raise StopWear("unbounded motion")
+        return whole(scene, stage, wear, until, before)
+
+    monkeypatch.setattr(living, "_integrated", no_second)
+    run = simulate(stages(short, (RATED, {"cycles": 4e5}), (EASY, {})))
+    assert (run.end_reason.item(), run.verdict.item()) == ("unbounded motion", "stopped")
+    assert float(run.cycle[-1]) == 4e5 and run.sizes["stage"] == 1

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wearlab import schema
 from wearlab.life import coupled
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact import gaps, relation
@@ -16,35 +17,25 @@ def exact_values(
 ) -> label.Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
-    ``contact_angle``, ``rotation_angle`` (update, member, mesh, pair, phase), ``engaged`` and
-    ``rotation_lag`` (update, mesh, pair, phase), ``meshing_range``, ``contact_range`` and those of a lone
-    pair (update, member, mesh, end), ``contact_loss`` (update, member, mesh), how far the first-order form is
-    off (update, mesh) and ``unloaded_transmission_angle`` (update, mesh, phase); NaN for members not in a
-    mesh, and for what fails.
+    All variables of its group in the table of variables; NaN for members not in a mesh, and for what fails.
     """
     if all(_meeting(kind.analysis) is None for kind in parts.kinds):
         return {}
-    pairs = max(kind.analysis.grid.slots for kind in parts.kinds), len(parts.phase)
-    meshes = len(states), len(parts.meshes)
-    members = len(states), len(parts.gears.members), len(parts.meshes)
-    shapes = {
-        **dict.fromkeys(("contact_angle", "rotation_angle"), (*members, *pairs)),
-        **dict.fromkeys(("rotation_lag", "engaged"), (*meshes, *pairs)),
-        **dict.fromkeys(("meshing_range", "contact_range"), (*members, 2)),
-        **dict.fromkeys(("lone_meshing_range", "lone_contact_range"), (*members, 2)),
-        "contact_loss": members,
-        **dict.fromkeys(("single_contact_share", "first_order_excess", "first_order_depth"), meshes),
-        "unloaded_transmission_angle": (*meshes, len(parts.phase)),
+    sizes = {"update": len(states), "member": len(parts.gears.members), "mesh": len(parts.meshes)}
+    sizes["pair"] = max(kind.analysis.grid.slots for kind in parts.kinds)
+    sizes |= {"phase": len(parts.phase), "end": 2}
+    (own,) = (group.variables for group in schema.GROUPS if "engaged" in group.variables)
+    values: label.Values = {
+        name: np.full([sizes[dim] for dim in variable.dims], np.nan) for name, variable in own.items()
     }
-    values: label.Values = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
-    values |= {"engaged": np.zeros(shapes["engaged"], np.int8), "end": ["engages", "leaves"]}
+    values |= {"engaged": np.zeros(values["engaged"].shape, np.int8), "end": ["engages", "leaves"]}
     for index, mesh in enumerate(parts.meshes):
         if _meeting(parts.kinds[mesh.kind].analysis) is None:
             continue
         for update, state in enumerate(states):
             told = f"exact mesh relationship of {parts.gears.mesh_names[index]}"
-            place, own = (update, index), state.kind[mesh.kind]
-            label.diagnosed(told, failures, None, _fill, parts, values, place, own)
+            given = parts, values, (update, index), state.kind[mesh.kind]
+            label.diagnosed(told, failures, None, _fill, *given)
     return values
 
 

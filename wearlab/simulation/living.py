@@ -239,41 +239,29 @@ def _joined(
 ) -> history.History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
     lives = [lived.life for lived in histories if lived.life is not None]
-    lasted = [float(life.cycle[-1]) for life in lives]
-    starts = np.cumsum([0.0, *lasted])
-    clock = np.cumsum([0.0, *map(_seconds, stages, lasted)])
-    whole = histories[0]._replace(stages=tuple(histories))
-    kept = [whole.kept(stage) for stage in range(len(histories))]
-    begun = list(zip(stages, kept, starts, clock, strict=False))
-    return whole._replace(
-        cycle=np.concatenate([start + lived.cycle for _, lived, start, _ in begun]),
-        state=tuple(state for own in kept for state in own.state),
-        life=_one_life(lives, starts, reason),
-        sampled=None,
-        seconds=np.concatenate([before + _seconds(stage, own.cycle) for stage, own, _, before in begun]),
-    )
-
-
-def _one_life(lives: list[record.Life], starts: Array, reason: str) -> record.Life:
-    """Return integrations one after another as one."""
-    if len(lives) == 1:
-        return lives[0]
-    end = np.cumsum([0.0, *(float(life.accumulated_error[-1]) for life in lives[:-1])])
-    later = [
-        replace(
-            life,
-            cycle=life.cycle + start,
-            accumulated_error=life.accumulated_error + error,
-            snapshot_cycle=life.snapshot_cycle + start,
-            jumps=tuple(jump._replace(cycle=jump.cycle + start) for jump in life.jumps),
-        )
-        for life, start, error in zip(lives, starts, end, strict=False)
-    ]
+    whole, cycle, clock, error = histories[0]._replace(stages=tuple(histories)), 0.0, 0.0, 0.0
+    cycles, seconds, later = list[Array](), list[Array](), list[record.Life]()
+    for number, (stage, life) in enumerate(zip(stages, lives, strict=False)):
+        kept = whole.kept(number).cycle
+        cycles.append(cycle + kept)
+        seconds.append(clock + _seconds(stage, kept))
+        moved = {name: getattr(life, name) + cycle for name in ("cycle", "snapshot_cycle")}
+        moved["jumps"] = tuple(jump._replace(cycle=jump.cycle + cycle) for jump in life.jumps)
+        moved["accumulated_error"] = life.accumulated_error + error
+        moved["depth_error"] = life.depth_error + np.copysign(error, life.depth_error)
+        later.append(replace(life, **moved))
+        cycle, error = cycle + float(life.cycle[-1]), error + float(life.accumulated_error[-1])
+        clock += _seconds(stage, float(life.cycle[-1]))
     joined: dict[str, Any] = {"end_reason": reason}
     for names, join in OF_LIVES.items():
         joined |= {name: join([getattr(life, name) for life in later]) for name in names}
-    shift = np.copysign(end[-1], lives[-1].depth_error)
-    return replace(later[-1], **joined, depth_error=lives[-1].depth_error + shift)
+    return whole._replace(
+        cycle=np.concatenate(cycles),
+        state=tuple(state for number in range(len(lives)) for state in whole.kept(number).state),
+        life=replace(later[-1], **joined),
+        sampled=None,
+        seconds=np.concatenate(seconds),
+    )
 
 
 OF_LIVES: dict[tuple[str, ...], Callable[[list[Any]], Any]] = {

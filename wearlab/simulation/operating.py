@@ -82,11 +82,7 @@ def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled
 
 
 OF_THE_FLANKS = (
-    "contact_ratio",
-    "mesh_phase_offset",
-    "slow_error",
-    "error_weight",
-    "specific_sliding",
+    *("contact_ratio", "mesh_phase_offset", "slow_error", "error_weight", "specific_sliding"),
     "mode_kind",
 )
 """Variables that no torque or speed changes."""
@@ -110,12 +106,10 @@ def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
 
 def _concat(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
     """Return datasets as one, NaN where one has less than another; no labels but numbers where it may."""
-    numbered = [
-        dataset.drop_vars(list(dataset.coords)).assign_coords(
-            {dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims}
-        )
-        for dataset in each
-    ]
+    numbered = []
+    for dataset in each:
+        numbers = {dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims}
+        numbered.append(dataset.drop_vars(list(dataset.coords)).assign_coords(numbers))
     return xr.concat(numbered, along, join="outer", coords="minimal", combine_attrs="override")
 
 
@@ -133,23 +127,16 @@ def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
 
 def condition_coordinates(scene: Scene, lived: history.History) -> dict[str, Any]:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
-    operation = scene.operation
-    if operation.blocks:
-        blocks = operation.blocks
-        total = sum(block.share for block in blocks)
-        return {
-            "duty": np.arange(1, len(blocks) + 1),
-            "duty_torque": [block.torque for block in blocks],
-            "duty_speed": [block.speed for block in blocks],
-            "duty_share": [block.share / total for block in blocks],
-        }
-    if operation.stages:
-        reached = operation.stages[: len(lived.stages)]
-        labels = labels_of(operation.stages)[: len(reached)]
-        return {
-            "stage": labels,
-            "stage_torque": [stage.torque for stage in reached],
-            "stage_speed": [stage.speed for stage in reached],
-            "update_stage": [label for k, label in enumerate(labels) for _ in lived.kept(k).cycle],
-        }
-    return {}
+    blocks, stages = scene.operation.blocks or (), (scene.operation.stages or ())[: len(lived.stages)]
+    told: dict[str, Any] = {}
+    for along, each in (("duty", blocks), ("stage", stages)):
+        if each:
+            told |= {f"{along}_{what}": [getattr(one, what) for one in each] for what in ("torque", "speed")}
+    if blocks:
+        share = np.array([block.share for block in blocks])
+        told |= {"duty": np.arange(1, len(blocks) + 1), "duty_share": share / share.sum()}
+    if stages:
+        labels = labels_of(scene.operation.stages)[: len(stages)]
+        kept = [len(lived.kept(k).cycle) for k in range(len(labels))]
+        told |= {"stage": labels, "update_stage": np.repeat(labels, kept)}
+    return told
