@@ -16,7 +16,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,6 +51,8 @@ class CheckpointError(Exception):
 def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
     """Return a value as a line of JSON and the bytes of its arrays.
 
+    Objects are listed each once, after all that it holds.
+
     Parameters
     ----------
     value : numbers, texts, lists, tuples, tables, arrays and records of wearlab, in any depth; an object that
@@ -61,120 +63,97 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
     ------
     CheckpointError : it holds anything else
     """
-    writer = _Writer(shared)
-    root = writer.reference(value)
-    head = json.dumps({"values": writer.values, "root": root}, separators=(",", ":"))
-    return head.encode() + b"\n" + b"".join(writer.blocks)
+    ours = {id(each): number for number, each in enumerate(shared)}
+    values, arrays = list[list[Any]](), bytearray()
+    numbers = dict[int, tuple[int, Any]]()  # with the object: an id names it only as long as it lives
+
+    def reference(value: Any) -> Any:
+        """Return a plain value itself, and of any other object its number in the list."""
+        if type(value) in PLAIN:
+            return value
+        if id(value) not in numbers:
+            stored = written(value)
+            numbers[id(value)] = len(values), value
+            values.append(stored)
+        return [numbers[id(value)][0]]
+
+    def written(value: Any) -> list[Any]:
+        if id(value) in ours:
+            return ["shared", ours[id(value)]]
+        match value:
+            case np.ndarray() | np.generic():
+                if not NUMBER.fullmatch(value.dtype.str):
+                    raise CheckpointError(f"arrays of {value.dtype} do not belong in a checkpoint")
+                order: Any = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
+                kind, begin = "array" if isinstance(value, np.ndarray) else "number", len(arrays)
+                arrays.extend(value.tobytes(order))
+                return [kind, value.dtype.str, list(value.shape), order, begin]
+            case slice():
+                return ["slice", value.start, value.stop, value.step]
+            case dict():
+                return ["table", [[reference(_key(key)), reference(own)] for key, own in value.items()]]
+        record = type(value)
+        if record in (tuple, list):
+            return [record.__name__, [reference(each) for each in value]]
+        named = f"{record.__module__}:{record.__qualname__}"
+        if _record(named) is not record:
+            raise CheckpointError(f"{named} does not belong in a checkpoint")
+        names = _fields(record)
+        names = list(vars(value)) if names is None else names
+        return ["record", named, {name: reference(getattr(value, name)) for name in names}]
+
+    root = reference(value)
+    head = json.dumps({"values": values, "root": root}, separators=(",", ":"))
+    return head.encode() + b"\n" + arrays
 
 
 def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
     """Return what `encoded` wrote, with this process's own objects in the place of those shared.
+
+    Objects are made one after another: each refers to earlier ones only.
 
     Raises
     ------
     CheckpointError : no wearlab wrote it
     """
     head, _, arrays = image.partition(b"\n")
-    try:
-        document = json.loads(head)
-        reader = _Reader(arrays, shared)
-        for stored in document["values"]:
-            reader.known.append(reader.made(stored))
-        return reader.value(document["root"])
-    except (ValueError, TypeError, KeyError, IndexError, RecursionError, OverflowError) as error:
-        raise CheckpointError(f"no checkpoint of wearlab ({error})") from error
+    known: list[Any] = []
 
-
-class _Writer:
-    """Lists the objects of a value, each once and after all that it holds."""
-
-    def __init__(self, shared: Sequence[Any]) -> None:
-        self.shared = {id(each): number for number, each in enumerate(shared)}
-        self.values: list[list[Any]] = []
-        self.blocks: list[bytes] = []
-        self.size = 0
-        self.numbers: dict[int, int] = {}
-        self.alive: list[Any] = []  # an id names one object only as long as it lives
-
-    def reference(self, value: Any) -> Any:
-        """Return a plain value itself, and of any other object its number in a list."""
-        if type(value) in PLAIN:
-            return value
-        if id(value) not in self.numbers:
-            stored = self.stored(value)
-            self.numbers[id(value)] = len(self.values)
-            self.values.append(stored)
-            self.alive.append(value)
-        return [self.numbers[id(value)]]
-
-    def stored(self, value: Any) -> list[Any]:
-        """Return how an object is written."""
-        if id(value) in self.shared:
-            return ["shared", self.shared[id(value)]]
-        match value:
-            case np.ndarray() | np.generic():
-                if not NUMBER.fullmatch(value.dtype.str):
-                    raise CheckpointError(f"arrays of {value.dtype} do not belong in a checkpoint")
-                order: Any = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
-                self.blocks.append(value.tobytes(order))
-                begin, self.size = self.size, self.size + len(self.blocks[-1])
-                kind = "array" if isinstance(value, np.ndarray) else "number"
-                return [kind, value.dtype.str, list(value.shape), order, begin]
-            case slice():
-                return ["slice", value.start, value.stop, value.step]
-            case dict():
-                items = value.items()
-                return ["table", [[self.reference(_key(key)), self.reference(v)] for key, v in items]]
-        if type(value) in (tuple, list):
-            return [type(value).__name__, [self.reference(each) for each in value]]
-        record = type(value)
-        named = f"{record.__module__}:{record.__qualname__}"
-        if _record(named) is not record:
-            raise CheckpointError(f"{named} does not belong in a checkpoint")
-        names = _fields(record)
-        names = list(vars(value)) if names is None else names
-        return ["record", named, {name: self.reference(getattr(value, name)) for name in names}]
-
-
-class _Reader:
-    """Makes the objects of a list one after another: each refers to earlier ones only."""
-
-    def __init__(self, arrays: bytes, shared: Sequence[Any]) -> None:
-        self.arrays, self.shared = arrays, shared
-        self.known: list[Any] = []
-
-    def value(self, reference: Any) -> Any:
+    def value(reference: Any) -> Any:
         """Return what a reference stands for."""
         if type(reference) in PLAIN:
             return reference
         (number,) = reference
-        return self.known[_index(number)]
+        return known[_index(number)]
 
-    def made(self, stored: Any) -> Any:
-        """Return an object as it was written."""
+    def made(stored: Any) -> Any:
         match stored:
             case ["shared", number]:
-                return self.shared[_index(number)]
+                return shared[_index(number)]
             case [("array" | "number") as kind, str(dtype), list(shape), order, offset]:
                 if not NUMBER.fullmatch(dtype) or order not in ("C", "F"):
                     raise CheckpointError(f"arrays of {dtype[:20]!r} do not belong in a checkpoint")
                 count = int(np.prod([_index(length) for length in shape], dtype=object))
-                flat = (
-                    np.frombuffer(self.arrays, dtype, count, _index(offset)) if count else np.empty(0, dtype)
-                )
+                flat = np.frombuffer(arrays, dtype, count, _index(offset)) if count else np.empty(0, dtype)
                 values = flat.reshape(shape, order=order).copy(order)  # of its own: it may be written to
                 return values if kind == "array" else values[()]
             case ["slice", start, stop, step]:
                 return slice(start, stop, step)
             case ["table", list(items)]:
-                return {_key(self.value(key)): self.value(value) for key, value in items}
-            case ["tuple", list(items)]:
-                return tuple(self.value(each) for each in items)
-            case ["list", list(items)]:
-                return [self.value(each) for each in items]
-            case ["record", str(named), dict(values)]:
-                return _filled(_record(named), {name: self.value(each) for name, each in values.items()})
+                return {_key(value(key)): value(own) for key, own in items}
+            case [("tuple" | "list") as kind, list(items)]:
+                return (tuple if kind == "tuple" else list)(map(value, items))
+            case ["record", str(named), dict(own)]:
+                return _filled(_record(named), {name: value(each) for name, each in own.items()})
         raise CheckpointError(f"{str(stored)[:60]!r} does not belong in a checkpoint")
+
+    try:
+        document = json.loads(head)
+        for stored in document["values"]:
+            known.append(made(stored))
+        return value(document["root"])
+    except (ValueError, TypeError, KeyError, IndexError, RecursionError, OverflowError) as error:
+        raise CheckpointError(f"no checkpoint of wearlab ({error})") from error
 
 
 def _key(key: Any) -> Any:
@@ -224,19 +203,6 @@ def _filled(kind: type, values: dict[str, Any]) -> Any:
     return made
 
 
-class Recorder(NamedTuple):
-    """Where the lives of one run put down what they need, and find what an earlier process put down.
-
-    Parameters
-    ----------
-    report : called with every accepted state
-    kept : what was kept of every life, by what it began with
-    """
-
-    report: Report
-    kept: dict[str, bytes]
-
-
 def _parts(image: bytes) -> dict[str, bytes]:
     """Return what `Checkpoint.keep` joined; nothing where no wearlab wrote it."""
     head, _, rest = image.partition(b"\n")
@@ -252,38 +218,38 @@ def _parts(image: bytes) -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The place of one life with a recorder.
+    """The place of one life among those of a run, which put down what they need and find what was put down.
 
     Parameters
     ----------
-    recorder : of the run
-    key : hash of what the life began with: a run has several, and may find some of them done elsewhere
+    report : called with every accepted state
+    lives : what is kept of every life of the run, by what it began with
+    key : hash of what this one began with: a run has several, and may find some of them done elsewhere
     shared : objects that this process has of its own and that are told apart by identity
     """
 
-    recorder: Recorder
-    key: str
+    report: Report
+    lives: dict[str, bytes]
+    key: str = ""
     shared: tuple[Any, ...] = ()
 
     @property
     def kept(self) -> Any:
         """What an earlier process kept of this life, None: nothing that can be read."""
-        if self.key in self.recorder.kept:
-            with suppress(CheckpointError):
-                return decoded(self.recorder.kept[self.key], self.shared)
+        with suppress(CheckpointError, KeyError):
+            return decoded(self.lives[self.key], self.shared)
         return None
 
     def keep(self, reached: Reached, state: Callable[[], Any]) -> None:
         """Report an accepted state, which can be kept."""
-        report, lives = self.recorder
 
         def image() -> bytes:
             """Return everything kept: the keys and lengths as a line of JSON, then the images."""
             self.settle(state)
-            head = json.dumps({key: len(image) for key, image in lives.items()})
-            return head.encode() + b"\n" + b"".join(lives.values())
+            head = json.dumps({key: len(image) for key, image in self.lives.items()})
+            return head.encode() + b"\n" + b"".join(self.lives.values())
 
-        report(reached, image)
+        self.report(reached, image)
 
     def settle(self, state: Callable[[], Any]) -> None:
         """Keep a state of the life, its end too: a later life's checkpoint holds it.
@@ -291,12 +257,12 @@ class Checkpoint:
         A life whose memory is of a plug-in's own types is not kept; it begins anew.
         """
         try:
-            self.recorder.kept[self.key] = encoded(state(), self.shared)
+            self.lives[self.key] = encoded(state(), self.shared)
         except CheckpointError:
-            self.recorder.kept.pop(self.key, None)
+            self.lives.pop(self.key, None)
 
 
-_RECORDER: ContextVar[Recorder | None] = ContextVar("recorder", default=None)
+_RUN: ContextVar[Checkpoint | None] = ContextVar("run", default=None)
 
 
 @contextmanager
@@ -308,11 +274,11 @@ def checkpoints(report: Report, image: bytes | None = None) -> Iterator[None]:
     report : called with every accepted state
     image : what a checkpoint of the same run held, None: a run from its beginning
     """
-    token = _RECORDER.set(Recorder(report, {} if image is None else _parts(image)))
+    token = _RUN.set(Checkpoint(report, {} if image is None else _parts(image)))
     try:
         yield
     finally:
-        _RECORDER.reset(token)
+        _RUN.reset(token)
 
 
 def checkpoint(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Checkpoint | None:
@@ -323,13 +289,12 @@ def checkpoint(begins: tuple[Any, ...], shared: tuple[Any, ...]) -> Checkpoint |
     begins : what the life is made of: first state, limits, method, tolerances
     shared : objects that its rate tells apart by identity
     """
-    recorder = _RECORDER.get()
-    if recorder is None:
+    run, hashed = _RUN.get(), hashlib.sha256()
+    if run is None:
         return None
-    hashed = hashlib.sha256()
     for each in begins:
         try:
             hashed.update(encoded(each))
         except CheckpointError:  # a step of a plug-in
             hashed.update(repr(each).encode())
-    return Checkpoint(recorder, hashed.hexdigest(), shared)
+    return replace(run, key=hashed.hexdigest(), shared=shared)
