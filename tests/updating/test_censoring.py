@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
 from wearlab.updating.kalman import below
-from wearlab.updating.likelihood import Lanes, log_likelihood
+from wearlab.updating.likelihood import Lanes, inspections_of, log_likelihood
 
 SD, OFFSET, LIMIT = 0.3e-3, 0.5e-3, 1.0e-3
 
@@ -54,7 +54,8 @@ def test_with_a_drift_it_is_so_to_a_hundredth(under, drift):
     one = weighed(cycle, value, under, ErrorModel(SD, 0.0, OFFSET, drift))
     run, (block,) = history((one,)), blocks((one,), accumulating=True)
     factor = np.array([0.7, 1.0, 1.3])
-    found = log_likelihood(block, run, 0, Lanes(factor, np.array(SD), np.array(drift)), steps=True)
+    times = inspections_of(block, run, 0)
+    found = log_likelihood(block, run, 0, Lanes(factor, np.array(SD), np.array(drift)), times)
     assert found.log_likelihood == pytest.approx(sum(step.log_likelihood for step in found.steps))
     for f, mine in zip(factor, found.log_likelihood, strict=True):
         mean = run.limit.at(run.own_cycle(one.time, f))

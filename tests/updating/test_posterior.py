@@ -11,7 +11,7 @@ from scipy import stats
 from wearlab.campaign.distributions import read_distribution
 from wearlab.updating.answers import answered
 from wearlab.updating.grids import Posterior
-from wearlab.updating.likelihood import Lanes, log_likelihood
+from wearlab.updating.likelihood import Lanes, inspections_of, log_likelihood
 from wearlab.updating.lives import Answer
 from wearlab.updating.sampling import drawn
 
@@ -215,11 +215,11 @@ def test_runs_judged_at_once_are_as_each_alone(error, later):
     if error == "many":
         return
     draws = drawn(Answer(whole, 8e5, None), 30, np.random.default_rng(0))
-    steps = draws.seen(0, steps=True).steps
+    steps = draws.seen(0, draws.inspections(0)).steps
     for i, run in enumerate(runs):
         mine = np.flatnonzero(draws.run == i)
         lanes = Lanes(draws.factor[mine], draws.sd[0][mine], draws.drift[0][mine])
-        own = log_likelihood(some[0], run, 0, lanes, steps=True).steps
+        own = log_likelihood(some[0], run, 0, lanes, inspections_of(some[0], run, 0)).steps
         for one, of_all in zip(own, steps, strict=True):
             assert of_all.surprise[mine] == pytest.approx(one.surprise, rel=1e-12)
             assert of_all.variance[mine] == pytest.approx(one.variance, rel=1e-12)

@@ -9,7 +9,8 @@ E[Π Φ((limit − m − u)/σ)], one integral over u for each inspection. After
 of equal mean and variance, which is exact without a drift.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -42,13 +43,6 @@ class Inspection(NamedTuple):
     scale: Any = 1.0
 
 
-class Hidden(NamedTuple):
-    """Values of which only a limit is known: which (n,), and limit minus model (…, n), finite elsewhere."""
-
-    which: Flags
-    room: Array
-
-
 @dataclass(frozen=True)
 class Innovation:
     """One inspection, seen from those before it.
@@ -68,6 +62,15 @@ class Innovation:
     log_likelihood: Array
     mean: Array
     variance: Array
+
+
+class State(NamedTuple):
+    """What is known of W before anything is seen: mean and variance at a cycle; how it then grows a cycle."""
+
+    mean: Any = 0.0
+    variance: Any = 0.0
+    rate: Any = 0.0
+    cycle: Any = 0.0
 
 
 @dataclass
@@ -92,11 +95,11 @@ class Filtered:
 def filtered(
     residual: Array,
     variance: Array,
-    inspections: list[Inspection],
-    rate: Array,
-    start: float,
+    inspections: Sequence[Inspection],
+    state: State,
     *,
-    hidden: Hidden | None = None,
+    room: Array | None = None,
+    loading: Array | None = None,
     steps: bool = False,
 ) -> Filtered:
     """Return the likelihood of residuals and what is known of W.
@@ -106,59 +109,102 @@ def filtered(
     residual : (…, n) measured minus model; leading dimensions are lanes
     variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
     inspections : in order of time
-    rate, start : variance of W per cycle, and the cycle at which it is 0
-    hidden : values of which only a limit is known
+    state : what is known of W before
+    room : (…, n) of values of which only a limit is known, limit minus model; NaN of those that were seen
+    loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
     """
-    last: Any = start
-    lanes = np.broadcast_shapes(residual.shape[:-1], variance.shape[:-1], np.shape(rate))
-    total, mean, spread = (np.zeros(()) for _ in range(3))  # each grows to the lanes that it depends on
+    each = [residual[..., :1], variance[..., :1], np.ones(1) if loading is None else loading[..., :1]]
+    lanes = np.broadcast_shapes(*(part.shape[:-1] for part in each), np.shape(state.rate))
+    limited = np.zeros(residual.shape[-1], bool) if room is None else hidden(room)
+    last, total = state.cycle, np.zeros(())  # each grows to the lanes that it depends on
+    mean, spread = (np.asarray(each, float) for each in (state.mean, state.variance))
     kept: list[Innovation] = []
     for inspection in inspections:
         scale, values = inspection.scale, inspection.values
-        before, before_spread = scale * mean, scale**2 * (spread + rate * (inspection.cycle - last))
+        before, before_spread = scale * mean, scale**2 * (spread + state.rate * (inspection.cycle - last))
         last = inspection.cycle
-        under = values[:0] if hidden is None else values[hidden.which[values]]
-        told = values if not len(under) else np.setdiff1d(values, under)
-        whole = before_spread + inspection.offset_variance  # of W and the offset together
-        shared, shared_spread = before, whole
-        off, chi, gained = (np.zeros(()) for _ in range(3))
+        shared, shared_spread = before, before_spread + inspection.offset_variance  # of W and the offset
+        whole, (off, chi, gained) = shared_spread, np.zeros((3, 1))[:, 0]
+        under, told = values[limited[values]], values[~limited[values]]
         if len(told):
-            off, expected, chi, gained = _mean_of(residual, variance, told, shared, shared_spread)
-            gain = shared_spread / expected
-            shared, shared_spread = shared + gain * off, shared_spread * (1.0 - gain)
-            off = off / np.sqrt(expected)
-        if hidden is not None and len(under):
+            sums = _sums(residual, variance, told, loading)
+            off, chi, gained, shared, shared_spread = learned(shared, shared_spread, *sums)
+        if room is not None and len(under):
             wide = [np.broadcast_to(part, lanes) for part in (shared, shared_spread)]
-            log_below, shared, shared_spread = below(hidden.room, variance, under, wide[0], np.sqrt(wide[1]))
+            log_below, shared, shared_spread = below(room, variance, under, wide[0], np.sqrt(wide[1]))
             gained = gained + log_below
             if not len(told):
-                own = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
-                off = (shared - before) / np.sqrt(wide[1] + own)
+                first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
+                off = (shared - before) / np.sqrt(wide[1] + first)
         with np.errstate(invalid="ignore"):
             gain = np.where(whole > 0.0, before_spread / whole, 0.0)
         total = total + gained
         mean = (before + gain * (shared - before)) / scale
         spread = (before_spread * (1.0 - gain) + gain**2 * shared_spread) / scale**2
         if steps:
-            each = (off, chi, gained, mean, spread)
-            kept.append(Innovation(len(told), *(np.broadcast_to(np.asarray(e, float), lanes) for e in each)))
+            own = (np.broadcast_to(np.asarray(e, float), lanes) for e in (off, chi, gained, mean, spread))
+            kept.append(Innovation(len(told), *own))
     total, mean, spread = (np.broadcast_to(part, lanes) for part in (total, mean, spread))
     return Filtered(total, mean, spread, last, kept)
+
+
+def hidden(room: Array) -> Flags:
+    """Return which values are known by a limit alone."""
+    return np.asarray(~np.isnan(room[(0,) * (room.ndim - 1)]))
+
+
+def _sums(
+    residual: Array, variance: Array, values: Index, loading: Array | None
+) -> tuple[Array | None, Array, Array, Array]:
+    """Return Σ r²/v, Σ a r/v, Σ a²/v and Σ ln 2πv of some values with their loadings a.
+
+    Of one value there is no first: it is what follows from the other two, without what rounding leaves.
+    """
+    r, n = residual[..., values], len(values)
+    v = variance if variance.shape[-1] == 1 else variance[..., values]
+    a = np.ones(1) if loading is None else loading[..., values]
+
+    def whole(each: Array) -> Array:
+        return np.asarray(each.sum(axis=-1) * (n / each.shape[-1]))
+
+    square = None if n == 1 else whole(r * r / v)
+    return square, whole(a * r / v), whole(a * a / v), whole(np.log(v) + LOG_TWO_PI)
+
+
+def learned(
+    mean: Any, spread: Any, square: Array | None, cross: Array, precision: Array, logs: Any
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Return what values tell of a state: surprise, chi², their log likelihood, its mean and variance after.
+
+    With x the state that fits best, chi² = Σ r²/v − (Σ a r/v)²/Σ a²/v + (x − mean)²/(spread + 1/Σ a²/v), in
+    which nothing large cancels where the model is far off.
+
+    Parameters
+    ----------
+    mean, spread : of the state before, and its variance
+    square, cross, precision, logs : Σ r²/v, Σ a r/v, Σ a²/v, Σ ln 2πv
+    """
+    least = np.maximum(precision, 1e-300)
+    fits, expected, scale = cross / least, spread + 1.0 / least, 1.0 + spread * precision
+    off = fits - mean
+    chi = off * off / expected + (0.0 if square is None else square - cross * fits)
+    likelihood = -0.5 * (chi + logs + np.log(scale))
+    return off / np.sqrt(expected), chi, likelihood, mean + spread / expected * off, spread / scale
 
 
 def with_gain(
     value: Array,
     model: Array,
     variance: Array,
-    inspections: list[Inspection],
+    inspections: Sequence[Inspection],
     gain_sd: float,
     relative: float = 0.0,
 ) -> Filtered:
-    """Return the likelihood of values whose model has an unknown gain 1 + g, g ~ N(0, s²), and g's law.
+    """Return the likelihood of values whose model has an unknown gain, N(1, s²), and the gain's law.
 
-    Given the inspections before it, g is normal; the values of one add to its precision Σ m²/v. Of errors in
-    parts of what is measured v grows with the gain: g's law is then integrated over.
+    It is a state that does not move, by which the model counts in each value. Of errors in parts of what is
+    measured the variance grows with the gain: its law is then integrated over, up to each inspection.
 
     Parameters
     ----------
@@ -166,35 +212,29 @@ def with_gain(
     variance : (…, n) or (…, 1) of the independent errors, without those in parts of the value
     inspections : in order of time
     gain_sd : s
-    relative : standard error in parts of (1 + g) m
+    relative : standard error in parts of gain times model
     """
+    known = State(1.0, gain_sd**2)
+    if not relative or not inspections:
+        return filtered(value, variance, inspections, known, loading=model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
-    total, g, steps = np.zeros(v.shape[:-1]), np.zeros(v.shape[:-1]), []
-    spread = np.full(v.shape[:-1], gain_sd**2)
-    until = np.zeros(0, np.intp)
-    for values in (inspection.values for inspection in inspections):
-        m, y = np.broadcast_to(model, v.shape)[..., values], value[..., values]
-        weight = 1.0 / (v[..., values] + (relative * (1.0 + g[..., None]) * m) ** 2)
-        sums = (np.sum(each * weight, axis=-1) for each in (y * y, m * y, m * m))
-        before, wide, (chi, log_scale, g, spread) = g, spread, gain_after(g, spread, *sums)
-        gained = -0.5 * (chi + np.sum(LOG_TWO_PI - np.log(weight), axis=-1) + log_scale)
-        whole, r = np.sum(weight, axis=-1), y - m * (1.0 + before[..., None])
-        mean, share = np.sum(r * weight, axis=-1) / whole, np.sum(m * weight, axis=-1) / whole
-        off = mean / np.sqrt(1.0 / whole + wide * share**2)
-        if relative:
-            until = np.append(until, values)
-            every = np.broadcast_to(model, v.shape)[..., until]
-            logs, g, spread = _over_gain(value[..., until], every, v[..., until], gain_sd, relative)
-            gained = logs - total
-        total = total + gained
-        steps.append(Innovation(len(values), off, chi, gained, g, spread))
-    return Filtered(total, g, spread, inspections[-1].cycle if inspections else 0.0, steps)
+    until = [
+        np.concatenate([each.values for each in inspections[:n]]) for n in range(1, len(inspections) + 1)
+    ]
+    laws = [_over_gain(value[..., n], model[..., n], v[..., n], gain_sd, relative) for n in until]
+    v = v + (relative * laws[-1][1][..., None] * model) ** 2
+    seen = filtered(value, v, inspections, known, loading=model, steps=True)
+    before = np.zeros(())
+    for n, (logs, mean, spread) in enumerate(laws):
+        seen.steps[n] = replace(seen.steps[n], log_likelihood=logs - before, mean=mean, variance=spread)
+        before = logs
+    return Filtered(*laws[-1], seen.cycle, seen.steps)
 
 
 def _over_gain(
     y: Array, model: Array, own: Array, gain_sd: float, relative: float
 ) -> tuple[Array, Array, Array]:
-    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ − 1.
+    """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ.
 
     By Gauss and Hermite's rule about the top, which Fisher's scoring finds.
     """
@@ -206,56 +246,18 @@ def _over_gain(
         slope = np.sum(model * r / v + (r * r / v - 1.0) * rise, axis=-1) - (gain - 1.0) / gain_sd**2
         information = np.sum(model**2 / v + 2.0 * rise**2, axis=-1) + 1.0 / gain_sd**2
         gain = gain + slope / information
-    width, logs, gains = information**-0.5, [], []
-    for node, weight in zip(*hermite_e.hermegauss(GAIN_NODES), strict=True):
-        gains.append(gain + width * node)
-        m = gains[-1][..., None] * model
+    nodes, weights = hermite_e.hermegauss(GAIN_NODES)
+    width, logs = information**-0.5, []
+    gains = [gain + width * node for node in nodes]
+    for each, node, weight in zip(gains, nodes, weights, strict=True):
+        m = each[..., None] * model
         v = own + (relative * m) ** 2
-        each = np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1)
-        each = each + ((gains[-1] - 1.0) / gain_sd) ** 2 + 2.0 * np.log(gain_sd) + LOG_TWO_PI
-        logs.append(-0.5 * each + 0.5 * node**2 + np.log(weight))
+        off = np.sum((y - m) ** 2 / v + np.log(v) + LOG_TWO_PI, axis=-1) + ((each - 1.0) / gain_sd) ** 2
+        logs.append(0.5 * (node**2 - off) - np.log(gain_sd) - 0.5 * LOG_TWO_PI + np.log(weight))
     total = logsumexp(logs, axis=0)
     mass = np.exp(np.array(logs) - total)
     mean = np.sum(mass * gains, axis=0)
-    return total + np.log(width), mean - 1.0, np.sum(mass * (np.array(gains) - mean) ** 2, axis=0)
-
-
-def gain_after(g: Any, spread: Any, square: Array, cross: Array, precision: Array) -> tuple[Array, ...]:
-    """Return chi² of values, ln |V| beyond that of their own errors, and mean and variance of g after them.
-
-    With γ the gain that fits best, chi² = Σ y²/v − (Σ m y/v)²/Σ m²/v + (γ − 1 − g)²/(s² + 1/Σ m²/v), in which
-    nothing large cancels where the model is far off.
-
-    Parameters
-    ----------
-    g, spread : mean and variance s² before
-    square, cross, precision : Σ y²/v, Σ m y/v, Σ m²/v
-    """
-    scale, least = 1.0 + spread * precision, np.maximum(precision, 1e-300)
-    fits = cross / least
-    chi = square - cross * fits + (fits - 1.0 - g) ** 2 / (spread + 1.0 / least)
-    return chi, np.log(scale), g + spread * (cross - (1.0 + g) * precision) / scale, spread / scale
-
-
-def _mean_of(
-    residual: Array, variance: Array, values: Index, before: Array, spread: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Return how far an inspection's mean is off, its variance expected, chi square and log likelihood."""
-    r = residual[..., values]
-    v = variance if variance.shape[-1] == 1 else variance[..., values]
-    if len(values) == 1:  # nothing large cancels where an error is small
-        off, expected = r[..., 0] - before, spread + v[..., 0]
-        chi = off * off / expected
-        return off, expected, chi, -0.5 * (chi + np.log(expected) + LOG_TWO_PI)
-    n, times = len(values), len(values) if v.shape[-1] == 1 else 1
-    precision = np.sum(1.0 / v, axis=-1) * times
-    own = 1.0 / precision
-    average = np.sum(r / v, axis=-1) * own
-    expected = spread + own
-    off = average - before
-    constant = np.sum(np.log(v), axis=-1) * times - np.log(own) + np.log(expected) + n * LOG_TWO_PI
-    chi = off * off / expected + np.sum(r * r / v, axis=-1) - average * average * precision
-    return off, expected, chi, -0.5 * (chi + constant)
+    return total + np.log(width), mean, np.sum(mass * (np.array(gains) - mean) ** 2, axis=0)
 
 
 def below(

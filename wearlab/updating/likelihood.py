@@ -104,6 +104,11 @@ class Block:
         return own.quantity == limit.quantity and limit.where in (None, own.where) and own.since is None
 
     @property
+    def shares(self) -> bool:
+        """Whether values share an error."""
+        return self.drift is not None or self.data.error.offset_sd > 0.0
+
+    @property
     def relative(self) -> float:
         """The error of a value in parts of the model: what is measured, and the run's own."""
         return math.hypot(self.data.error.relative, self.numerical)
@@ -173,15 +178,22 @@ def numerical_share(block: Block, history: RunHistory) -> float:
     return float(history.numerical_of(block.data.quantity) * value / own) if own > 0.0 else 0.0
 
 
-def inspections_of(block: Block, history: RunHistory, number: int) -> list[kalman.Inspection]:
-    """Return the times of a block's values that count, each with the places of its values among those."""
-    times, inverse = np.unique(history.asked[number].cycle[block.rows], return_inverse=True)
+def inspections_of(
+    block: Block, history: RunHistory, number: int, most: float = math.inf
+) -> list[kalman.Inspection]:
+    """Return the times of a block's values that count, each with the places of its values among those.
+
+    Of more than ``most`` times whose values share no error, neighbouring ones are one, in their middle.
+    """
+    cycle, offset = history.asked[number].cycle[block.rows], block.data.error.offset_sd**2
+    times, first = np.unique(np.sort(cycle), return_index=True)
     if not len(times):
         return []
-    order = np.argsort(inverse, kind="stable")
-    parts = np.split(order, np.cumsum(np.bincount(inverse, minlength=len(times)))[:-1])
-    own, offset = zip(times, parts, strict=True), block.data.error.offset_sd**2
-    return [kalman.Inspection(float(t), part.astype(np.intp), offset) for t, part in own]
+    count = len(times) if block.shares else int(min(len(times), most))
+    begins = np.linspace(0, len(times), count, endpoint=False).astype(np.intp)
+    parts = np.split(np.argsort(cycle, kind="stable"), first[begins][1:])
+    middles = np.add.reduceat(times, begins) / np.diff(begins, append=len(times))
+    return [kalman.Inspection(float(t), part, offset) for t, part in zip(middles, parts, strict=True)]
 
 
 class Lanes(NamedTuple):
@@ -210,8 +222,10 @@ def modelled(block: Block, run: RunHistory, number: int, factor: Array) -> Array
     return np.asarray(depth - asked.curve.at(run.own_cycle(first, f, asked.clock), column))
 
 
-def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, kalman.Hidden | None]:
-    """Return measured minus model, the variance of independent errors, and what is known by a limit alone.
+def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, Array]:
+    """Return measured minus model, the variance of independent errors, and limits minus model.
+
+    The last is NaN of values that were seen, (n,) where all were; the first is 0 of those that were not.
 
     Parameters
     ----------
@@ -224,11 +238,10 @@ def compared(block: Block, model: Array, sd: Array) -> tuple[Array, Array, kalma
     variance = variance + own**2 if own.any() else variance
     relative = block.numerical if block.data.error.gain_sd else block.relative
     variance = variance + (relative * model) ** 2 if relative else variance
-    which, residual = seen.censored[rows], seen.value[rows] - model
+    which, residual, nothing = seen.censored[rows], seen.value[rows] - model, np.full(len(rows), np.nan)
     if not which.any():
-        return residual, variance, None
-    room = np.where(which, seen.below[rows], 0.0) - model
-    return np.where(which, 0.0, residual), variance, kalman.Hidden(which, room)
+        return residual, variance, nothing
+    return np.where(which, 0.0, residual), variance, np.where(which, seen.below[rows], nothing) - model
 
 
 def _previous(cycle: Array, start: float) -> Array:
@@ -237,7 +250,11 @@ def _previous(cycle: Array, start: float) -> Array:
 
 
 def log_likelihood(
-    block: Block, runs: RunHistory | OfRuns, number: int, lanes: Lanes, *, steps: bool = False
+    block: Block,
+    runs: RunHistory | OfRuns,
+    number: int,
+    lanes: Lanes,
+    steps: Sequence[kalman.Inspection] = (),
 ) -> kalman.Filtered:
     """Return how probable the block is, and what is known of its drift or gain.
 
@@ -246,18 +263,15 @@ def log_likelihood(
     block, number : what was measured, and its place
     runs : the run; or several, each with those lanes along their first dimension that are its own
     lanes : coefficients and errors
-    steps : whether each inspection's surprise is kept
+    steps : inspections whose surprises are kept, each [none]
     """
     pairs: OfRuns = [(runs, ...)] if isinstance(runs, RunHistory) else runs
     (factor, sd, drift), data, rows = lanes, block.data, block.rows
     rate = drift**2 / PER
     shape = np.broadcast_shapes(np.shape(factor), np.shape(sd), rate.shape)
 
-    asked = pairs[0][0].asked[number]
-
-    def of_lanes(told: Callable[[Array, float], Any]) -> Any:
-        """Return what is told of the cycles of all runs, of each lane where they differ."""
-        each = [told(run.asked[number].cycle[rows], run.begin(number)) for run, _ in pairs]
+    def of_lanes(each: Sequence[Any]) -> Any:
+        """Return what each run has, of each lane; once where all have the same."""
         if all(np.array_equal(one, each[0]) for one in each[1:]):
             return each[0]
         found = np.empty((shape[0], *np.ones(len(shape) - 1, int), *np.shape(each[0])))
@@ -265,9 +279,11 @@ def log_likelihood(
             found[mine] = one
         return found
 
-    last = of_lanes(lambda cycle, begin: cycle.max(initial=begin))
-    shares = bool(np.any(rate > 0.0)) or data.error.offset_sd > 0.0
-    if not steps and not shares and condenses(block, asked, sd):
+    asked, begins = ([run.asked[number] for run, _ in pairs], [run.begin(number) for run, _ in pairs])
+    cycles = [one.cycle[rows] for one in asked]
+    cycle, start = of_lanes(cycles), of_lanes(begins)
+    last = np.maximum(cycle.max(axis=-1, initial=-np.inf), start)
+    if not steps and condenses(block, asked[0], sd):
         sums = np.empty((3, *shape))
         for run, mine in pairs:
             sums[:, mine] = _condensed(block, run, run.asked[number], factor[mine], sd[mine])
@@ -275,31 +291,29 @@ def log_likelihood(
     model = np.empty((*np.shape(factor), len(rows)))
     for run, mine in pairs:
         model[mine] = modelled(block, run, number, factor[mine])
-    residual, variance, hidden = compared(block, model, sd)
-    start = of_lanes(lambda cycle, begin: begin)
+    residual, variance, room = compared(block, model, sd)
     if data.since == PREVIOUS:
-        gone = of_lanes(lambda cycle, begin: cycle - _previous(cycle, begin))
-        variance = variance + rate[..., None] * gone
-        rate = np.zeros_like(rate)
+        gone = cycle - of_lanes(list(map(_previous, cycles, begins)))
+        variance, rate = variance + rate[..., None] * gone, np.zeros_like(rate)
     elif data.since is not None:
         start = float(data.since)
-    if not (steps or shares or data.error.gain_sd):
-        total = _independent(residual, variance, hidden)
+    if not (steps or block.shares or data.error.gain_sd):
+        total = _independent(residual, variance, room)
         return kalman.Filtered(total, np.zeros_like(total), np.zeros_like(total), last)
-    cycle = of_lanes(lambda cycle, begin: cycle)
-    inspections = inspections_of(block, pairs[0][0], number)
-    times = [own._replace(cycle=cycle[..., own.values[0]]) for own in inspections]
-    if unknown_gain := data.error.gain_sd:
-        times = times if steps else [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
-        value, relative = block.seen.value[rows], data.error.relative
-        return kalman.with_gain(value, model, variance, times, unknown_gain, relative)
-    return kalman.filtered(residual, variance, times, rate, start, hidden=hidden, steps=steps)
+    if data.error.gain_sd:
+        whole = [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
+        value, errors = block.seen.value[rows], (data.error.gain_sd, data.error.relative)
+        return kalman.with_gain(value, model, variance, steps or whole, *errors)
+    times = steps or inspections_of(block, pairs[0][0], number)
+    times = [one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one for one in times]
+    state = kalman.State(rate=rate, cycle=start)
+    return kalman.filtered(residual, variance, times, state, room=room, steps=len(steps) > 0)
 
 
-def _independent(residual: Array, variance: Array, hidden: kalman.Hidden | None) -> Array:
+def _independent(residual: Array, variance: Array, room: Array) -> Array:
     """Return the sum of the logs of independent normal densities; of probabilities where values are below."""
-    n = residual.shape[-1]
-    if variance.shape[-1] == 1 and hidden is None:
+    n, hidden = residual.shape[-1], kalman.hidden(room)
+    if variance.shape[-1] == 1 and not hidden.any():
         square = np.einsum("...i,...i->...", residual, residual)
         v = variance[..., 0]
         return np.asarray(-0.5 * (square / v + n * (np.log(v) + kalman.LOG_TWO_PI)))
@@ -308,8 +322,8 @@ def _independent(residual: Array, variance: Array, hidden: kalman.Hidden | None)
         r = residual[..., part]
         v = variance if variance.shape[-1] == 1 else variance[..., part]
         each = -0.5 * (r**2 / v + np.log(v) + kalman.LOG_TWO_PI)
-        if hidden is not None:
-            each = np.where(hidden.which[part], log_ndtr(hidden.room[..., part] / np.sqrt(v)), each)
+        if hidden[part].any():
+            each = np.where(hidden[part], log_ndtr(room[..., part] / np.sqrt(v)), each)
         total = total + each.sum(axis=-1)
     return total
 
@@ -319,7 +333,7 @@ def condenses(block: Block, asked: Asked, sd: Array) -> bool:
     seen, rows = block.seen, block.rows
     if len(rows) <= MANY or _size(len(rows)) * asked.curve.value.shape[-1] > len(rows):
         return False
-    if block.data.since is not None or seen.censored[rows].any():
+    if block.shares or block.data.since is not None or seen.censored[rows].any():
         return False
     if block.data.error.gain_sd and block.data.error.relative:  # their variance goes with the gain
         return False
@@ -329,8 +343,7 @@ def condenses(block: Block, asked: Asked, sd: Array) -> bool:
 def one_by_one(block: Block, run: RunHistory, number: int) -> bool:
     """Whether values have to be compared one by one: they share an error, or their errors differ by more."""
     sd = np.array([1.0] if block.sd.prior is None else [1.0, 2.0])
-    shares = block.drift is not None or block.data.error.offset_sd > 0.0
-    return shares or not condenses(block, run.asked[number], sd)
+    return not condenses(block, run.asked[number], sd)
 
 
 def _size(count: int) -> int:
@@ -399,11 +412,11 @@ def _condensed(block: Block, run: RunHistory, asked: Asked, factor: Array, sd: A
     pieces = np.array_split(np.arange(flat.size), max(flat.size * bins.node.size // NUMBERS, 1))
     parts = [_of_factors(bins, run, asked, flat[some], spread[some], block) for some in pieces]
     logs, chi, *more = np.concatenate(parts, axis=1).reshape(-1, *shape)
-    g = variance = np.zeros(shape)
     if more:
-        chi, log_scale, g, variance = kalman.gain_after(0.0, block.data.error.gain_sd**2, chi, *more)
-        logs = logs + log_scale
-    return np.stack([-0.5 * (chi + logs + constant), g, variance])
+        cross, precision = more
+        known = 1.0, block.data.error.gain_sd**2
+        return np.stack(kalman.learned(*known, chi, cross, precision, logs + constant)[2:])
+    return np.stack([-0.5 * (chi + logs + constant), np.zeros(shape), np.zeros(shape)])
 
 
 def _of_factors(

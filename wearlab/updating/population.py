@@ -160,31 +160,16 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
         own._replace(cycle=shared.equal(run.equal(own.cycle)), values=own.values + begins[n], scale=worn[n])
         for n, own in unit.inspections
     ]
-    residual, variance, hidden = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    return kalman.filtered(residual, variance, times, shared.rate, 0.0, hidden=hidden, steps=steps)
+    residual, variance, room = parts[0] if len(parts) == 1 else _side_by_side(parts)
+    state = kalman.State(rate=shared.rate)
+    return kalman.filtered(residual, variance, times, state, room=room, steps=steps)
 
 
-def _side_by_side(
-    parts: Sequence[tuple[Array, Array, kalman.Hidden | None]],
-) -> tuple[Array, Array, kalman.Hidden | None]:
+def _side_by_side(parts: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, ...]:
     """Return residuals, variances and limits of several blocks as those of one."""
-    residuals, variances, limits = zip(*parts, strict=True)
-    shape = np.broadcast_shapes(*(each.shape[:-1] for each in (*residuals, *variances)))
-    counts = [residual.shape[-1] for residual in residuals]
-
-    def joined(each: Sequence[Array]) -> Array:
-        lanes = [np.broadcast_to(one, (*shape, n)) for one, n in zip(each, counts, strict=True)]
-        return np.concatenate(lanes, axis=-1)
-
-    hidden = None
-    if any(limit is not None for limit in limits):
-        told = [
-            own or kalman.Hidden(np.zeros(n, bool), np.zeros(1))
-            for own, n in zip(limits, counts, strict=True)
-        ]
-        which, rooms = zip(*told, strict=True)
-        hidden = kalman.Hidden(np.concatenate(which), joined(rooms))
-    return joined(residuals), joined(variances), hidden
+    shape = np.broadcast_shapes(*(each.shape[:-1] for part in parts for each in part))
+    wide = [[np.broadcast_to(each, (*shape, part[0].shape[-1])) for each in part] for part in parts]
+    return tuple(np.concatenate(each, axis=-1) for each in zip(*wide, strict=True))
 
 
 class Law(NamedTuple):

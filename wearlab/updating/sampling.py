@@ -3,7 +3,8 @@
 Checks say whether each inspection is like the others, and the course of all of them that of the model.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -52,11 +53,17 @@ class Draws:
         runs = self.posterior.histories
         return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
 
-    def seen(self, number: int, *, steps: bool = False) -> kalman.Filtered:
+    def inspections(self, number: int, most: float = np.inf) -> list[kalman.Inspection]:
+        """Return the inspections of a block, of more neighbouring ones together."""
+        return likelihood.inspections_of(
+            self.posterior.blocks[number], self.posterior.histories[0], number, most
+        )
+
+    def seen(self, number: int, steps: Sequence[kalman.Inspection] = ()) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
         block = self.posterior.blocks[number]
         lanes = likelihood.Lanes(self.factor, self.sd[number], self.drift[number])
-        return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps=steps)
+        return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps)
 
 
 def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
@@ -137,7 +144,7 @@ def gains(draws: Draws, number: int, rng: Random, *, known: bool = True) -> Arra
     if not known or not len(block.rows):
         return np.asarray(gain + sd * rng.standard_normal(len(draws)))
     seen = draws.seen(number)
-    return np.asarray(gain + seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(draws)))
+    return np.asarray(seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(draws)))
 
 
 def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rng: Random) -> Array:
@@ -156,27 +163,12 @@ def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rn
         depths[:, mine] = history.beside[name].at(history.own_cycle(cycles[:, None], draws.factor[mine]))
     if drifting is None:
         return depths
-    post, n = draws.posterior, len(draws)
-    block, start = post.blocks[drifting], post.histories[0].begin(drifting)
+    start = draws.posterior.histories[0].begin(drifting)
     rate = draws.drift[drifting] ** 2 / likelihood.PER
-    known, paths = [start], [np.zeros(n)]
-    if len(block.rows):
-        inspections = likelihood.inspections_of(block, post.histories[0], drifting)
-        times = [inspection.cycle for inspection in inspections]
-        smooth = kalman.smoothed_paths(draws.seen(drifting, steps=True).steps, times, rate, rng)
-        first = 1 if times[0] <= start else 0
-        known, paths = known + times[first:], paths + list(smooth[first:])
-    at, w, after = known[0], paths[0], 1
-    for k, cycle in enumerate(cycles):  # a Brownian bridge, place by place, from one inspection to the next
-        while after < len(known) and known[after] <= cycle:
-            at, w, after = known[after], paths[after], after + 1
-        step = max(cycle - at, 0.0)
-        share = step / (known[after] - at) if after < len(known) else 0.0
-        mean = w + share * (paths[after] - w) if after < len(known) else w
-        w = mean + np.sqrt(np.maximum(rate * step * (1.0 - share), 0.0)) * rng.standard_normal(n)
-        at = max(at, float(cycle))
-        depths[k] += w
-    return depths
+    looks = [kalman.Inspection(max(float(cycle), start), np.zeros(0, np.intp)) for cycle in cycles]
+    times = sorted([*draws.inspections(drifting), *looks], key=lambda one: one.cycle)
+    paths = kalman.smoothed_paths(draws.seen(drifting, times).steps, [one.cycle for one in times], rate, rng)
+    return depths + paths[[not len(one.values) for one in times]]
 
 
 def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) -> tuple[Array, Array]:
@@ -201,11 +193,11 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
     values = model + spread * rng.standard_normal(model.shape)
     offset, since = block.data.error.offset_sd, block.data.since
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
-    times = likelihood.inspections_of(block, run, number) if drifts or offset else []
+    times = draws.inspections(number) if drifts or offset else []
     if drifts:
         rate, cycles = draws.drift[number] ** 2 / likelihood.PER, [t.cycle for t in times]
         if known and since != PREVIOUS:
-            paths = kalman.smoothed_paths(draws.seen(number, steps=True).steps, cycles, rate, rng)
+            paths = kalman.smoothed_paths(draws.seen(number, times).steps, cycles, rate, rng)
         else:
             begin = since if isinstance(since, float) else run.begin(number)
             steps = rng.standard_normal((len(times), n))
@@ -221,6 +213,7 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
 
 ALARM = 0.02  # probability of a false alarm, of all inspections of a block together, and of their course
 DOUBTFUL = 0.05
+AT_ONCE = 2_000_000  # values of all draws that are looked at together
 MOST, FEW = 200, 24  # inspections that are told apart; draws that more of them are compared with
 FEWEST = 5  # inspections that have a course
 
@@ -294,32 +287,18 @@ def _course(z: Array, chi: Array, counts: Array) -> float:
 
 def _innovations(draws: Draws, number: int) -> tuple[Array, Array, Array, Array, Array]:
     """Return cycles, counts, z, chi square and probability of inspections, of many some together."""
-    block, run = draws.posterior.blocks[number], draws.posterior.histories[0]
-    cycles, which = np.unique(run.asked[number].cycle[block.rows], return_inverse=True)
-    few = draws if len(cycles) <= MOST else draws[:FEW]
-    groups = np.array_split(np.arange(len(cycles)), min(len(cycles), MOST))
-    middle, size = (np.array([part(cycles[group]) for group in groups]) for part in (np.mean, len))
-    shares = bool(np.any(few.drift[number] > 0.0)) or block.data.error.offset_sd > 0.0 or block.data.since
-    if few is draws or shares or block.seen.censored.any():
-        steps = few.seen(number, steps=True).steps
-        count = np.array([sum(steps[t].count for t in group) for group in groups])
-        z, chi, logs = (
-            np.stack([np.sum([getattr(steps[t], part) for t in group], axis=0) for group in groups])
-            for part in ("surprise", "chi_square", "log_likelihood")
+    block, times = draws.posterior.blocks[number], draws.inspections(number, MOST)
+    few = draws if len(times) < MOST else draws[:FEW]
+    pieces = np.array_split(np.arange(len(few)), max(len(few) * len(block.rows) // AT_ONCE, 1))
+    each = [few[some].seen(number, times).steps for some in pieces]
+    groups = np.array_split(np.arange(len(times)), min(len(times), MOST))
+    count = np.array([sum(each[0][t].count for t in group) for group in groups])
+    z, chi, logs = (
+        np.stack(
+            [sum(np.concatenate([getattr(steps[t], part) for steps in each]) for t in g) for g in groups]
         )
-        hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)
-        return middle, count, z / np.sqrt(size)[:, None], chi, hidden
-    z, chi, count = np.empty((MOST, len(few))), np.empty((MOST, len(few))), np.empty(MOST, int)
-    gain = gains(few, number, np.random.default_rng(0))
-    order, until = np.argsort(which, kind="stable"), np.cumsum(np.bincount(which))
-    for g, values in enumerate(np.split(order, [until[group[-1]] for group in groups[:-1]])):
-        rows = block.rows[values]
-        own = replace(block, rows=rows)
-        count[g] = len(rows)
-        for history, mine in few.by_run():
-            model = likelihood.modelled(own, history, number, few.factor[mine])
-            model = gain[mine, None] * model
-            square = few.sd[number][mine, None] ** 2 + (block.relative * model) ** 2
-            each = (block.seen.value[rows] - model) / np.sqrt(square + block.seen.sd[rows] ** 2)
-            z[g, mine], chi[g, mine] = each.sum(axis=1) / np.sqrt(len(rows)), np.sum(each**2, axis=1)
-    return middle, count, z, chi, np.ones_like(z)
+        for part in ("surprise", "chi_square", "log_likelihood")
+    )
+    middle = np.array([np.mean([times[t].cycle for t in group]) for group in groups])
+    hidden = np.exp(np.minimum(logs, 0.0)) if few is draws else np.ones_like(z)
+    return middle, count, z / np.sqrt([[len(group)] for group in groups]), chi, hidden
