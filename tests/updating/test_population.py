@@ -224,7 +224,7 @@ def test_intervals_of_lives_hold_the_truth_as_often_as_they_say():
             units.append(unit("a", grid[at], worn[at] + 5e-5 * rng.standard_normal(3)))
         found = population(units, asked, seed)
         states = states_now(found, *joint(found, DRAWS, rng))
-        ranks += [float(state.life_below(life)[0]) for state, life in zip(states, lives, strict=False)]
+        ranks += [float(state.lives.life_below(life)[0]) for state, life in zip(states, lives, strict=False)]
     ranks = np.array(ranks)
     assert stats.kstest(ranks, "uniform").pvalue > 1e-3
     assert 0.85 <= np.mean(np.abs(ranks - 0.5) <= 0.45) <= 0.95
@@ -238,7 +238,7 @@ def test_a_unit_that_was_not_measured_is_as_wide_as_the_population():
     states = states_now(found, *joint(found, DRAWS, rng))
     new, old = states[10], states[0]
     assert np.std(np.log(new.factor)) > 1.1 * quantile(found, "spread", np.array(0.5))
-    assert np.ptp(new.life(P[[0, 4]])) > 1.5 * np.ptp(old.life(P[[0, 4]]))
+    assert np.ptp(new.lives.life(P[[0, 4]])) > 1.5 * np.ptp(old.lives.life(P[[0, 4]]))
 
 
 def test_what_a_hundred_units_cost(monkeypatch):

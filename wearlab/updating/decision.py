@@ -107,8 +107,7 @@ def states_at(
             factor, asked = draws.factor[mine], run.asked[number]
             mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))
             if answer.drifting == number:
-                state = lives.present_state(run, factor, w[mine], look)
-                life[mine] = look + lives.passage_time(*state, rate[mine], rng)
+                life[mine] = lives.ended(run, factor, w[mine], look, rate[mine], rng)
         square = draws.sd[number] ** 2 + own**2 + (block.relative * gain * mean) ** 2
         yield mean * gain + w, life, np.sqrt(square + block.data.error.offset_sd**2)
 
@@ -163,7 +162,7 @@ def decided(outcome: answers.UpdateOutcome, costs: Decision, rng: Random) -> xr.
     return found.merge(layout.dataset("decision", {"rate_with_look": rates, "best_look": best}, look=looks))
 
 
-def changes(known: layout.Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
+def changes(known: lives.Lives, run: RunHistory, costs: Decision, places: int = PLACES) -> xr.Dataset | None:
     """Return the cost per hour of planned changes, the best, and its sensitivity; None without an end."""
     hour, now = run.seconds_per_cycle / HOUR, known.now
     end, middle = known.life(np.array([LAST, 0.5]))

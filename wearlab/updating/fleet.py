@@ -43,11 +43,6 @@ class UnitState:
     variance: Array
     since: Array
 
-    @property
-    def now(self) -> float:
-        """The last inspection [cycles]."""
-        return self.unit.now
-
     def _equal(self, cycle: float) -> Array:
         equal = self.shared.equal(self.unit.run.equal(np.array(cycle)))[:, 0]
         return np.broadcast_to(equal, self.factor.shape)
@@ -86,7 +81,8 @@ class UnitState:
         return float(np.mean(np.abs(x - value)) - 0.5 * apart)
 
     @cached_property
-    def _passage(self) -> lives.Passage:
+    def lives(self) -> lives.Passage:
+        """The lives, of all states together."""
         run, (nodes, heights) = self.unit.run, STATES
         worn = self.shared.worn(run, run.limit, self.factor)  # what W is told in
         w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
@@ -98,20 +94,9 @@ class UnitState:
         own = run.start + since * factor
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
         lanes = (weight, run.level - w - run.limit.at(own), mean, rate)
-        return lives.Passage(self.now, lanes, lambda cycle: np.tile(self._equal(cycle), len(nodes)) - since)
-
-    @property
-    def passed(self) -> float:
-        """The probability that the limit has been passed at the last inspection."""
-        return self._passage.below(self.now)
-
-    def life_below(self, cycle: Array) -> Array:
-        """Return the probability that the limit is reached before cycles, (q,)."""
-        return np.array([self._passage.below(float(each)) for each in np.atleast_1d(cycle)])
-
-    def life(self, p: Array) -> Array:
-        """Return quantiles of the life [cycles]; the last inspection where it is over."""
-        return self._passage.quantile(np.asarray(p, float))
+        return lives.Passage(
+            self.unit.now, lanes, lambda cycle: np.tile(self._equal(cycle), len(nodes)) - since
+        )
 
 
 def _below(value: Array, mean: Array, sd: Array) -> Array:
@@ -272,16 +257,17 @@ def _predictions(
     pace, rows, costs = middle / np.exp(np.median(np.log(middle))), [], studies[0].spec.decision
     calendars = any(study.calendar is not None for study in studies)
     for k, (study, state) in enumerate(zip(studies, states, strict=True)):
-        run, days = state.unit.run, layout.calendar_of(study, state.unit.run, state.now)
-        row = layout.lives(state, np.quantile(state.factor, layout.P), run, days)
-        row |= {"end_passed": state.passed, "pace": pace[k]}
-        row["worn"] = float(np.mean(state.wear(state.now)[0])) / run.level
+        run, now = state.unit.run, state.unit.now
+        days = layout.calendar_of(study, run, now)
+        row = layout.lives(state.lives, np.quantile(state.factor, layout.P), run, days)
+        row |= {"end_passed": state.lives.below(now), "pace": pace[k]}
+        row["worn"] = float(np.mean(state.wear(now)[0])) / run.level
         row["p_like_the_others"] = _like_the_others(found, k, blanks[k])
         if calendars:
             row["hours_per_year"] = np.nan if study.calendar is None else study.calendar.a_year
             row.setdefault("end_of_life_quantile", np.array([""] * len(layout.P), dtype=object))
         told = layout.dataset("predictions", row, quantile=layout.P)
-        advice = None if costs is None else decision.changes(state, run, costs, PLACES)
+        advice = None if costs is None else decision.changes(state.lives, run, costs, PLACES)
         if advice is not None:
             advice = layout.dated(advice, days)
             told = told.merge(advice[[name for name, one in advice.data_vars.items() if not one.dims]])

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,25 +15,12 @@ from wearlab.schema import VARIABLES
 from wearlab.store.outcome import hours_text
 from wearlab.updating import cases, run_curves
 from wearlab.updating.calendar import NEVER, Calendar
+from wearlab.updating.lives import Lives
 
 MERGED: Any = {"compat": "override", "combine_attrs": "override"}
 P = np.array([0.05, 0.25, 0.5, 0.75, 0.95])
 TINY = 1e-15  # probability below which none is told
 TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
-
-
-class Lives(Protocol):
-    """What is known of one unit's life: an answer, or the state of a unit of a fleet."""
-
-    @property
-    def now(self) -> float:
-        """The last inspection [cycles]."""
-
-    def life(self, p: Array) -> Array:
-        """Return quantiles of the life [cycles]."""
-
-    def life_below(self, cycle: Array) -> Array:
-        """Return the probability of a shorter life."""
 
 
 def variable(group: str, name: str, values: Any, of: str = "", over: str = "", **attrs: Any) -> xr.Variable:

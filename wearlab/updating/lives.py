@@ -57,10 +57,9 @@ class Answer:
 
     def life(self, p: Array) -> Array:
         """Return quantiles of the life [cycles]."""
-        p = np.asarray(p, float)
-        if self._passage is not None:
-            return self._passage.quantile(p)
-        post = self.posterior
+        if self.passage is not None:
+            return self.passage.life(p)
+        post, p = self.posterior, np.asarray(p, float)
         both = zip(post.histories, post.log_factor[:, [0, -1]], strict=True)
         lives = np.stack([run.life(np.exp(u)) for run, u in both])
         finite = lives[np.isfinite(lives) & (lives > 0.0)]
@@ -72,9 +71,9 @@ class Answer:
 
     def life_below(self, cycle: Array | float) -> Array:
         """Return the probability of a shorter life, (q,)."""
+        if self.passage is not None:
+            return self.passage.life_below(cycle)
         cycle = np.atleast_1d(np.asarray(cycle, float))
-        if self._passage is not None:
-            return np.array([self._passage.below(end) for end in cycle])
         post, runs = self.posterior, self.posterior.histories
         passed = np.stack([run.equal(cycle) for run in runs])
         spans = np.array([max(run.limit_cycle - run.start, 0.0) * run.factor for run in runs])  # at factor 1
@@ -101,7 +100,8 @@ class Answer:
         return risk
 
     @cached_property
-    def _passage(self) -> "Passage | None":
+    def passage(self) -> "Passage | None":
+        """The lives where wear strays, None without a drift."""
         if self.drifting is None:
             return None
         held = np.flatnonzero(self.posterior.weight > LEAST)
@@ -140,8 +140,13 @@ class Passage:
         reached = first_passage(np.maximum(ahead, 1e-30), mean, shape)
         return self.over + float(self.weight.sum() / weight.sum()) * float(weight @ reached)
 
-    def quantile(self, p: Array) -> Array:
+    def life_below(self, cycle: Array | float) -> Array:
+        """Return the probability of a shorter life, (q,)."""
+        return np.array([self.below(float(each)) for each in np.atleast_1d(cycle)])
+
+    def life(self, p: Array) -> Array:
         """Return quantiles: guessed by some of the states, then by all of them near there, else anywhere."""
+        p = np.asarray(p, float)
         at_once = AT_ONCE * np.quantile(self.mean, 0.99) if len(self.mean) else np.nan
         middle = np.log(np.median(self.mean[self.mean >= at_once])) if len(self.mean) else 0.0
         low, high = middle - np.log(LONGEST), middle + np.log(LONGEST)
@@ -160,6 +165,9 @@ class Passage:
             near[off] = risen(below, p[held][off], low, high)
         found[held] = self.now + np.exp(near)
         return found
+
+
+Lives = Answer | Passage
 
 
 def first_passage(ahead: Array | float, mean: Array, shape: Array) -> Array:
@@ -201,13 +209,21 @@ def present_state(run: RunHistory, factor: Array, mean: Array, now: float) -> tu
     return gap, np.maximum(ahead, 1e-300)
 
 
-def passage_time(gap: Array, ahead: Array, rate: Array, rng: Random) -> Array:
-    """Return draws of the cycles in which a Wiener process closes a gap, 0 where it is closed."""
+def ended(run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, rng: Random) -> Array:
+    """Return draws of the cycle at which a Wiener process from W now on reaches the limit; ``now`` if it has.
+
+    Parameters
+    ----------
+    run, factor, mean, now : see `present_state`
+    rate : variance of W per cycle
+    rng : of its ways
+    """
+    gap, ahead = present_state(run, factor, mean, now)
     closed = gap <= 0.0
     mean = np.where(np.isfinite(ahead), ahead, 1e300)
     with np.errstate(over="ignore", divide="ignore"):
         shape = np.clip(np.where(closed, 1.0, gap) ** 2 / np.maximum(rate, 1e-300), 1e-300, 1e300)
-    return np.where(closed, 0.0, rng.wald(mean, shape))
+    return now + np.where(closed, 0.0, rng.wald(mean, shape))
 
 
 def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:

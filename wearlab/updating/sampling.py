@@ -94,8 +94,8 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
     spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))
     present = seen.mean + spread * rng.standard_normal(n)
     for history, mine in alive.by_run():
-        gap, ahead = lives.present_state(history, alive.factor[mine], present[mine], answer.now)
-        alive.life[mine] = answer.now + lives.passage_time(gap, ahead, rate[mine], rng)
+        own = alive.factor[mine], present[mine]
+        alive.life[mine] = lives.ended(history, *own, answer.now, rate[mine], rng)
     return alive
 
 

@@ -128,8 +128,7 @@ def twin(truth: sampling.Draws, before: lives.Answer, rng: arrays.Random) -> tup
         if number == before.drifting:
             rate = truth.drift[number] ** 2 / likelihood.PER
             w = w + np.sqrt(rate * (now - last[number])) * rng.standard_normal(1)
-            gap, ahead = lives.present_state(run, truth.factor, w, now)
-            life = now + float(lives.passage_time(gap, ahead, rate, rng)[0])
+            life = float(lives.ended(run, truth.factor, w, now, rate, rng)[0])
     return tuple(made), life
 
 
