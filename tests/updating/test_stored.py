@@ -122,7 +122,7 @@ def test_masses_and_largest_depths_are_as_far_off_as_the_life_says(campaign, sto
     run, better = store.run(scene.id), wl.simulate(scene.replace("numerics.tolerance", 1e-5))
     seen = studies(campaign)[0].seen
     limit = studies(campaign)[0].limit
-    history = history_of(run, scene.id, scene.model_dump(), seen, limit)
+    history = history_of(run, scene, seen, limit)
     for name, dim in (("worn_mass", "member"), ("max_wear_depth", "flank")):
         assert history.numerical_of(name) == float(run.error_estimate_life / run.life)
         mine, theirs = (one[name].isel({dim: 0}).values for one in (run, better))
@@ -136,9 +136,9 @@ def test_depths_are_interpolated_with_the_wear_rates_of_their_run(campaign, stor
     assert {"wear_rate", "wear_depth"} <= needed((), study.limit)
     fine = scene.replace("wear.snapshots", {"depth": [f"{n} um" for n in range(1, 20)], "flank": "pinion"})
     seen = study.seen
-    coarse = history_of(store.run(scene.id), "c", scene.model_dump(), seen, study.limit)
-    better = history_of(wl.simulate(fine), "f", fine.model_dump(), seen, study.limit)
-    plain = history_of(store.run(scene.id).drop_vars("wear_rate"), "p", scene.model_dump(), (), study.limit)
+    coarse = history_of(store.run(scene.id), scene, seen, study.limit)
+    better = history_of(wl.simulate(fine), fine, seen, study.limit)
+    plain = history_of(store.run(scene.id).drop_vars("wear_rate"), scene, (), study.limit)
     depths = np.array([3.5e-6, 7.5e-6, 12.5e-6])
     exact = better.limit.first_above(depths)
     mine, theirs = (np.abs(run.limit.first_above(depths) / exact - 1.0) for run in (coarse, plain))

@@ -30,7 +30,6 @@ DRAW = "draw"
 DEPTHS = ("max_wear_depth", "wear_depth", THICKNESS)
 ERRORS = {"life", "error_estimate_life", "error_estimate_wear_depth"}  # told by the first run
 ALWAYS = ("verdict", "end_reason", *ERRORS)
-SCALES = {"operation", "wear"}  # sections that say how wear goes with k and with cycles
 
 
 @dataclass(frozen=True)
@@ -45,10 +44,10 @@ class MeasuredCase:
     limit : what ends the life
     seen : the observations that belong to this case
     drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
-    longer : times its own limits at which the runs end
     record : what really ran until now
-    renewals : which gears were replaced when, in words
     calendar : which day it was after how many operating hours
+    longer : times its own limits at which the runs end
+    renewals : which gears were replaced when, in words
     """
 
     label: str
@@ -57,10 +56,10 @@ class MeasuredCase:
     limit: Limit
     seen: tuple[Observed, ...]
     drawn: Mapping[str, tuple[Any, ...]]
-    longer: float = 1.0
     record: OperatingRecord | None = None
-    renewals: str = ""
     calendar: Calendar | None = None
+    longer: float = 1.0
+    renewals: str = ""
 
     @property
     def prior(self) -> Distribution | None:
@@ -110,16 +109,16 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    seen, record, calendar = _measured(spec, None, spec.calendar)
+    measured = _measured(spec, None, spec.calendar)
     made = []
     for case in campaign.cases:
-        own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
+        own = tuple(one for one in measured[0] if not one.data.cases or case.label in one.data.cases)
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
         about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
         limit = _limit(case.scene, spec, about)
         refuse_too_deep(case.scene, own, limit)
-        study = MeasuredCase(label, case.scene, spec, limit, own, {}, record=record, calendar=calendar)
-        if study.costly and record is not None:
+        study = MeasuredCase(label, case.scene, spec, limit, own, {}, *measured[1:])
+        if study.costly and study.record is not None:
             key = next(iter(study.costly))
             raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
         if study.costly:
@@ -138,24 +137,19 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
     ------
     UpdateError : with file, line and value, or the limit's path
     """
-    depths = [block for block in seen if block.data.quantity in DEPTHS and len(block)]
     try:
         gears = build_set(scene)
     except GearError:
         return  # the run says so
-    if limit.quantity == "max_wear_depth" and limit.value >= (most := thickest(gears, limit.where)):
-        raise UpdateError(
-            f"update.limit.depth: {1e3 * limit.value:.4g} mm is deeper than a tooth is thick, "
-            f"{1e3 * most:.4g} mm: look at its unit, or give less"
-        )
-    for block in depths:
-        most, i = thickest(gears, block.data.where), int(np.argmax(np.nan_to_num(block.value)))
-        if block.value[i] >= most:
-            value = f"{block.data.quantity} of {1e3 * block.value[i]:.4g} mm"
-            raise UpdateError(
-                f"{block.data.file}: line {block.row[i]}: {value} is deeper than a tooth is thick, "
-                f"{1e3 * most:.4g} mm: look at its unit, {block.data.place}.units"
-            )
+    deep = [("update.limit.depth: {} mm", limit.value, limit.where, "look at its unit, or give less")]
+    for block in (each for each in seen if each.data.quantity in DEPTHS and len(each)):
+        i, own = int(np.argmax(np.nan_to_num(block.value))), block.data
+        said = f"{own.file}: line {block.row[i]}: {own.quantity} of {{}} mm"
+        deep.append((said, block.value[i], own.where, f"look at its unit, {own.place}.units"))
+    for said, value, where, remedy in deep[limit.quantity != "max_wear_depth" :]:
+        if value >= (most := thickest(gears, where)):
+            thick = f"is deeper than a tooth is thick, {1e3 * most:.4g} mm"
+            raise UpdateError(f"{said.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
 
 
 def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
@@ -169,9 +163,9 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         unit = own.get(name, UnitBlock(name=name))
         changed = scene.replace(dict(unit.scene)) if unit.scene else scene
         limit = _limit(changed, spec, f"unit {name!r}: ")
-        seen, record, calendar = _measured(spec, name, unit.calendar or spec.calendar)
-        refuse_too_deep(changed, seen, limit)
-        made.append(MeasuredCase(name, changed, spec, limit, seen, {}, record=record, calendar=calendar))
+        measured = _measured(spec, name, unit.calendar or spec.calendar)
+        refuse_too_deep(changed, measured[0], limit)
+        made.append(MeasuredCase(name, changed, spec, limit, measured[0], {}, *measured[1:]))
     return tuple(made)
 
 
@@ -186,9 +180,7 @@ def _measured(
     if recorded := own is not None:  # of what follows it nothing is told without hours of a year
         counted = own._replace(a_year=np.nan if a_year is None else a_year)
     else:
-        tables = [
-            own for data in spec.data if (own := measurements.calendar_of(data, unit, days)) is not None
-        ]
+        tables = [*filter(None, (measurements.calendar_of(data, unit, days) for data in spec.data))]
         own = tables[0].joined(tables[1:]) if tables else given
         counted = own if days is None or days.hours is None else given
     seen = tuple(measurements.read_observations(data, counted, unit, recorded=recorded) for data in spec.data)
@@ -201,7 +193,7 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
     if scene.wear is None or until is None:
         raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
     try:
-        run_curves.refuse_stages(scene.model_dump())
+        run_curves.refuse_stages(scene)
     except UpdateError as error:
         raise UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
@@ -270,8 +262,7 @@ def histories(study: MeasuredCase, store: "Store") -> tuple[run_curves.Runs, Ind
         if run_id not in runs:
             continue
         try:
-            scales = scene.model_dump(include=SCALES)
-            read.append(run_curves.history_of(runs[run_id], run_id, scales, study.seen, study.limit))
+            read.append(run_curves.history_of(runs[run_id], scene, study.seen, study.limit))
             which.append(i)
         except UpdateError:
             if i == 0:

@@ -248,7 +248,7 @@ def _history(
     """Return the study with its measurements parted, and its history; what is in service comes first."""
     gears = list(eras)
     last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]
-    own = run_curves.history_of(last.run, scene.id, scene.model_dump(), (), study.limit)
+    own = run_curves.history_of(last.run, scene, (), study.limit)
     parts, asked = [], []
     for seen in study.seen:
         mine = eras[_gear_of(seen.data.where, gears, seen.data.place)]

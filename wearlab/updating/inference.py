@@ -117,17 +117,15 @@ class Runner(NamedTuple):
 
     def run(self, wanted: Sequence[cases.MeasuredCase]) -> list[tuple[run_curves.Runs, Index]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
-        self._compute(wanted, [scene for study in wanted for scene in study.scenes])
         conditions = [{} if study.record is None else cases.conditions_of(study) for study in wanted]
-        if any(conditions):
-            self._compute(wanted, [scene for scenes in conditions for scene in scenes.values()])
+        asked = [*(study.scenes for study in wanted), *(scenes.values() for scenes in conditions)]
+        self._compute(wanted, [scene for scenes in asked for scene in scenes])
         found = []
         for study, scenes in zip(wanted, conditions, strict=True):
             runs, which = cases.histories(study, self.store)
             if scenes:
                 read = zip(cases.stored(study, scenes, self.store), scenes.values(), strict=True)
-                asked = study.seen, study.limit
-                each = [run_curves.history_of(run, one.id, one.model_dump(), *asked) for run, one in read]
+                each = [run_curves.history_of(run, scene, study.seen, study.limit) for run, scene in read]
                 runs = (clocks.clocked_run(study, runs[0], each),)
             found.append((runs, which))
         return found

@@ -18,6 +18,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import THICKNESS, Limit
+from wearlab.scene import Scene
 from wearlab.store.files import StoreError
 from wearlab.updating.calendar import straight
 from wearlab.updating.measurements import Observed, UpdateError
@@ -244,29 +245,27 @@ class RunHistory:
 Runs = Sequence[RunHistory]
 
 
-def refuse_stages(scene: Mapping[str, Any]) -> None:
+def refuse_stages(scene: Scene) -> None:
     """Refuse a scene in which something happens at a given cycle, so that wear is no function of k·N.
 
     Raises
     ------
     UpdateError : it has stages of operation
     """
-    if scene.get("operation", {}).get("stage"):
+    if scene.operation is not None and scene.operation.stage:
         raise UpdateError(
             "operation.stage: stages begin at given cycles, so that the wear is no function of k·N and one "
             "run does not serve every k; update a campaign with operation.duty, mixed within each cycle"
         )
 
 
-def history_of(
-    run: xr.Dataset, run_id: str, scene: Mapping[str, Any], seen: tuple[Observed, ...], limit: Limit
-) -> RunHistory:
+def history_of(run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: Limit) -> RunHistory:
     """Return what a stored run says over the cycles.
 
     Parameters
     ----------
     run : a stored run
-    run_id, scene : its identity, and the canonical scene that it is of
+    scene : that it is of
     seen : the observations that it is compared with
     limit : what ends the life
 
@@ -279,11 +278,10 @@ def history_of(
         raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
-    coefficient = (scene.get("wear") or {}).get("coefficient") or {}
-    factor = float(coefficient.get("factor", 1.0)) if isinstance(coefficient, dict) else 1.0
+    factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
     limit_cycle = float(ended.first_above(np.array(limit.value)))
     return RunHistory(
-        id=run_id,
+        id=str(scene.id),
         factor=factor,
         coefficient=_coefficient(run, limit.where) / factor,
         start=float(ended.cycle[0]),

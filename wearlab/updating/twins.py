@@ -157,7 +157,7 @@ def twin_files(
     for key, true in truth.items():
         scene = scene.replace(key, true)
     measured = tuple(found.values())
-    run = run_curves.history_of(simulate(scene), "twin", scene.model_dump(), measured, wanted[0].limit)
+    run = run_curves.history_of(simulate(scene), scene, measured, wanted[0].limit)
     for number, seen in enumerate(measured):
         if run.asked[number].cycle.max(initial=0.0) > run.end:
             raise UpdateError(f"{seen.data.file}: goes on beyond the twin's run, {run.end:g} cycles")
