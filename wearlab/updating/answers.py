@@ -188,18 +188,16 @@ def facts_of(post: Posterior) -> dict[str, float]:
 
 def _prior_p(before: Answer, draws: sampling.Draws, blocks: likelihood.Blocks, rng: Random) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
-    least = 1.0
+    least, run = 1.0, before.posterior.histories[0]
     for number, block in enumerate(blocks):
         if not len(block.rows) or block.seen.censored.any():
             continue
-        cycle = before.posterior.histories[0].asked[number].cycle[block.rows]
-        last = np.flatnonzero(cycle == cycle.max())[-1:]
-        latest = replace(block, rows=block.rows[last])
-        alone = tuple(latest if n == number else b for n, b in enumerate(before.posterior.blocks))
+        cycle = run.asked[number].cycle[block.rows]
+        latest = block.rows[np.flatnonzero(cycle == cycle.max())[-1:]]
+        alone = [replace(b, rows=latest if n == number else b.rows[:0]) for n, b in enumerate(blocks)]
         prior = replace(draws, posterior=before.posterior.but(blocks=alone))
-        value = float(block.seen.value[latest.rows][0])
-        made = sampling.replicated(prior, number, rng, known=False)[0][:, 0]
-        below = (np.sum(made <= value) + 0.5) / (len(draws) + 1.0)
+        made = sampling.replicated(prior, number, rng, known=False)[0]
+        below = (np.sum(made <= block.seen.value[latest]) + 0.5) / (len(draws) + 1.0)
         least = min(least, 2.0 * min(below, 1.0 - below))
     return float(least)
 

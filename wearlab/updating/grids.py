@@ -207,24 +207,19 @@ class Posterior:
         self.spreads = self._spreads(COARSE_SPREAD)
         for _ in range(1 + (len(self._axes) > 0)):
             if self.prior is not None:
-                self._narrow_factor(self.prior)
-            some = self._all
-            for _ in range(ROUNDS if self._axes else 0):
-                some = some[self._errors_moved(some)]
-                if not len(some):
-                    break
+                _settle(self._factor_moved, len(self._all))
+                self.centre, self.width = peak(self._log_density, *self._factor[:2])
+            if self._axes:
+                _settle(self._errors_moved, len(self._all))
 
-    def _narrow_factor(self, prior: Distribution) -> None:
-        def logs_at(points: Array, some: Index) -> Array:
-            return log_density(prior, points) + self._log_likelihood(points, some)
+    def _log_density(self, points: Array, some: Index) -> Array:
+        assert self.prior is not None
+        return log_density(self.prior, points) + self._log_likelihood(points, some)
 
-        some = self._all
-        for _ in range(ROUNDS):
-            points = np.linspace(self._factor.low[some], self._factor.high[some], COARSE, axis=1)
-            some = some[_narrowed(self._factor, some, points, logs_at(points, some))]
-            if not len(some):
-                break
-        self.centre, self.width = peak(logs_at, *self._factor[:2])
+    def _factor_moved(self, some: Index) -> Flags:
+        """Fit the range of the factor once; say of which runs it moved."""
+        points = np.linspace(self._factor.low[some], self._factor.high[some], COARSE, axis=1)
+        return _narrowed(self._factor, some, points, self._log_density(points, some))
 
     def _errors_moved(self, some: Index) -> Flags:
         """Fit the ranges of unknown errors once; say of which runs any moved."""
@@ -376,8 +371,9 @@ def peak(logs_at: Callable[[Array, Index], Array], low: Array, high: Array) -> t
     logs_at : their logs at points (some, n), of some of the rows
     low, high : (rows,)
     """
-    some, low, high, found = np.arange(len(low)), low.copy(), high.copy(), np.empty((2, len(low)))
-    for _ in range(ROUNDS):
+    low, high, found = low.copy(), high.copy(), np.empty((2, len(low)))
+
+    def moved(some: Index) -> Flags:
         points, rows = np.linspace(low[some], high[some], CENTRED, axis=1), np.arange(len(some))
         logs = logs_at(points, some)
         best = np.argmax(logs, axis=1)
@@ -386,10 +382,19 @@ def peak(logs_at: Callable[[Array, Index], Array], low: Array, high: Array) -> t
         found[:, some] = points[rows, best], 0.5 * (points[rows, last] - points[rows, first])
         low[some] = points[rows, np.maximum(best - 2, 0)]
         high[some] = points[rows, np.minimum(best + 2, CENTRED - 1)]
-        some = some[near.sum(axis=1) <= 4]
+        return np.asarray(near.sum(axis=1) <= 4)
+
+    _settle(moved, len(low))
+    return found[0], found[1]
+
+
+def _settle(moved: Callable[[Index], Flags], count: int) -> None:
+    """Take steps of so many rows, of each until one did not move it."""
+    some = np.arange(count)
+    for _ in range(ROUNDS):
+        some = some[moved(some)]
         if not len(some):
             break
-    return found[0], found[1]
 
 
 def _between(values: Array, at: Array) -> Array:

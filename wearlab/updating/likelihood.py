@@ -150,9 +150,8 @@ def held(
     blocks: Blocks, run: RunHistory, holds: Callable[[Array, float], Any], cycle: float
 ) -> tuple[Block, ...]:
     """Return blocks of which those values count that did and whose cycles compare so with one."""
-    cycles = [run.asked[n].cycle[block.rows] for n, block in enumerate(blocks)]
-    both = zip(blocks, cycles, strict=True)
-    return tuple(replace(block, rows=block.rows[holds(at, cycle)]) for block, at in both)
+    both = zip(blocks, run.asked, strict=True)
+    return tuple(replace(b, rows=b.rows[holds(asked.cycle[b.rows], cycle)]) for b, asked in both)
 
 
 def block_of(seen: measurements.Observed, *, accumulating: bool) -> Block:
