@@ -64,15 +64,6 @@ class Innovation:
     variance: Array
 
 
-class State(NamedTuple):
-    """What is known of W before anything is seen: mean and variance at a cycle; how it then grows a cycle."""
-
-    mean: Any = 0.0
-    variance: Any = 0.0
-    rate: Any = 0.0
-    cycle: Any = 0.0
-
-
 @dataclass
 class Filtered:
     """What the filter knows after the last inspection; every array has the shape of the lanes.
@@ -85,10 +76,10 @@ class Filtered:
     steps : the innovation of each inspection, where it was asked for
     """
 
-    log_likelihood: Array
-    mean: Array
-    variance: Array
-    cycle: Any
+    log_likelihood: Any = 0.0
+    mean: Any = 0.0
+    variance: Any = 0.0
+    cycle: Any = 0.0
     steps: list[Innovation] = field(default_factory=list)
 
 
@@ -96,7 +87,8 @@ def filtered(
     residual: Array,
     variance: Array,
     inspections: Sequence[Inspection],
-    state: State,
+    known: Filtered,
+    rate: Array | float,
     *,
     room: Array | None = None,
     loading: Array | None = None,
@@ -109,20 +101,21 @@ def filtered(
     residual : (…, n) measured minus model; leading dimensions are lanes
     variance : (…, n) or (…, 1) of the independent errors; lanes are broadcast
     inspections : in order of time
-    state : what is known of W before
+    known : of W before
+    rate : variance of W per cycle
     room : (…, n) of values of which only a limit is known, limit minus model; NaN of those that were seen
     loading : (…, n) by which W and the offset count in a value [1]
     steps : whether each inspection's innovation is kept
     """
     each = [residual[..., :1], variance[..., :1], np.ones(1) if loading is None else loading[..., :1]]
-    lanes = np.broadcast_shapes(*(part.shape[:-1] for part in each), np.shape(state.rate))
+    lanes = np.broadcast_shapes(*(part.shape[:-1] for part in each), np.shape(rate))
     limited = np.zeros(residual.shape[-1], bool) if room is None else hidden(room)
-    last, total = state.cycle, np.zeros(())  # each grows to the lanes that it depends on
-    mean, spread = (np.asarray(each, float) for each in (state.mean, state.variance))
+    # each grows to the lanes that it depends on
+    total, mean, spread, last = known.log_likelihood, known.mean, known.variance, known.cycle
     kept: list[Innovation] = []
     for inspection in inspections:
         scale, values = inspection.scale, inspection.values
-        before, before_spread = scale * mean, scale**2 * (spread + state.rate * (inspection.cycle - last))
+        before, before_spread = scale * mean, scale**2 * (spread + rate * (inspection.cycle - last))
         last = inspection.cycle
         shared, shared_spread = before, before_spread + inspection.offset_variance  # of W and the offset
         whole, (off, chi, gained) = shared_spread, np.zeros((3, 1))[:, 0]
@@ -214,16 +207,16 @@ def with_gain(
     gain_sd : s
     relative : standard error in parts of gain times model
     """
-    known = State(1.0, gain_sd**2)
+    known = Filtered(0.0, 1.0, gain_sd**2)
     if not relative or not inspections:
-        return filtered(value, variance, inspections, known, loading=model, steps=True)
+        return filtered(value, variance, inspections, known, 0.0, loading=model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
     until = [
         np.concatenate([each.values for each in inspections[:n]]) for n in range(1, len(inspections) + 1)
     ]
     laws = [_over_gain(value[..., n], model[..., n], v[..., n], gain_sd, relative) for n in until]
     v = v + (relative * laws[-1][1][..., None] * model) ** 2
-    seen = filtered(value, v, inspections, known, loading=model, steps=True)
+    seen = filtered(value, v, inspections, known, 0.0, loading=model, steps=True)
     before = np.zeros(())
     for n, (logs, mean, spread) in enumerate(laws):
         seen.steps[n] = replace(seen.steps[n], log_likelihood=logs - before, mean=mean, variance=spread)

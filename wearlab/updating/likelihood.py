@@ -305,8 +305,8 @@ def log_likelihood(
         return kalman.with_gain(value, model, variance, steps or whole, *errors)
     times = steps or inspections_of(block, pairs[0][0], number)
     times = [one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one for one in times]
-    state = kalman.State(rate=rate, cycle=start)
-    return kalman.filtered(residual, variance, times, state, room=room, steps=len(steps) > 0)
+    known = kalman.Filtered(cycle=start)
+    return kalman.filtered(residual, variance, times, known, rate, room=room, steps=len(steps) > 0)
 
 
 def _independent(residual: Array, variance: Array, room: Array) -> Array:

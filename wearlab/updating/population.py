@@ -161,8 +161,8 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
         for n, own in unit.inspections
     ]
     residual, variance, room = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    state = kalman.State(rate=shared.rate)
-    return kalman.filtered(residual, variance, times, state, room=room, steps=steps)
+    known = kalman.Filtered()
+    return kalman.filtered(residual, variance, times, known, shared.rate, room=room, steps=steps)
 
 
 def _side_by_side(parts: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, ...]:

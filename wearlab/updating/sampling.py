@@ -191,18 +191,17 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
     square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
     spread = np.sqrt(square + (block.relative * model) ** 2)
     values = model + spread * rng.standard_normal(model.shape)
-    offset, since = block.data.error.offset_sd, block.data.since
+    offset = block.data.error.offset_sd
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
     times = draws.inspections(number) if drifts or offset else []
     if drifts:
         rate, cycles = draws.drift[number] ** 2 / likelihood.PER, [t.cycle for t in times]
-        if known and since != PREVIOUS:
-            paths = kalman.smoothed_paths(draws.seen(number, times).steps, cycles, rate, rng)
+        if block.data.since == PREVIOUS:
+            gone = np.diff(cycles, prepend=run.begin(number))
+            paths = np.sqrt(rate * gone[:, None]) * rng.standard_normal((len(times), n))
         else:
-            begin = since if isinstance(since, float) else run.begin(number)
-            steps = rng.standard_normal((len(times), n))
-            steps *= np.sqrt(rate * np.diff(cycles, prepend=begin)[:, None])
-            paths = steps if since == PREVIOUS else np.cumsum(steps, axis=0)
+            told = times if known else [time._replace(values=time.values[:0]) for time in times]
+            paths = kalman.smoothed_paths(draws.seen(number, told).steps, cycles, rate, rng)
         strayed = paths[-1]
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]
