@@ -141,9 +141,8 @@ def changing(run: RunHistory, kind: str, judge: Judge) -> tuple[Runs, Array]:
         evidence[moved] = judge(some).log_evidence.reshape(-1, RATIOS)
         logs = evidence - 0.5 * grid**2
         held = logs > logs.max(axis=1, keepdims=True) - DEPTH
-        first, last = held.argmax(axis=1), RATIOS - 1 - held[:, ::-1].argmax(axis=1)
-        left = np.maximum(grid[np.arange(n), first] - step, least)
-        right = np.minimum(grid[np.arange(n), last] + step, WIDE)
+        left = np.maximum(np.where(held, grid, np.inf).min(axis=1) - step, least)
+        right = np.minimum(np.where(held, grid, -np.inf).max(axis=1) + step, WIDE)
         moved = np.flatnonzero(right - left < 0.6 * (high - low))
         if not len(moved):
             break

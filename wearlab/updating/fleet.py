@@ -309,35 +309,33 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
     rows: list[dict[str, Any]] = []
     for number, (unit, blank) in enumerate(zip(found.units, blanks, strict=True)):
         for n in (n for n in unit.whole if len(unit.blocks[n].rows)):
-            values, last = _inspections(unit, n), (-np.inf, np.nan)
+            values = _inspections(unit, n)
             # at the very first inspection of a unit the others alone tell what to expect
             new = int(not len(replace(unit, asked=n).up_to(values[0][0]).cycles))
             later = [at for at, *_ in values[new:]]
             states = [blank] * new + (after(found, number, later, rng, FEW, n) if later else [])
             for known, (cycle, value, count) in zip(states, values, strict=True):
-                state = replace(known, block=n)
+                state, off = replace(known, block=n), (np.nan, np.nan)
                 row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}
-                row |= {"what": _named(unit, n), "against": ""}
-                row |= {"foreseen": state.value(cycle, layout.P), "check_p": np.nan, "crps": np.nan}
-                if known.block not in (None, n) and len(known.unit.cycles):
-                    row["against"] = _named(unit, known.block)
+                other = len(known.unit.cycles) and known.block not in (None, n)
+                row |= {"what": _named(unit, n), "against": _named(unit, known.block) if other else ""}
+                row["foreseen"] = state.value(cycle, layout.P)
                 if np.isfinite(value):
-                    row["check_p"] = _two_sided(state, cycle, value, count)
-                    row["crps"] = state.crps(cycle, value, rng)
-                rows.append(row | {"higher": value > row["foreseen"][2], "before": last[0], "worn": last[1]})
-                last = cycle, value
+                    off = _two_sided(state, cycle, value, count), state.crps(cycle, value, rng)
+                row |= {"check_p": off[0], "crps": off[1], "higher": value > row["foreseen"][2]}
+                rows.append(row)
     if not rows:
         return xr.Dataset()
     told = layout.stacked(rows)
-    at, seen, block = told["cycle"], told["value"], told["block"]
-    before, worn = told.pop("before"), told.pop("worn")
-    first = np.isinf(before)
+    at, seen, block, names = (told[key] for key in ("cycle", "value", "block", "unit_name"))
+    first = np.append(True, (names[1:] != names[:-1]) | (block[1:] != block[:-1]))
+    before, worn = (np.where(first, 0.0, np.roll(each, 1)) for each in (at, seen))
     with np.errstate(divide="ignore", invalid="ignore"):  # from one inspection to the next
-        pace = (seen - np.where(first, 0.0, worn)) / (at - np.where(first, 0.0, before))
+        pace = (seen - worn) / (at - before)
         line = np.where(before > 0.0, worn / before, np.nan)
     rate = np.full(len(rows), np.nan)
-    for k, name in enumerate(told["unit_name"]):
-        others = pace[(told["unit_name"] != name) & (block == block[k]) & np.isfinite(pace)]
+    for k, name in enumerate(names):
+        others = pace[(names != name) & (block == block[k]) & np.isfinite(pace)]
         rate[k] = np.median(others) if len(others) else np.nan
     told |= {"first": first, "flagged": told["check_p"] < sampling.ALARM / len(rows), "by_a_line": line * at}
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
@@ -348,8 +346,9 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
     return layout.dataset("fleet", labelled, quantile=layout.P)
 
 
-def _named(unit: FleetMember, number: int) -> str:
+def _named(unit: FleetMember, number: int | None) -> str:
     """Return how messages call what a block measures; nothing where the unit was not measured otherwise."""
+    assert number is not None
     data, several = unit.blocks[number].data, sum(len(block.seen) > 0 for block in unit.blocks) > 1
     return f"{data.label.replace('_', ' ')} ({data.file.name})" if several else ""
 
