@@ -10,27 +10,19 @@ log to a grid eight times as fine, where the prior is added; nodes are doubled u
 foretold by the rest. Unknown errors have even grids in their logs, where the posterior is.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from copy import copy
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.special import logsumexp
 
 from wearlab.arrays import Array, Flags, Index, Random
-from wearlab.campaign.distributions import Distribution
+from wearlab.campaign.distributions import SMALLEST, Distribution
 from wearlab.updating.kalman import Filtered
-from wearlab.updating.likelihood import (
-    Block,
-    Blocks,
-    Lanes,
-    Range,
-    Spread,
-    log_density,
-    log_likelihood,
-    range_of,
-)
+from wearlab.updating.likelihood import Block, Blocks, Lanes, Spread, log_density, log_likelihood
 from wearlab.updating.run_curves import Runs, risen
 
 COARSE, COARSE_SPREAD, CENTRED = 101, 21, 41  # points while ranges are narrowed, and the top is found
@@ -44,6 +36,26 @@ FORETOLD = 2e-6  # of the largest density, by which every other node may be off 
 ROUNDS = 60
 
 SpreadGrids = tuple[Array, Array]
+
+
+class Range(NamedTuple):
+    """Where ln of an unknown is looked for, and what its prior allows at all; each (runs,)."""
+
+    low: Array
+    high: Array
+    least: Array
+    most: Array
+
+
+def range_of(prior: Distribution, runs: int, scale: float = 1.0) -> Range:
+    """Return the range of ln value of a prior, by run; a normal law allows more than it starts with."""
+    with np.errstate(divide="ignore"):
+        low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])).tolist()
+        ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high])).tolist()
+    if not np.isfinite(low):  # a normal law of what is positive
+        low = math.log(scale * prior.at(0.5)) - 40.0
+    allowed = ends if prior.word in ("lognormal", "normal") else (low, high)
+    return Range(*(np.full(runs, end) for end in (low, high, *allowed)))
 
 
 class Posterior:

@@ -19,6 +19,7 @@ from numpy.polynomial import hermite_e, legendre
 from scipy.special import log_ndtr, logsumexp
 
 from wearlab.arrays import Array, Flags, Index, Random
+from wearlab.campaign.update_options import ErrorModel
 
 LOG_TWO_PI = float(np.log(2.0 * np.pi))
 REACH = 7.0  # standard deviations of u that are integrated over
@@ -187,12 +188,7 @@ def learned(
 
 
 def with_gain(
-    value: Array,
-    model: Array,
-    variance: Array,
-    inspections: Sequence[Inspection],
-    gain_sd: float,
-    relative: float = 0.0,
+    value: Array, model: Array, variance: Array, inspections: Sequence[Inspection], error: ErrorModel
 ) -> Filtered:
     """Return the likelihood of values whose model has an unknown gain, N(1, s²), and the gain's law.
 
@@ -204,18 +200,17 @@ def with_gain(
     value, model : (…, n) measured, and the model
     variance : (…, n) or (…, 1) of the independent errors, without those in parts of the value
     inspections : in order of time
-    gain_sd : s
-    relative : standard error in parts of gain times model
+    error : with s, and the standard error in parts of gain times model
     """
-    known = Filtered(0.0, 1.0, gain_sd**2)
-    if not relative or not inspections:
+    known = Filtered(0.0, 1.0, error.gain_sd**2)
+    if not error.relative or not inspections:
         return filtered(value, variance, inspections, known, 0.0, loading=model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
     until = [
         np.concatenate([each.values for each in inspections[:n]]) for n in range(1, len(inspections) + 1)
     ]
-    laws = [_over_gain(value[..., n], model[..., n], v[..., n], gain_sd, relative) for n in until]
-    v = v + (relative * laws[-1][1][..., None] * model) ** 2
+    laws = [_over_gain(value[..., n], model[..., n], v[..., n], error) for n in until]
+    v = v + (error.relative * laws[-1][1][..., None] * model) ** 2
     seen = filtered(value, v, inspections, known, 0.0, loading=model, steps=True)
     before = np.zeros(())
     for n, (logs, mean, spread) in enumerate(laws):
@@ -224,14 +219,12 @@ def with_gain(
     return Filtered(*laws[-1], seen.cycle, seen.steps)
 
 
-def _over_gain(
-    y: Array, model: Array, own: Array, gain_sd: float, relative: float
-) -> tuple[Array, Array, Array]:
+def _over_gain(y: Array, model: Array, own: Array, error: ErrorModel) -> tuple[Array, Array, Array]:
     """Return ln ∫ Π N(y; γ m, v) N(γ; 1, s²) dγ with v = own + (r γ m)², and mean and variance of γ.
 
     By Gauss and Hermite's rule about the top, which Fisher's scoring finds.
     """
-    gain = np.ones(model.shape[:-1])
+    gain, gain_sd, relative = np.ones(model.shape[:-1]), error.gain_sd, error.relative
     for _ in range(SCORINGS):
         m, part = gain[..., None] * model, (relative * model) ** 2
         v, r = own + gain[..., None] ** 2 * part, y - m

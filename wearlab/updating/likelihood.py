@@ -21,7 +21,7 @@ from numpy.polynomial import legendre
 from scipy.special import log_ndtr
 
 from wearlab.arrays import Array, Index
-from wearlab.campaign.distributions import SMALLEST, Distribution
+from wearlab.campaign.distributions import Distribution
 from wearlab.campaign.update_options import PREVIOUS, Data, Limit
 from wearlab.units import convert
 from wearlab.updating import kalman, measurements
@@ -53,26 +53,6 @@ def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Ar
 
 
 OfRuns = Sequence[tuple[RunHistory, Any]]  # each run with the lanes that are its own
-
-
-class Range(NamedTuple):
-    """Where ln of an unknown is looked for, and what its prior allows at all; each (runs,)."""
-
-    low: Array
-    high: Array
-    least: Array
-    most: Array
-
-
-def range_of(prior: Distribution, runs: int, scale: float = 1.0) -> Range:
-    """Return the range of ln value of a prior, by run; a normal law allows more than it starts with."""
-    with np.errstate(divide="ignore"):
-        low, high = np.log(scale * np.array([prior.at(SMALLEST), prior.at(1.0 - SMALLEST)])).tolist()
-        ends = np.log(scale * np.array([max(prior.low, 0.0), prior.high])).tolist()
-    if not np.isfinite(low):  # a normal law of what is positive
-        low = math.log(scale * prior.at(0.5)) - 40.0
-    allowed = ends if prior.word in ("lognormal", "normal") else (low, high)
-    return Range(*(np.full(runs, end) for end in (low, high, *allowed)))
 
 
 @dataclass(frozen=True)
@@ -301,8 +281,7 @@ def log_likelihood(
         return kalman.Filtered(total, np.zeros_like(total), np.zeros_like(total), last)
     if data.error.gain_sd:
         whole = [kalman.Inspection(last, np.arange(len(rows)))][: len(rows)]
-        value, errors = block.seen.value[rows], (data.error.gain_sd, data.error.relative)
-        return kalman.with_gain(value, model, variance, steps or whole, *errors)
+        return kalman.with_gain(block.seen.value[rows], model, variance, steps or whole, data.error)
     times = steps or inspections_of(block, pairs[0][0], number)
     times = [one._replace(cycle=cycle[..., one.values[0]]) if len(one.values) else one for one in times]
     known = kalman.Filtered(cycle=start)
