@@ -18,6 +18,7 @@ from wearlab.updating.population import FleetMember, Population
 from wearlab.updating.scores import held_by
 
 DRAWS = 2000
+FEW = 400  # draws that inspections are checked with
 STATES = np.polynomial.hermite_e.hermegauss(3)
 
 
@@ -148,32 +149,26 @@ def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitS
 
 
 def after(
-    found: Population,
-    number: int,
-    cycles: Sequence[float],
-    rng: Random,
-    draws: int = DRAWS,
-    asked: int | None = None,
+    found: Population, number: int, cycles: Sequence[float], rng: Random, asked: int | None = None
 ) -> list[UnitState]:
-    """Return the states of a unit after its inspections up to cycles, all of the other units being known.
+    """Return `FEW` states of a unit after its inspections up to cycles, all of the other units being known.
 
     With a block that is asked they are those before its inspections at these cycles.
     """
     unit = replace(found.units[number], asked=asked).up_to(cycles[-1])
     until = np.asarray(cycles, float)
-    theta = found.theta[equally(found.weight(number), draws, rng)]
+    theta = found.theta[equally(found.weight(number), FEW, rng)]
     if not len(unit.cycles):
         log_factor = population.factors(unit, found.law, theta, rng)
         return states_of(found, unit, theta[None], log_factor[None], until)
     points, which = np.unique(theta, axis=0, return_inverse=True)
     u, mass, marginal = population.masses(unit, found.law, points, until)
     likely = np.exp(marginal - marginal.max(axis=1, keepdims=True))[:, which.ravel()]
-    picks = [rng.choice(draws, draws, p=own / own.sum()) for own in likely]
+    picks = [rng.choice(FEW, FEW, p=own / own.sum()) for own in likely]
     each = [along(u, own, which.ravel()[pick], rng) for own, pick in zip(mass, picks, strict=True)]
     return states_of(found, unit, theta[np.array(picks)], np.array(each), until)
 
 
-FEW = 400  # draws that inspections are checked with
 PLACES = 200  # times at which a change is considered
 FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
@@ -214,7 +209,7 @@ def fleet_groups(
 
 def _blanks(found: Population, rng: Random) -> list[UnitState]:
     """Return the states of units by what is known of the others alone."""
-    return [after(found, number, [-np.inf], rng, FEW)[0] for number in range(len(found.units))]
+    return [after(found, number, [-np.inf], rng)[0] for number in range(len(found.units))]
 
 
 def _without(found: Population, flagged: xr.Dataset) -> list[FleetMember]:
@@ -313,7 +308,7 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
             # at the very first inspection of a unit the others alone tell what to expect
             new = int(not len(replace(unit, asked=n).up_to(values[0][0]).cycles))
             later = [at for at, *_ in values[new:]]
-            states = [blank] * new + (after(found, number, later, rng, FEW, n) if later else [])
+            states = [blank] * new + (after(found, number, later, rng, n) if later else [])
             for known, (cycle, value, count) in zip(states, values, strict=True):
                 state, off = replace(known, block=n), (np.nan, np.nan)
                 row: dict[str, Any] = {"unit_name": unit.name, "block": n, "cycle": cycle, "value": value}

@@ -44,6 +44,9 @@ class Inspection(NamedTuple):
     scale: Any = 1.0
 
 
+Inspections = Sequence[Inspection]
+
+
 @dataclass(frozen=True)
 class Innovation:
     """One inspection, seen from those before it.
@@ -87,7 +90,7 @@ class Filtered:
 def filtered(
     residual: Array,
     variance: Array,
-    inspections: Sequence[Inspection],
+    inspections: Inspections,
     known: Filtered,
     rate: Array | float,
     *,
@@ -188,7 +191,7 @@ def learned(
 
 
 def with_gain(
-    value: Array, model: Array, variance: Array, inspections: Sequence[Inspection], error: ErrorModel
+    value: Array, model: Array, variance: Array, inspections: Inspections, error: ErrorModel
 ) -> Filtered:
     """Return the likelihood of values whose model has an unknown gain, N(1, s²), and the gain's law.
 

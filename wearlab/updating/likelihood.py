@@ -229,11 +229,7 @@ def _previous(cycle: Array, start: float) -> Array:
 
 
 def log_likelihood(
-    block: Block,
-    runs: RunHistory | OfRuns,
-    number: int,
-    lanes: Lanes,
-    steps: Sequence[kalman.Inspection] = (),
+    block: Block, runs: RunHistory | OfRuns, number: int, lanes: Lanes, steps: kalman.Inspections = ()
 ) -> kalman.Filtered:
     """Return how probable the block is, and what is known of its drift or gain.
 
@@ -436,16 +432,12 @@ def _of_factors(
 
 def _added(sums: Sequence[Array], count: Array, model: Array, sd: Array, relative: float) -> Array:
     """Return Σ count ln 2πv and sums over v, of bins and their places, (1 + sums, lanes, deviations)."""
-    total = np.empty((1 + len(sums), *sd.shape))
-    if not relative:
-        total[0] = count.sum(axis=(1, 2))[:, None] * np.log(2.0 * np.pi * sd**2)
-        for n, each in enumerate(sums, 1):
-            total[n] = each.sum(axis=(1, 2))[:, None] / sd**2
-        return total
-    own = (relative * model) ** 2
+    parts = [np.broadcast_to(count, sums[0].shape), *sums]
+    if not relative:  # all have one variance
+        parts, model = [each.sum(axis=(1, 2), keepdims=True) for each in parts], np.zeros((1, 1, 1))
+    total = np.empty((len(parts), *sd.shape))
     for j, column in enumerate(sd.T):
-        variance = np.where(count != 0.0, column[:, None, None] ** 2 + own, 1.0)
-        total[0, :, j] = (count * np.log(2.0 * np.pi * variance)).sum(axis=(1, 2))
-        for n, each in enumerate(sums, 1):
-            total[n, :, j] = (each / variance).sum(axis=(1, 2))
+        variance = np.where(parts[0] != 0.0, column[:, None, None] ** 2 + (relative * model) ** 2, 1.0)
+        logs = parts[0] * np.log(2.0 * np.pi * variance)
+        total[:, :, j] = [logs.sum(axis=(1, 2)), *((each / variance).sum(axis=(1, 2)) for each in parts[1:])]
     return total

@@ -112,11 +112,7 @@ class RunCurve:
 
 
 def risen(
-    rising: Callable[[Array], Array],
-    wanted: Array,
-    low: Array | float,
-    high: Array | float,
-    close: float = CLOSE,
+    rising: Callable[[Array], Array], wanted: Array, low: Any, high: Any, close: float = CLOSE
 ) -> Array:
     """Return where a rising function reaches values, by Ridders' method (1979); an end where it does not.
 

@@ -3,7 +3,6 @@
 Checks say whether each inspection is like the others, and the course of all of them that of the model.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +58,7 @@ class Draws:
             self.posterior.blocks[number], self.posterior.histories[0], number, most
         )
 
-    def seen(self, number: int, steps: Sequence[kalman.Inspection] = ()) -> kalman.Filtered:
+    def seen(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""
         block = self.posterior.blocks[number]
         lanes = likelihood.Lanes(self.factor, self.sd[number], self.drift[number])
