@@ -205,12 +205,10 @@ def _prior_p(before: Answer, draws: sampling.Draws, blocks: likelihood.Blocks, r
 def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
     """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
     means = [float(np.sum(post.mass * post.log_factor)) for post in each]
-    sds = [
-        np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2))
-        for post, mean in zip(each, means, strict=True)
-    ]
+    both = zip(each, means, strict=True)
+    sds = [float(np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2))) for post, mean in both]
     return max(
-        (abs(means[i] - means[j]) / max(float(np.hypot(sds[i], sds[j])), 1e-12), i, j)
+        (abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j)
         for i, j in combinations(range(len(each)), 2)
     )
 

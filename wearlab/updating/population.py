@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import map_coordinates
+from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 from scipy.special import logsumexp, ndtri, softmax
 from scipy.stats import qmc
@@ -370,16 +371,14 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
         theta = mean + z @ root.T
         seen, before = log_units(theta, some).sum(axis=0), log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
-        least, most = temper, 1.0
-        for _ in range(30 if _effective(before + seen) < FIT else 0):
-            middle_temper = 0.5 * (least + most)
-            enough = _effective(before + middle_temper * seen) >= FIT
-            least, most = (middle_temper, most) if enough else (least, middle_temper)
-        temper = 1.0 if most == 1.0 else least
+        if _surplus(1.0, before, seen) >= 0.0:
+            temper = 1.0
+        elif _surplus(temper, before, seen) > 0.0:
+            temper = brentq(_surplus, temper, 1.0, args=(before, seen))
         mean, root = _fitted(theta, before + temper * seen)
         if temper == 1.0 and len(some) < len(units):
             temper, some = len(some) / len(units), units
-        elif temper == 1.0 and _effective(before + seen) > 2.0 * FIT:
+        elif temper == 1.0 and _surplus(1.0, before, seen) > FIT:
             break
     for _ in range(3):
         z = lattice(d)
@@ -405,8 +404,9 @@ def lattice(d: int) -> Array:
     return np.asarray(points[np.linalg.norm(points, axis=1) <= RADIUS])
 
 
-def _effective(logs: Array) -> float:
-    return float(1.0 / np.sum(softmax(logs) ** 2))
+def _surplus(share: float, before: Array, seen: Array) -> float:
+    """Return by how many the effective points are more than `FIT` where so much counts of what was seen."""
+    return float(1.0 / np.sum(softmax(before + share * seen) ** 2)) - FIT
 
 
 def _fitted(theta: Array, logs: Array) -> tuple[Array, Array]:
