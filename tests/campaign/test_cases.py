@@ -111,8 +111,8 @@ def test_tables_along_an_axis(study):
             "case 'a': scene.operation.torqe: unknown key",
         ),
         ('[[case]]\nlabel = "a"\ndrop = ["dynamic"]', "case[0].drop: 'dynamic' is not there to be dropped"),
-        ('[[case]]\nlabel = "a"\ndrop = [1]', "case[0].drop: [1] is no list"),
-        ('[[case]]\nlabel = "a"\nsweep = "yes"', "case[0].sweep: 'yes' is neither true nor false"),
+        ('[[case]]\nlabel = "a"\ndrop = [1]', "case[0].drop: [1] is no text: sections or dotted keys"),
+        ('[[case]]\nlabel = "a"\nsweep = "yes"', "case[0].sweep: 'yes' is not true or false: whether"),
         (
             SPEEDS + STATIC + 'sweep = true\n"operation.speed" = "1 rpm"',
             "case[0].operation.speed: is swept already",

@@ -285,10 +285,7 @@ def tables(studies: Sequence[Study], error: float | None) -> dict[str, tuple[tup
             ("case", "largest |multiplier|", "reference against second method"),
             reference_rows(studies),
         ),
-        "Work and precision": (
-            ("case", "quantity", "curve", "knob", "order", *reached),
-            curve_rows(studies),
-        ),
+        "Work and precision": (("case", "quantity", "curve", "knob", "order", *reached), curve_rows(studies)),
         "Beside other integrators": (
             ("case", "error", "ours", "fastest peer", "its time", "ratio"),
             peer_rows(studies),

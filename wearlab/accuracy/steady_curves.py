@@ -11,14 +11,7 @@ import numpy as np
 
 from wearlab.accuracy.equation import CyRKIntegrator, starting_state
 from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, climbed, timing
-from wearlab.accuracy.steady import (
-    Reference,
-    Steady,
-    relative_error,
-    steady,
-    stiffest_meshes,
-    tight_steps,
-)
+from wearlab.accuracy.steady import Reference, Steady, relative_error, steady, stiffest_meshes, tight_steps
 from wearlab.arrays import Array
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.response import Response

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from wearlab import nearest, schema, units
-from wearlab.campaign.inheritance import CampaignError, is_list_of
+from wearlab.campaign.inheritance import CampaignError, texts_of
 from wearlab.query import Key, QueryError, Vocabulary, keys, read_condition
 from wearlab.scene import Scene, merge, problems
 
@@ -162,13 +162,26 @@ KEYS = (Key("contact_ratio"), Key("mesh_frequency", unit="Hz", display_unit="Hz"
 DERIVED = tuple(key.name for key in KEYS)
 
 
-class Derivation:
-    """Computes derived quantities; what several cases share is computed once."""
+class CaseValues:
+    """The values of one case, each found when it is asked for.
 
-    def __init__(self) -> None:
-        self._critical: dict[str, float | None] = {}
+    Parameters
+    ----------
+    scene : of the case
+    values : of its scene, by key
+    critical : critical speeds that several cases share, found once
+    """
 
-    def __call__(self, name: str, scene: Scene) -> float | None:
+    def __init__(self, scene: Scene, values: dict[str, Any], critical: dict[str, float | None]) -> None:
+        self.scene, self.values, self.critical = scene, values, critical
+
+    def get(self, name: str) -> Any:
+        """Return a value of the scene, or one derived from it."""
+        if name in DERIVED and name not in self.values:
+            self.values[name] = self.derived(name)
+        return self.values.get(name)
+
+    def derived(self, name: str) -> float | None:
         """Return a quantity of `DERIVED`; None where no such gears can be, or the scene has no such thing.
 
         ``mesh_frequency`` is in Hz; ``speed_ratio`` is the speed of the input over its first critical speed,
@@ -177,6 +190,7 @@ class Derivation:
         from wearlab.gears.specification import GearError
         from wearlab.scene.build import sets
 
+        scene = self.scene
         lacks_speed = name != "contact_ratio" and scene.operation.speed is None
         if lacks_speed or (name == "speed_ratio" and scene.dynamics is None):
             return None
@@ -187,21 +201,21 @@ class Derivation:
             frequency = float(gears.mesh_frequency)
             if name == "mesh_frequency":
                 return frequency
-            first = self._first_excited(scene)
+            first = self._first_excited()
             return None if first is None else frequency / first
         except GearError:
             return None
 
-    def _first_excited(self, scene: Scene) -> float | None:
+    def _first_excited(self) -> float | None:
         """Return the lowest natural frequency that the mesh excites [Hz]."""
         from wearlab.scene.build import build, build_modes
 
-        same = scene.replace("operation.speed", "1 rpm").canonical()
-        if same not in self._critical:
-            modes = build_modes(build(scene)).modes
+        same = self.scene.replace("operation.speed", "1 rpm").canonical()
+        if same not in self.critical:
+            modes = build_modes(build(self.scene)).modes
             excited = modes.frequency[modes.excited()]
-            self._critical[same] = float(excited.min()) if excited.size else None
-        return self._critical[same]
+            self.critical[same] = float(excited.min()) if excited.size else None
+        return self.critical[same]
 
 
 @dataclass(frozen=True)
@@ -222,25 +236,13 @@ class Excluded:
 Cases = tuple[Case, ...]
 
 
-class _Values:
-    """The values of one case, each found when it is asked for."""
-
-    def __init__(self, scene: Scene, values: dict[str, Any], derivation: Derivation) -> None:
-        self.scene, self.values, self.derivation = scene, values, derivation
-
-    def get(self, name: str) -> Any:
-        """Return a value of the scene, or one derived from it."""
-        if name in DERIVED and name not in self.values:
-            self.values[name] = self.derivation(name, self.scene)
-        return self.values.get(name)
-
-
 def read_conditions(given: Any) -> tuple[str, ...]:
     """Return the conditions of ``exclude``, one text or a list of them."""
-    texts = [given] if isinstance(given, str) else given
-    if not is_list_of(texts, str) or not all(map(str.strip, texts)):
-        raise CampaignError(f"exclude: {problems.shown(given)} is no condition, such as 'speed_ratio > 1.2'")
-    return tuple(texts)
+    wanted = "no condition, such as 'speed_ratio > 1.2'"
+    texts = texts_of(given, "exclude", wanted)
+    if not all(map(str.strip, texts)):
+        raise CampaignError(f"exclude: {problems.shown(given)} is {wanted}")
+    return texts
 
 
 def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tuple[Excluded, ...]]:
@@ -255,10 +257,10 @@ def without_excluded(cases: Cases, conditions: Sequence[str]) -> tuple[Cases, tu
         return cases, ()
     values = [dict(keys.flat(json.loads(case.scene.canonical()))) for case in cases]
     bound = _bound(conditions, values)
-    derivation = Derivation()
+    critical: dict[str, float | None] = {}
     kept, excluded = [], []
     for case, known in zip(cases, values, strict=True):
-        asked: Any = _Values(case.scene, known, derivation)
+        asked: Any = CaseValues(case.scene, known, critical)
         met = next((text for text, tree in zip(conditions, bound, strict=True) if tree.holds(asked)), None)
         if met is None:
             kept.append(case)

@@ -1,14 +1,18 @@
 """Cases of a campaign: the grid of its sweeps, named differences, and runs that go on from others."""
 
 from collections.abc import Callable, Iterator
+from functools import reduce
 from itertools import product
 from math import prod
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from pydantic import ConfigDict, StrictBool
 
 from wearlab.campaign import campaign, case
 from wearlab.campaign.axes import MOST_CASES, Axis, too_many
-from wearlab.campaign.inheritance import CampaignError, dropped, is_list_of, listed
+from wearlab.campaign.inheritance import CampaignError, blocks_of, dropped
+from wearlab.options import OptionTable
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.scene import Scene, SceneError, merge
 from wearlab.scene.problems import shown, unknown_key
@@ -86,23 +90,32 @@ def _index(axis: Axis, wanted: Any) -> int:
     return index
 
 
-OWN_WORDS = ("label", "drop", "sweep")
 EXPECT = "expect"
 ENOUGH = 20
 MANY = 1_000  # cases from which the last ones are looked at first
 
 
-class Difference(NamedTuple):
-    """A ``[[case]]`` as the file writes it: what it drops, what it sets, whether it is swept."""
+class CaseBlock(OptionTable):
+    """A named difference from the file, in sections or dotted keys."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
 
     label: str
-    drop: tuple[str, ...]
-    own: merge.Table
-    sweep: bool
+    """name of the case; 'base' is the file itself"""
+    drop: str | tuple[str, ...] = ()
+    """sections or dotted keys that the case does without"""
+    sweep: StrictBool = False
+    """whether the sweeps multiply the case; else it is one run along all axes"""
+
+    @property
+    def own(self) -> merge.Table:
+        """What the case sets, its dotted keys as tables."""
+        tables = (merge.nested(key, value) for key, value in (self.model_extra or {}).items())
+        return reduce(merge.merge, tables, {})
 
 
 Axes = tuple[Axis, ...]
-Differences = tuple[Difference, ...]
+Differences = tuple[CaseBlock, ...]
 Place = dict[str, int]
 
 
@@ -114,10 +127,16 @@ def read_differences(blocks: Any, axes: Axes) -> Differences:
     CampaignError
         When a block is malformed, a label is missing or stands twice, or a swept case sets what is swept.
     """
-    blocks = enumerate(listed(blocks, "case"))
-    differences = tuple(_difference(block, f"case[{number}]") for number, block in blocks)
+    differences = blocks_of(CaseBlock, blocks, "case")
+    sections = (*Scene.model_fields, EXPECT)
     labels = [case.BASE, *(difference.label for difference in differences)]
     for number, label in enumerate(labels[1:]):
+        if not label:
+            raise CampaignError(f"case[{number}].label: required: a name for the case, such as 'static'")
+        for key in differences[number].model_extra or ():
+            if (section := key.partition(".")[0]) not in sections:
+                said = unknown_key(section, (*sections, *CaseBlock.model_fields))
+                raise CampaignError(f"case[{number}].{key}: {said}")
         if label in labels[: number + 1]:
             taken = "is the file without its [[case]] blocks" if label == case.BASE else "stands twice"
             raise CampaignError(f"case[{number}].label: {label!r} {taken}: choose another")
@@ -126,25 +145,6 @@ def read_differences(blocks: Any, axes: Axes) -> Differences:
         if swept and difference.sweep:
             raise CampaignError(f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true")
     return differences
-
-
-def _difference(block: dict[str, Any], where: str) -> Difference:
-    label, drop, sweep = block.get("label"), block.get("drop", []), block.get("sweep", False)
-    if not isinstance(label, str) or not label:
-        raise CampaignError(f"{where}.label: required: a name for the case, such as 'static'")
-    drop = [drop] if isinstance(drop, str) else drop
-    if not is_list_of(drop, str):
-        raise CampaignError(f"{where}.drop: {shown(drop)} is no list of sections or dotted keys")
-    if not isinstance(sweep, bool):
-        raise CampaignError(f"{where}.sweep: {shown(sweep)} is neither true nor false")
-    own: merge.Table = {}
-    sections = (*Scene.model_fields, EXPECT)
-    for key, value in block.items():
-        section = key.partition(".")[0]
-        if key not in OWN_WORDS and section not in sections:
-            raise CampaignError(f"{where}.{key}: {unknown_key(section, (*sections, *OWN_WORDS))}")
-        own = own if key in OWN_WORDS else merge.merge(own, merge.nested(key, value))
-    return Difference(label, tuple(drop), own, sweep)
 
 
 def _sets(own: Any, key: str) -> bool:
@@ -204,9 +204,10 @@ def _scenes(
     if axes or not differences:
         yield from ((case.BASE, position, scene) for position, scene in _swept(table, axes))
     for number, difference in enumerate(differences):
-        reduced = dropped(table, difference.drop, f"case[{number}].drop")
-        changed = merge.merge(reduced, difference.own)
-        if (expected := case.merged(reduced.get(EXPECT), difference.own.get(EXPECT))) is not None:
+        own, drop = difference.own, difference.drop
+        reduced = dropped(table, [drop] if isinstance(drop, str) else drop, f"case[{number}].drop")
+        changed = merge.merge(reduced, own)
+        if (expected := case.merged(reduced.get(EXPECT), own.get(EXPECT))) is not None:
             changed[EXPECT] = expected
         for position, scene in _swept(changed, axes if difference.sweep else ()):
             yield difference.label, position, scene

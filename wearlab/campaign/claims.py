@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from wearlab import nearest, options, units
-from wearlab.campaign import inheritance
-from wearlab.campaign.inheritance import CampaignError, modelled
+from wearlab.campaign.inheritance import CampaignError, blocks_of
 from wearlab.query.formula import AmountError, amount, parse_formula, spelled_out
 from wearlab.query.keys import QueryError
 
@@ -87,8 +86,7 @@ def read_claims(blocks: Any) -> tuple[ClaimSpec, ...]:
     ------
     CampaignError : one is malformed, its formula cannot be read, or its name stands twice
     """
-    listed = enumerate(inheritance.listed(blocks, "claim"))
-    claims = tuple(modelled(ClaimSpec, block, f"claim[{number}]") for number, block in listed)
+    claims = blocks_of(ClaimSpec, blocks, "claim")
     problems = [line for number, claim in enumerate(claims) for line in _wrong(number, claim, claims)]
     if problems:
         raise CampaignError(problems)

@@ -86,13 +86,8 @@ class Distribution(NamedTuple):
         inside = law.cdf(np.clip(value, self.low, self.high))
         return _alike(np.clip((inside - below) / (above - below), 0.0, 1.0), value)
 
-    def density(self, value: Any) -> Any:
-        """Return the probability per ``unit`` at this value; of an array, an array."""
-        inside = (np.asarray(value) >= self.low) & (np.asarray(value) <= self.high)
-        return _alike(np.where(inside, np.exp(self.log_density(value)), 0.0), value)
-
     def log_density(self, value: Any) -> Any:
-        """Return the log of `density`, −∞ beyond the ends; right to rounding however far out."""
+        """Return the log of the probability per ``unit``, −∞ beyond the ends; right however far out."""
         law, below, above = _law(self)
         x, ends = np.asarray(value, float), 1e-12 * np.abs(value)
         logs = law.logpdf(x) - math.log(above - below)

@@ -28,14 +28,14 @@ def is_list_of(value: Any, kind: type) -> bool:
     return isinstance(value, list) and all(isinstance(element, kind) for element in value)
 
 
-def listed(value: Any, name: str, kind: type = dict) -> list[Any]:
+def listed(value: Any, name: str) -> list[Any]:
     """Return the ``[[name]]`` blocks of a file.
 
     Raises
     ------
-    CampaignError : the value is no list of a kind
+    CampaignError : the value is no list of tables
     """
-    if not is_list_of(value, kind):
+    if not is_list_of(value, dict):
         raise CampaignError(f"{name}: {shown(value)} is no list of tables: write [[{name}]]")
     return list(value)
 
@@ -70,25 +70,22 @@ DECIMAL_COMMA = re.compile(r"=\s*(-?\d+),(\d+)\s*(?:$|#|\})")
 BARE_QUANTITY = re.compile(r"=\s*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)\s*([A-Za-zµ°][A-Za-z0-9µ°*/^]{0,20})")
 
 
-def faults(table: dict[str, Any]) -> Iterator[str]:
-    """Yield what is wrong with keys and whole numbers, each with its path."""
-    waiting: list[tuple[str, Any, int]] = [("", table, 0)]
-    while waiting:
-        path, value, depth = waiting.pop()
-        if depth > DEEPEST:
-            yield f"{_short(path)}: keys nested more than {DEEPEST} deep"
-            return
-        if isinstance(value, dict):
-            for key, inner in value.items():
-                if fault := _of_key(key):
-                    yield f"{_short(path) or 'the file'}: {fault}"
-                else:
-                    waiting.append((f"{path}.{key}" if path else key, inner, depth + 1))
-        elif isinstance(value, list):
-            waiting += [(f"{path}[{number}]", inner, depth + 1) for number, inner in enumerate(value)]
-        elif isinstance(value, int) and not -WIDEST <= value < WIDEST:
-            digits = len(f"{abs(value):x}")
-            yield f"{_short(path)}: a whole number of {digits} hexadecimal digits: TOML has no more than 16"
+def faults(value: Any, path: str = "", depth: int = 0) -> Iterator[str]:
+    """Yield what is wrong with keys and whole numbers of a table, each with its path."""
+    if depth > DEEPEST:
+        yield f"{_short(path)}: keys nested more than {DEEPEST} deep"
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            if fault := _of_key(key):
+                yield f"{_short(path) or 'the file'}: {fault}"
+            else:
+                yield from faults(inner, f"{path}.{key}" if path else key, depth + 1)
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            yield from faults(inner, f"{path}[{number}]", depth + 1)
+    elif isinstance(value, int) and not -WIDEST <= value < WIDEST:
+        digits = len(f"{abs(value):x}")
+        yield f"{_short(path)}: a whole number of {digits} hexadecimal digits: TOML has no more than 16"
 
 
 def _of_key(key: str) -> str | None:
@@ -130,6 +127,31 @@ def modelled(model: type[Model], given: Any, where: str) -> Model:
             key, own, inner, place = _innermost(problem["loc"], given, model, where)
             faults.setdefault((place, key), ([], own, inner))[0].append(dict(problem))
         raise CampaignError(_line(key, *fault, place) for (place, key), fault in faults.items()) from None
+
+
+def blocks_of(model: type[Model], given: Any, name: str) -> tuple[Model, ...]:
+    """Return the ``[[name]]`` blocks of a file as models.
+
+    Raises
+    ------
+    CampaignError : they are no list, or with one line for each key that is wrong
+    """
+    if not isinstance(given, list):
+        raise CampaignError(f"{name}: {shown(given)} is no list of tables: write [[{name}]]")
+    return tuple(modelled(model, block, f"{name}[{number}]") for number, block in enumerate(given))
+
+
+def texts_of(given: Any, where: str, wanted: str) -> tuple[str, ...]:
+    """Return a text, or a list of them, as texts.
+
+    Raises
+    ------
+    CampaignError : it is not what is wanted
+    """
+    texts = [given] if isinstance(given, str) else given
+    if not is_list_of(texts, str):
+        raise CampaignError(f"{where}: {shown(given)} is {wanted}")
+    return tuple(texts)
 
 
 def _innermost(
@@ -318,11 +340,9 @@ def _remedy(text: str, problem: str) -> str:
     return ""
 
 
-def _names(value: Any, key: str, file: Path) -> list[str]:
-    names = [value] if isinstance(value, str) else value
-    if not is_list_of(names, str):
-        wanted = "a file or a list of files" if key == "extends" else "a list of sections or dotted keys"
-        raise CampaignError(f"{file}: {key}: {shown(value)} is not {wanted}")
+def _names(value: Any, key: str, file: Path) -> tuple[str, ...]:
+    wanted = "a file or a list of files" if key == "extends" else "a list of sections or dotted keys"
+    names = texts_of(value, f"{file}: {key}", f"not {wanted}")
     if any(len(name) > LONGEST for name in names):
         raise CampaignError(f"{file}: {key}: a name of more than {LONGEST} characters")
     return names

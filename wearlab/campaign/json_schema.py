@@ -12,7 +12,7 @@ from typing import Any, Literal
 from pydantic import ConfigDict
 
 from wearlab import slots, units
-from wearlab.campaign import campaign, case, claims, distributions, update_options
+from wearlab.campaign import campaign, case, cases, claims, distributions, update_options
 from wearlab.options import ClosedTable, OptionTable
 from wearlab.plugins import Plugin, brought
 from wearlab.scene import Scene
@@ -130,19 +130,6 @@ class Expect(OptionTable):
     """with what the reason of the end begins [any]"""
 
 
-class CaseBlock(OptionTable):
-    """A named difference from the file, in sections or dotted keys."""
-
-    model_config = ConfigDict(extra="allow")
-
-    label: str
-    """name of the case; 'base' is the file itself"""
-    drop: Names = ()
-    """sections or dotted keys that the case does without"""
-    sweep: bool = False
-    """whether the sweeps multiply the case; else it is one run along all axes"""
-
-
 class CampaignFile(Scene):
     """A campaign of wearlab: the file together with those it extends."""
 
@@ -161,7 +148,7 @@ class CampaignFile(Scene):
     variants; run only with --plugins"""
     sweep: tuple[Sweep, ...] = ()
     """lists of values; the product of all blocks is run"""
-    case: tuple[CaseBlock, ...] = ()
+    case: tuple[cases.CaseBlock, ...] = ()
     """named differences from the file"""
     exclude: Names = ()
     """conditions on keys, contact_ratio, mesh_frequency and speed_ratio; cases that meet one are not run"""

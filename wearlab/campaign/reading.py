@@ -127,7 +127,7 @@ def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campa
     swept = tried(axes.read_axes, table.get("sweep", []))
     differences = None if swept is None else tried(cases.read_differences, table.get("case", []), swept)
     told: dict[str, Any] = {
-        "figures": tried(_figures, table.get("figure", [])),
+        "figures": tried(inheritance.blocks_of, campaign.FigureSpec, table.get("figure", []), "figure"),
         "claims": tried(claims.read_claims, table.get("claim", [])),
         "metadata": tried(_metadata, table.get("metadata", {})),
         "update": tried(update.read_update, table[SECTION]) if SECTION in table else None,
@@ -205,11 +205,6 @@ def _text(table: merge.Table, key: str) -> str:
 def _metadata(given: Any) -> dict[str, str]:
     told = inheritance.modelled(campaign.Metadata, given, "metadata").model_dump(exclude_none=True)
     return {key: value if isinstance(value, str) else "; ".join(value) for key, value in told.items()}
-
-
-def _figures(blocks: Any) -> tuple[campaign.FigureSpec, ...]:
-    listed = enumerate(inheritance.listed(blocks, "figure", object))
-    return tuple(inheritance.modelled(campaign.FigureSpec, block, f"figure[{n}]") for n, block in listed)
 
 
 Given = campaign.Campaign | Scene | Sequence[Scene] | Mapping[str, Any] | str | PathLike[str]

@@ -10,7 +10,7 @@ import time
 import traceback
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, cast
@@ -310,9 +310,10 @@ def refuse_unreachable(scheduler: "str | Client | None", dashboard: bool) -> Non
         raise RunnerError("the dashboard needs bokeh: pip install 'wearlab[dashboard]'")
 
 
+@contextmanager
 def connect(
     workers: int | None, scheduler: "str | Client | None", dashboard: bool = False
-) -> "AbstractContextManager[Client]":
+) -> "Iterator[Client]":
     """Open a client of the given scheduler, or of a cluster of processes on this machine.
 
     Parameters
@@ -325,7 +326,17 @@ def connect(
     ------
     RunnerError : nobody answers
     """
-    return local.local_client(workers, dashboard) if scheduler is None else _remote(scheduler)
+    if scheduler is None:
+        with local.local_client(workers, dashboard) as client:
+            yield client
+        return
+    with local.steady_dask(), local.quiet_logs(), _opened(scheduler) as client:
+        try:
+            client.wait_for_workers(1, timeout=300)
+        except TimeoutError as error:
+            raise RunnerError(f"the dask scheduler of {client} has no workers") from error
+        _refuse_threads(client)
+        yield client
 
 
 @contextmanager
@@ -346,17 +357,6 @@ def _opened(scheduler: "str | Client") -> "Iterator[Client]":
     except (OSError, ValueError, TimeoutError) as error:
         raise RunnerError(f"no dask scheduler answers at {scheduler} ({error})") from error
     with client:
-        yield client
-
-
-@contextmanager
-def _remote(scheduler: "str | Client") -> "Iterator[Client]":
-    with local.steady_dask(), local.quiet_logs(), _opened(scheduler) as client:
-        try:
-            client.wait_for_workers(1, timeout=300)
-        except TimeoutError as error:
-            raise RunnerError(f"the dask scheduler of {client} has no workers") from error
-        _refuse_threads(client)
         yield client
 
 

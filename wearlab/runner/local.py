@@ -105,16 +105,14 @@ def begin_imports() -> None:
     # lies there would compute the runs of this one. It is to find modules where this process does.
     folders = dict.fromkeys(os.path.abspath(folder) for folder in sys.path)
     its = {**ONE_THREAD, "PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(folders)}
-    kept = {name: os.environ.get(name) for name in its}
+    kept = dict(os.environ)
     os.environ.update(its)
     try:
         forkserver.ensure_running()
     finally:
-        for name, value in kept.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in its:
+            del os.environ[name]
+        os.environ.update(kept)
 
 
 @contextmanager

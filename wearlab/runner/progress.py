@@ -108,18 +108,12 @@ class ProgressBar(Progress):
 
         super().__init__()
         self._console = console or Console(stderr=True)
-        self._bar = progress.Progress(
-            progress.SpinnerColumn(),
-            progress.TextColumn("{task.description}"),
-            progress.BarColumn(),
-            progress.MofNCompleteColumn(),
-            progress.TextColumn("{task.fields[trouble]}"),
-            progress.TimeElapsedColumn(),
-            progress.TextColumn("left"),
-            progress.TimeRemainingColumn(),
-            console=self._console,
-            transient=True,
+        columns = (
+            *(progress.SpinnerColumn(), "{task.description}", progress.BarColumn()),
+            *(progress.MofNCompleteColumn(), "{task.fields[trouble]}"),
+            *(progress.TimeElapsedColumn(), "left", progress.TimeRemainingColumn()),
         )
+        self._bar = progress.Progress(*columns, console=self._console, transient=True)
         self._task = self._bar.add_task("", total=None, trouble="")
 
     def __enter__(self) -> Self:
