@@ -26,7 +26,7 @@ import numpy as np
 from wearlab.life import runge_kutta
 from wearlab.life.limits import CountedRate, Rate
 from wearlab.life.runge_kutta import Scheme
-from wearlab.life.step import FOURTH_ORDER, Jump, Node, Step, depth_at, growth
+from wearlab.life.step import FOURTH_ORDER, Jump, Node, Step, Stepper, depth_at, growth
 from wearlab.life.stiffness import KnownSpectrum, Work, held_step, wearing
 
 STEPS_PER_SPECTRUM, STEPS_BEFORE_STIFF = 12, 3
@@ -94,11 +94,11 @@ def fitting(ratio: float, order: int) -> float:
     return float(np.clip(SAFETY * ratio ** (-1.0 / order), LARGEST_CUT, LARGEST_GROWTH))
 
 
-class AdaptiveStepper:
+class AdaptiveStepper(Stepper):
     """The controller between steps: next size, last error ratio, what is known of spectrum and work.
 
-    ``trying`` is the size of the last try, ``rejected`` counts tries, ``hurried`` tells whether steps were as
-    long as the work left paid for.
+    ``hurried`` tells whether steps were as long as the work left paid for, ``wave_growth`` the fastest growth
+    of a wave of wear where it is too fast to foresee its end [1/cycle].
 
     Parameters
     ----------
@@ -108,22 +108,14 @@ class AdaptiveStepper:
     scale : depth below which the tolerance is not relative any more [m]
     """
 
-    saw_tooth = False
-
     def __init__(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> None:
         self.rate, self.tolerance, self.scale = rate, tolerance, scale
-        self.heard = HEARD * tolerance * float(node.rate.max(initial=0.0))
+        self.heard = HEARD * tolerance * node.fastest
         self.known = KnownSpectrum(scale, self.heard)
         self.work = Work(rate, node, scale)
-        self.rejected, self.trying, self.most, self.hurried = 0, 0.0, np.inf, False
         self.next_size = self.stiff_size = np.inf
         self.last_ratio, self.last_order = 1.0, 4
         self.ahead = 0.0, 0.0
-
-    @property
-    def wave_growth(self) -> float:
-        """Fastest growth of a wave of wear where it is too fast to foresee its end, else 0 [1/cycle]."""
-        return 0.0 if self.known.foreseeable else self.known.wave_growth
 
     def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
         """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
@@ -179,19 +171,15 @@ class AdaptiveStepper:
         self.rate.recall(beyond)
         return max(nearest) <= CONTINUOUS * change
 
-    def shorten(self, size: float) -> None:
-        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
-        self.most = size
-
     def _prepare(self, node: Node, left: float, memory: Any) -> None:
         """Look at the spectrum if it matters, and settle the next size."""
         if self._must_look(left):
             self.known.look(self.rate, node, memory)
         if not np.isfinite(self.next_size):  # the first step: nothing is known
-            fastest = float(node.rate.max(initial=0.0))
             worn = FIRST_WEAR * self.scale * self.tolerance**0.25
-            self.next_size = min(FIRST_SHARE * left, worn / fastest if fastest > 0.0 else np.inf)
+            self.next_size = min(FIRST_SHARE * left, worn / node.fastest if node.fastest > 0.0 else np.inf)
         self.known.foresee(self.rate, node, left, self.tolerance)
+        self.wave_growth = 0.0 if self.known.foreseeable else self.known.wave_growth
 
     def _must_look(self, left: float) -> bool:
         """Whether it matters now to know the spectrum at least as well as it is known."""
@@ -245,8 +233,9 @@ class AdaptiveStepper:
             end = Node(node.cycle + size, found.depth, found.rate)
             error = runge_kutta.fourth_order_error(found.difference, size * known.radius)
         worn = float((end.depth - node.depth).max(initial=0.0))
-        reached = max(float(end.depth.max(initial=0.0)), self.scale)
-        allowed = SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * reached)
+        allowed = (
+            SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * max(end.deepest, self.scale))
+        )
         step = Step(node, end, (node.rate, end.rate), error, growth(node, end), by)
         return step, float(np.abs(error).max(initial=0.0)) / allowed
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.life.limits import CountedRate
-from wearlab.life.step import EULER, Node, Step, growth
+from wearlab.life.step import EULER, Node, Step, Stepper, growth
 from wearlab.life.stiffness import random_direction, spectrum
 
 WORST_ZIGZAG = 0.2
@@ -104,15 +104,13 @@ class Fixed:
 
 def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
     """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
-    memory = rate.remember()
-    seen = spectrum(
-        rate, node.depth, random_direction(node.rate), amplitude=1e-3 * scale, tolerance=1e-4, iterations=60
-    )
+    memory, probe = rate.remember(), random_direction(node.rate)
+    seen = spectrum(rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60)
     rate.recall(memory)
     return STABILITY_LIMIT / seen.radius if seen.radius > 0.0 else np.inf
 
 
-class EulerStepper:
+class EulerStepper(Stepper):
     """Steps of Euler's method: one rate evaluation each, none rejected for its error.
 
     Parameters
@@ -122,11 +120,8 @@ class EulerStepper:
     size : cycles of a step, of which a saw-tooth ends the run; None: by the threshold
     """
 
-    hurried, wave_growth = False, 0.0
-
     def __init__(self, rate: CountedRate, *, threshold: float = np.inf, size: float | None = None) -> None:
         self.rate, self.threshold, self.size = rate, threshold, size
-        self.rejected, self.trying, self.cap, self.saw_tooth = 0, 0.0, np.inf, False
         self.last_rate: Array | None = None
 
     def advance(self, node: Node, largest: float) -> tuple[Step, None]:
@@ -137,9 +132,8 @@ class EulerStepper:
         SawTooth
             When the step makes a saw-tooth and the method stops there.
         """
-        fastest = float(node.rate.max(initial=0.0))
-        wanted = self.size or (self.threshold / fastest if fastest > 0.0 else np.inf)
-        self.trying = size = float(min(wanted, largest, self.cap))
+        wanted = self.size or (self.threshold / node.fastest if node.fastest > 0.0 else np.inf)
+        self.trying = size = float(min(wanted, largest, self.most))
         depth = node.depth + size * node.rate
         end = Node(node.cycle + size, depth, self.rate(depth))
         if self.last_rate is not None:
@@ -151,7 +145,3 @@ class EulerStepper:
         self.last_rate = node.rate
         error = 0.5 * size * (end.rate - node.rate)
         return Step(node, end, (node.rate, node.rate), error, growth(node, end), EULER), None
-
-    def shorten(self, size: float) -> None:
-        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
-        self.cap = size

@@ -5,7 +5,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,29 +12,16 @@ from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
 from wearlab.life import adaptive, checkpoint, euler, record
-from wearlab.life.limits import (
-    ALL_CYCLES,
-    WORN_OUT,
-    CountedRate,
-    Limits,
-    OutOfEvaluations,
-    Snapshots,
-    StopWear,
-)
-from wearlab.life.step import Jump, Node, Step, crossing, depth_at
+from wearlab.life.limits import WORN_OUT, CountedRate, Limits, OutOfEvaluations, Snapshots, StopWear
+from wearlab.life.step import Jump, Node, Step, Stepper, crossing, depth_at
 
 Method = adaptive.Adaptive | euler.Euler | euler.Fixed
 """Ways to step over cycles, or a plug-in's: ``start(node, rate, tolerance, scale)`` returns a stepper."""
-Stepper = adaptive.AdaptiveStepper | euler.EulerStepper
-"""Steppers, or any of a plug-in that has ``advance`` and ``shorten`` as they have; and ``trying``, the cycles
-of the last try, ``rejected`` tries, and ``saw_tooth``, ``wave_growth`` and ``hurried`` for the `Life`."""
-
 Progress = Callable[[Node], None] | None
 """Called with every accepted state."""
 
 ELASTIC_SCALE = 1e-6
 """Default depth scale: well below the elastic deflection of a loaded tooth pair (about 5 µm) [m]."""
-LANDED = 1e-10
 AIM = 1.1
 """How far past the expected crossing of a depth limit the last step aims."""
 TREND = 0.5
@@ -47,10 +33,6 @@ NEARLY, LAST_WORK = 0.98, 0.15
 steps through noise near their end before they reach it."""
 GIVEN = ("rate", "limits", "tolerance", "scale", "stepper")
 """What a life and its stepper are given anew when they are taken up."""
-
-
-IDLE: Any = SimpleNamespace(rejected=0, saw_tooth=False, wave_growth=0.0, hurried=False)
-"""What stepped through a life that is at its limit from the beginning."""
 
 
 def integrate(
@@ -122,7 +104,7 @@ class _Integration:
 
     def run(self, method: Method, progress: Progress, keep: checkpoint.Checkpoint | None) -> None:
         """Go on until there is a reason to end, from where an earlier process put it down."""
-        self.reason = WORN_OUT if self._reached(self.node) else ""
+        self.reason = self.limits.reached(*self.node[:2])
         followed: list[tuple[Node, Any]] = []
         if keep is not None and self._is_own(kept := keep.kept):
             followed = self._taken_up(kept, method, progress)
@@ -134,7 +116,8 @@ class _Integration:
             except euler.SawTooth:
                 self.reason = "saw-tooth"
             except OutOfEvaluations as out:
-                if self.finishing or not self._reached(self.node, NEARLY):
+                nearly = self.limits._replace(depth=self.limits.depth and NEARLY * self.limits.depth)
+                if self.finishing or nearly.reached(*self.node[:2]) != WORN_OUT:
                     self.reason = out.reason
                 else:  # nearly at its limit: it gets some more work, once
                     self.finishing = True
@@ -143,7 +126,7 @@ class _Integration:
                 progress(self.node)
             if keep is not None:
                 followed.append((self.node, self.rate.remember()))
-                reached = checkpoint.Reached(self.node.cycle, float(self.node.depth.max(initial=0.0)))
+                reached = checkpoint.Reached(self.node.cycle, self.node.deepest)
                 keep.keep(reached, partial(self._put_down, followed))
         if keep is not None:
             keep.settle(partial(self._put_down, followed))
@@ -196,9 +179,10 @@ class _Integration:
         except OutOfEvaluations:
             self.rate.recall(memory)
             raise
-        noise = self.error.heard(self.rate.noise)
-        before = float(np.abs(self.error.total).max(initial=0.0))
-        self._keep(step, noise)
+        noise, before = self.rate.noise, float(np.abs(self.error.total).max(initial=0.0))
+        self.nodes.append(self._kept(step))
+        self.curves.append(step)
+        self.error.add(step, noise)
         if jump is not None and jump.cycle <= self.node.cycle:
             self.jumps.append(jump)
             fastest = float(jump.before.max(initial=0.0))
@@ -207,28 +191,15 @@ class _Integration:
 
     def _negligible(self, size: float) -> bool:
         """Whether a step is too short to matter for the life or the depth."""
-        worn = size * float(self.node.rate.max(initial=0.0))
-        reached = max(float(self.node.depth.max(initial=0.0)), self.scale)
+        worn, reached = size * self.node.fastest, max(self.node.deepest, self.scale)
         return size <= self.tolerance * self.node.cycle or worn <= self.tolerance * reached
 
-    def _reached(self, node: Node, share: float = 1.0 - LANDED) -> bool:
-        depth = self.limits.depth
-        return depth is not None and bool(node.depth[self.limits.flank].max() >= depth * share)
-
-    def _keep(self, step: Step, noise: float) -> None:
-        """Record a step, or its part up to the limit; ``noise``: standard error of its rates."""
-        self.curves.append(step)
-        end = step.end
-        if self._reached(end):
-            end, self.reason = self._landed(step), WORN_OUT
-        elif self.limits.cycles is not None and end.cycle >= self.limits.cycles * (1.0 - 1e-14):
-            end, self.reason = end._replace(cycle=self.limits.cycles), ALL_CYCLES
-        self.nodes.append(end)
-        self.error.add(step, noise)
-
-    def _landed(self, step: Step) -> Node:
-        """Return the state where the depth limit is met, exactly."""
-        limit, flank = float(self.limits.depth or 0.0), self.limits.flank
+    def _kept(self, step: Step) -> Node:
+        """Return the end of a step, or where it meets a limit, exactly."""
+        cycles, limit, flank = self.limits
+        self.reason = self.limits.reached(*step.end[:2])
+        if self.reason != WORN_OUT or limit is None:
+            return step.end._replace(cycle=cycles) if self.reason and cycles is not None else step.end
         cycle = crossing(step, limit, flank)
         depth = depth_at(step, cycle).copy()
         on_flank = np.minimum(depth[flank], limit)
@@ -243,7 +214,7 @@ class _Integration:
     def recorded(self, snapshots: Snapshots) -> record.Life:
         """Return the record, with the snapshots read off the curves."""
         cycle, depth = record.read_off(snapshots, self.nodes, self.curves)
-        done = self.stepper or IDLE
+        done = self.stepper or Stepper()  # none, at its limit from the beginning
         return record.Life(
             cycle=np.array([node.cycle for node in self.nodes]),
             depth=np.stack([node.depth for node in self.nodes]),

@@ -12,7 +12,7 @@ Rate = Callable[[Array], Array]
 Flanks = slice | Index
 """Which of the flanks, along their axis."""
 
-EVERYWHERE = slice(None)
+EVERYWHERE, LANDED = slice(None), 1e-10
 
 
 class Ended(Exception):
@@ -57,6 +57,12 @@ class Limits(NamedTuple):
     cycles: float | None = None
     depth: float | None = None
     flank: Flanks = EVERYWHERE
+
+    def reached(self, cycle: float, depth: Array) -> str:
+        """Return which limit a state, (n,) [m], has reached; an empty text: none."""
+        if self.depth is not None and depth[self.flank].max() >= self.depth * (1.0 - LANDED):
+            return WORN_OUT
+        return ALL_CYCLES if self.cycles is not None and cycle >= self.cycles * (1.0 - 1e-14) else ""
 
     def checked(self) -> "Limits":
         """Return the limits, or raise ValueError when there is none or one is not positive."""

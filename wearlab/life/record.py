@@ -130,15 +130,12 @@ class AccumulatedError:
         self.total, self.scatter, self.noise = np.zeros(size), 0.0, noise
         self.largest = [0.0]
 
-    def heard(self, noise: float) -> float:
-        """Return the noise of the rates of the steps just made, given that of the last one [m per cycle]."""
-        before, self.noise = self.noise, noise
-        return max(before, noise)
-
     def add(self, step: Step, noise: float) -> None:
-        """Count a step, at rates of this standard error [m per cycle]."""
+        """Count a step at whose end the rate has this standard error [m per cycle]."""
+        before, self.noise = self.noise, noise
         self.total = self.total * step.growth + step.error
-        self.scatter = float(np.hypot(self.scatter * step.growth, np.hypot(step.scatter, step.size * noise)))
+        scatter = np.hypot(step.scatter, step.size * max(before, noise))
+        self.scatter = float(np.hypot(self.scatter * step.growth, scatter))
         self.largest.append(self._now())
 
     def doubt(self, doubt: Array) -> None:

@@ -19,6 +19,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebder, chebval
 
 from wearlab.arrays import Array
 from wearlab.life.limits import Rate
@@ -112,12 +113,8 @@ def scheme(stages: int, damping: float = SHARP) -> Scheme:
     ``b_j = T_j''(w0)/T_j'(w0)²``, ``w0 = 1 + ε/s²``, ``w1 = T_s'(w0)/T_s''(w0)``.
     """
     w0 = 1.0 + damping / stages**2
-    T, dT, ddT = np.zeros((3, stages + 1))  # Chebyshev polynomials at w0, their first and second derivatives
-    T[0], T[1], dT[1] = 1.0, w0, 1.0
-    for j in range(2, stages + 1):
-        T[j] = 2.0 * w0 * T[j - 1] - T[j - 2]
-        dT[j] = 2.0 * T[j - 1] + 2.0 * w0 * dT[j - 1] - dT[j - 2]
-        ddT[j] = 4.0 * dT[j - 1] + 2.0 * w0 * ddT[j - 1] - ddT[j - 2]
+    each = np.eye(stages + 1)
+    T, dT, ddT = (np.asarray(chebval(w0, chebder(each, order))) for order in range(3))
     w1 = dT[stages] / ddT[stages]
     b = np.empty(stages + 1)
     b[2:] = ddT[2:] / dT[2:] ** 2

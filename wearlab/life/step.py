@@ -26,6 +26,16 @@ class Node(NamedTuple):
     depth: Array
     rate: Array
 
+    @property
+    def deepest(self) -> float:
+        """Largest depth [m]."""
+        return float(self.depth.max(initial=0.0))
+
+    @property
+    def fastest(self) -> float:
+        """Largest rate [m per cycle]."""
+        return float(self.rate.max(initial=0.0))
+
 
 class Step(NamedTuple):
     """An accepted step.
@@ -68,6 +78,25 @@ class Jump(NamedTuple):
     width: float
     before: Array
     after: Array
+
+
+class Stepper:
+    """What takes a life from state to state: of a method, or of a plug-in, whose has the same names.
+
+    ``trying`` is the size of the last try, ``rejected`` counts tries, ``most`` bounds the next step;
+    ``saw_tooth``, ``hurried`` and ``wave_growth`` are what the `Life` says of them.
+    """
+
+    rejected, trying, most = 0, 0.0, np.inf
+    saw_tooth, hurried, wave_growth = False, False, 0.0
+
+    def advance(self, node: Node, largest: float) -> tuple[Step, Jump | None]:
+        """Return the accepted step from ``node``, at most so many cycles long, and any jump it crosses."""
+        raise NotImplementedError(f"{type(self).__name__} has no advance")
+
+    def shorten(self, size: float) -> None:
+        """Take no step longer than ``size`` next: the last one led where the gears cannot run."""
+        self.most = size
 
 
 def depth_at(step: Step, cycle: float) -> Array:

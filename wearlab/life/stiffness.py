@@ -275,7 +275,7 @@ class Work:
     """
 
     def __init__(self, rate: CountedRate, node: Node, scale: float) -> None:
-        self.scale, self.first_depth = scale, _deepest(node)
+        self.scale, self.first_depth = scale, node.deepest
         self.before = rate.count, rate.work
         self.dear, self.late = 1.0, False
 
@@ -299,7 +299,7 @@ class Work:
 
     def affordable(self, rate: CountedRate, node: Node, left: float) -> tuple[float, bool]:
         """Return the step of one rate [cycles], and whether the work left pays for no shorter ones."""
-        reached, fastest = _deepest(node), _fastest(node)
+        reached, fastest = node.deepest, node.fastest
         way, depth = left * fastest if isfinite(left) else 0.0, max(reached, self.scale)
         rates = min((rate.most_work - rate.work) / self.dear, float(rate.most - rate.count))
         share = share_of_depth(way, depth, PLANNED * max(0.0, rates))
@@ -311,8 +311,7 @@ class Work:
 
 def wearing(node: Node, scale: float) -> float:
     """Return the cycles that wear `ROUGH_SHARE` of the depth reached, at least of the scale."""
-    fastest = _fastest(node)
-    return ROUGH_SHARE * max(_deepest(node), scale) / fastest if fastest > 0.0 else inf
+    return ROUGH_SHARE * max(node.deepest, scale) / node.fastest if node.fastest > 0.0 else inf
 
 
 def share_of_depth(wear: float, depth: float, steps: float) -> float:
@@ -325,11 +324,3 @@ def share_of_depth(wear: float, depth: float, steps: float) -> float:
     steps : n, at least one
     """
     return expm1(log1p(wear / depth) / max(steps, 1.0)) if depth > 0.0 else inf
-
-
-def _deepest(node: Node) -> float:
-    return float(node.depth.max(initial=0.0))
-
-
-def _fastest(node: Node) -> float:
-    return float(node.rate.max(initial=0.0))

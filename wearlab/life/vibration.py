@@ -123,10 +123,8 @@ def over_hunting_period(
     }
     if not revolving:
         return tables._replace(**repeated)
-    phase = hunting_grid(sampling.grid, periods).phase
-    errors = [mesh.error for mesh in sampling.meshes]
+    phase, errors = hunting_grid(sampling.grid, periods).phase, [mesh.error for mesh in sampling.meshes]
     repeated["error"] = repeated["error"] + np.stack([own.slow(phase) for own in errors], axis=-1)
-    repeated["error_rate"] = repeated["error_rate"] + np.stack(
-        [own.slow_rate(phase) for own in errors], axis=-1
-    )
+    rates = np.stack([own.slow_rate(phase) for own in errors], axis=-1)
+    repeated["error_rate"] = repeated["error_rate"] + rates
     return tables._replace(**repeated)
