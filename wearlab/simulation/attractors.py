@@ -128,15 +128,12 @@ def attractor_values(found: Sequence[Searched]) -> label.Values:
     if not found:
         return {}
     searches = [one.search for one in found]
-    values: label.Values = {
-        "attractor_search": [searched(search) for search in searches],
-        "count_attractor_starts": sum(search.starts for search in searches),
-        "count_attractor_periods": sum(search.periods for search in searches),
-    }
-    others = [one.rivals for one in found]
-    if not any(others):
+    values: label.Values = {"attractor_search": list(map(searched, searches))}
+    for what in ("starts", "periods"):
+        values[f"count_attractor_{what}"] = sum(getattr(search, what) for search in searches)
+    if not any(one.rivals for one in found):
         return values
-    rows = [np.array([_described(other) for other in own]) for own in others]
+    rows = [np.array([_described(other) for other in one.rivals]) for one in found]
     width = max(own.shape[-1] for own in rows)
     each = label.padded([own.reshape(-1, width) for own in rows])
     least, largest = (force.transpose(0, 2, 1) for force in np.split(each[..., 2:], 2, axis=-1))

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -26,14 +26,11 @@ class Refused(ValueError):
     """A scene that cannot be: its gears cannot exist, or cannot run as told."""
 
 
-Found = TypeVar("Found")
 Values = dict[str, Any]
 """Variable → its values, in the order of dimensions of the table of variables."""
 
 
-def diagnosed(
-    name: str, failures: list[str], instead: Found, find: Callable[..., Found], *given: Any
-) -> Found:
+def diagnosed(name: str, failures: list[str] | None, instead: Any, find: Callable[..., Any], *of: Any) -> Any:
     """Return what is found of a run that has ended, or what stands for it where the search fails.
 
     Any error counts: hours of life are not lost for a number that describes them.
@@ -41,13 +38,15 @@ def diagnosed(
     Parameters
     ----------
     name : what is found, in words
-    failures : gets a line that names what is missing and why
+    failures : gets a line that names what is missing and why; None: the error is raised
     instead : what stands for it after a failure
-    find, given : finds it, from what is given
+    find, of : finds it, and of what
     """
     try:
-        return find(*given)
+        return find(*of)
     except Exception as error:
+        if failures is None:
+            raise
         reason = str(error).split("\n")[0] or type(error).__name__
         failures.append(f"not computed: {name}: {reason}")
         return instead
@@ -77,11 +76,14 @@ def labelled(values: Mapping[str, Any], coordinates: Mapping[str, Any]) -> Label
     variables = {}
     for name, value in {**values, **coordinates}.items():
         array, known = np.asarray(value), name in schema.VARIABLES
-        dims: tuple[str, ...] = (name,)
-        if name not in coordinates:
-            dims = _of_variable(name, array)
-        elif known and array.ndim:  # what all flanks share lies along the profile alone
-            dims = schema.VARIABLES[name].dims[-array.ndim :]
+        dims = schema.VARIABLES[name].dims if known or name not in coordinates else (name,)
+        more = array.ndim == len(dims) + 1
+        if name in coordinates:  # what all flanks share lies along the profile alone
+            dims = dims[-array.ndim :] if array.ndim else (name,)
+        elif more and name in schema.OVER_FACE:  # flanks with a width have one more, before the profile
+            dims = (*dims[:-1], "face", dims[-1])
+        elif more:  # and what slow errors move, after the updates
+            dims = (dims[0], "error_angle", *dims[1:])
         said = schema.attributes(name) if known else {"long_name": name.replace("_", " ")}
         if not known and array.dtype.kind in "iuf":
             said["units"] = "1"
@@ -99,17 +101,6 @@ def joined(*parts: Labelled) -> xr.Dataset:
     variables = {name: variable for part in parts for name, variable in part.variables.items()}
     coordinates = frozenset[str]().union(*(part.coordinates for part in parts))
     return xr.Dataset(variables).set_coords([name for name in variables if name in coordinates])
-
-
-def _of_variable(name: str, value: np.ndarray) -> tuple[str, ...]:
-    """Return the dimensions of a variable.
-
-    What slow errors move has one more, after the updates; flanks with a width have one before the profile.
-    """
-    dims = schema.VARIABLES[name].dims
-    if name in schema.OVER_FACE and value.ndim == len(dims) + 1:
-        return (*dims[:-1], "face", dims[-1])
-    return (dims[0], "error_angle", *dims[1:]) if value.ndim == len(dims) + 1 else dims
 
 
 def padded(arrays: Sequence[np.ndarray], axis: int = 0, fill: float = np.nan) -> np.ndarray:
@@ -143,8 +134,7 @@ def with_results(run: xr.Dataset, failures: list[str] | None = None, added: Iter
     """
     for result in (*results.RESULTS.values(), *(results.OF_PLUGINS[name] for name in added)):
         if all(name in run for name in result.needs):
-            given: Any = (result.name, failures, None, _variable, result, run)
-            found = _variable(result, run) if failures is None else diagnosed(*given)
+            found = diagnosed(result.name, failures, None, _variable, result, run)
             run = run if found is None else run.assign({result.name: found})
     return run
 
@@ -232,12 +222,7 @@ def _git(top: Path, *words: str) -> str:
     return done.stdout.strip() if done.returncode == 0 else ""
 
 
-SUBJECTS = {
-    "dynamics": "gear dynamics",
-    "wear": "tooth wear",
-    "errors": "gear errors",
-    "lubricant": "lubricant film",
-}
+SUBJECTS = dict(dynamics="gear dynamics", wear="tooth wear", errors="gear errors", lubricant="lubricant film")
 ALWAYS = ("gears", "mesh stiffness", "static transmission error")
 
 

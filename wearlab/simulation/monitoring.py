@@ -54,8 +54,7 @@ def of_response(parts: build.Parts, response: Response, lines: Array) -> label.V
     names, vibration = parts.scene.store.requested, parts.vibration
     if not names or vibration is None:
         return {}
-    when, weight = _nodes(vibration, lines)
-    values: label.Values = {}
+    (when, weight), values = _nodes(vibration, lines), label.Values()
     acceleration = vibration.read(mesh_acceleration_at, response, when)
     spectra = [name for name in names if name.endswith("_orders")]
     beyond = lines >= carried_order(vibration, response, lines) if spectra else np.zeros(len(lines), bool)
@@ -116,10 +115,8 @@ def uncarried(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[s
     vibration = parts.vibration
     if vibration is None or not any(name.startswith(ACCELERATION) for name in parts.scene.store.requested):
         return []
-    lines = lines_of(vibration, states)
-    lowest = min(
-        carried_order(vibration, response, lines) for state in states for response in state.responses
-    )
+    lines, responses = lines_of(vibration, states), [one for state in states for one in state.responses]
+    lowest = min(carried_order(vibration, response, lines) for response in responses)
     if math.isinf(lowest):
         return []
     return [
@@ -129,9 +126,7 @@ def uncarried(parts: build.Parts, states: Sequence[coupled.WearState]) -> list[s
     ]
 
 
-def _approach_at(
-    response: Response, grid: stages.StageGrid, phase: Array, segment: Index | None = None
-) -> Array:
+def _approach_at(response: Response, grid: stages.StageGrid, phase: Array, segment: Index) -> Array:
     """Return the projections d·q of the meshes, (n_kept, n_mesh, n) [m]."""
     step = step_of(grid, phase, segment)
     position, _ = response.approach.at(step, (phase - grid.start[step]) / grid.width[step])

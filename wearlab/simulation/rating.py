@@ -9,6 +9,7 @@ from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.scene.build.face import helix_of
+from wearlab.scene.sections import Rating
 
 ROUGHEST_OVER_MEAN = 6.0
 """R_z over R_a, as ISO 6336-2 converts them."""
@@ -31,10 +32,8 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
     )
     dedendum = sum(gear.dedendum for gear in gears) / (2.0 * module)
     rack = iso.Rack(scene.gears.pressure_angle, dedendum, turned.angle)
-    E1, E2 = (gear.material.youngs_modulus for gear in gears)
-    single = iso.single_stiffness(
-        first, second, rack, body_factor=asked.body_factor, modulus=2.0 * E1 * E2 / (E1 + E2)
-    )
+    modulus = 2.0 / sum(1.0 / gear.material.youngs_modulus for gear in gears)
+    single = iso.single_stiffness(first, second, rack, body_factor=asked.body_factor, modulus=modulus)
     mesh = iso.mesh_stiffness(single, pair.contact_ratio)
     values: dict[str, Any] = {
         "iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)],
@@ -42,62 +41,44 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
         "iso_mesh_stiffness_alpha": [mesh.alpha],
         "iso_mesh_stiffness_beta": [mesh.beta],
     }
-    misaligned = misalignment(scene, parts)
-    load = specific_load(scene, parts) * asked.application_factor
+    misaligned, of_mesh = asked.equivalent_misalignment, scene.mesh.misalignment
+    if misaligned is None and of_mesh is not None:
+        misaligned = abs(of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque))
+    load = specific_load(parts) * asked.application_factor
     if misaligned is None or load == 0.0:
         return values
     flank = iso.face_load_factor((1.0 - asked.running_in) * misaligned, load, mesh.beta)
     depth = max(abs(gear.tip_radius - gear.root_radius) for gear in gears)
     root = iso.root_load_factor(flank, pair.face_width, depth)
     values |= {"iso_face_load_factor": [flank], "iso_root_load_factor": [root]}
-    return {**values, **_pitting(scene, parts, flank)}
+    return {**values, **_pitting(asked, scene, parts, flank)}
 
 
-def _pitting(scene: Scene, parts: Parts, face_load_factor: float) -> dict[str, Any]:
+def _pitting(asked: Rating, scene: Scene, parts: Parts, face_load_factor: float) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
-    asked, kind, turned = scene.rating, parts.gears.kinds[0], helix_of(scene, parts.gears)
-    assert asked is not None
-    pair = kind.pair
+    kind, turned, pair = parts.gears.kinds[0], helix_of(scene, parts.gears), parts.gears.kinds[0].pair
     if pair.contact_ratio >= MOST_CONTACT_RATIO:
         return {}
     overlap = overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
-    tangential = specific_load(scene, parts) * pair.face_width
-    nominal = pitting.nominal_stress(pair, turned, overlap, tangential)
+    nominal = pitting.nominal_stress(pair, turned, overlap, specific_load(parts) * pair.face_width)
     load = asked.application_factor * face_load_factor * asked.transverse_load_factor
     stress = [factor * nominal * math.sqrt(load) for factor in pitting.single_contact_factors(pair, overlap)]
     order = [gear for _, gear in parts.gears.flank_places]
-    values: dict[str, Any] = {
-        "iso_nominal_contact_stress": [nominal],
-        "iso_contact_stress": [stress[gear] for gear in order],
-    }
+    values: dict[str, Any] = {"iso_nominal_contact_stress": [nominal]}
+    values["iso_contact_stress"] = [stress[gear] for gear in order]
     limit, viscosity, hours = asked.allowable_contact_stress, asked.viscosity_40, asked.hours
     if limit is None or viscosity is None or hours is None:
         return values
-    roughness = [getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears]
-    film = pitting.film_factors(
-        limit,
-        viscosity,
-        kind.speed * pair.driving.reference_radius,
-        ROUGHEST_OVER_MEAN * sum(roughness) / 2.0,
-        float(pair.equivalent_curvature(0.0)),
-    )
+    mean = sum(getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears) / 2.0
+    speed, curvature = kind.speed * pair.driving.reference_radius, float(pair.equivalent_curvature(0.0))
+    film = pitting.film_factors(limit, viscosity, speed, ROUGHEST_OVER_MEAN * mean, curvature)
     turns = 3600.0 * hours * kind.speed / (2.0 * math.pi)
     lives = [pitting.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
     held = [limit * life * math.prod(film) for life in lives]
     return {**values, "iso_pitting_safety": [held[gear] / stress[gear] for gear in order]}
 
 
-def misalignment(scene: Scene, parts: Parts) -> float | None:
-    """Return F_βx as said, or that of the mesh; None where neither is known [m]."""
-    assert scene.rating is not None
-    said, of_mesh = scene.rating.equivalent_misalignment, scene.mesh.misalignment
-    if said is not None or of_mesh is None:
-        return said
-    pair = parts.kinds[0].pair
-    return abs(of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque))
-
-
-def specific_load(scene: Scene, parts: Parts) -> float:
+def specific_load(parts: Parts) -> float:
     """Return F_t/b at the reference circle [N/m]."""
     pair = parts.kinds[0].pair
     ratio = pair.driving.base_radius / pair.driving.reference_radius
@@ -109,7 +90,7 @@ def rating_flags(scene: Scene, parts: Parts) -> list[str]:
     if scene.rating is None:
         return []
     told = ["rating: equations of ISO 6336-1 second-hand, checked against printed values of others"]
-    load = specific_load(scene, parts) * scene.rating.application_factor
+    load = specific_load(parts) * scene.rating.application_factor
     if load < iso.VALID_LOAD:
         told.append(f"rating: single stiffness of loads from 100 N/mm on, and this is {1e-3 * load:.3g} N/mm")
     pair = parts.kinds[0].pair

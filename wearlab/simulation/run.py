@@ -79,8 +79,7 @@ def _dataset(
     """Return what every condition of operation says for itself, and what is the life's."""
     reached, first = stages[: len(lived.stages)], stages[0].first
     inherited = living.inherited_error(scene, first)
-    found: list[attractors.Searched] = []
-    failures: list[str] = []
+    found, failures = list[attractors.Searched](), list[str]()
     by_condition = [
         [
             _of_condition(parts, lived.kept(k).in_block(block).state, lived.life, found, failures)
@@ -123,9 +122,8 @@ def _dataset(
     if "mode" in sizes:
         coordinates["mode"] = np.arange(1, sizes["mode"] + 1)
     values["run_time_total"] = time.perf_counter() - clock
-    dataset = label.with_results(
-        label.joined(conditions, label.labelled(values, coordinates)), failures, scene.store.results
-    )
+    dataset = label.joined(conditions, label.labelled(values, coordinates))
+    dataset = label.with_results(dataset, failures, scene.store.results)
     share = float(dataset["separation_fraction"].max()) if "separation_fraction" in dataset else 0.0
     damped = f"contact lost for {100.0 * share:.2g} % of the time: outside what the damping is known for"
     ends = [*([damped] if share > 0.0 else []), *rating.rating_flags(scene, first), *failures]
@@ -144,8 +142,8 @@ def _of_condition(
     searches for other attractors came to.
     """
 
-    def found(name: str, find: Callable[..., label.Values], *given: Any) -> label.Values:
-        return find(*given) if life is None else label.diagnosed(name, failures, {}, find, *given)
+    def found(name: str, find: Callable[..., label.Values], *given: Any) -> Any:
+        return label.diagnosed(name, None if life is None else failures, {}, find, *given)
 
     values = found("quasi-static contact", static.mesh_values, parts, states)
     values |= found("values along the path", static.path_values, parts, states)
@@ -154,9 +152,8 @@ def _of_condition(
         values |= found("dynamics of the states", vibration.dynamic_values, parts, states)
         values |= found("modes", vibration.mode_values, parts)
         values["count_steps_per_period"] = len(parts.vibration.sampling.grid.width)
-    coexisting: list[attractors.Searched] = label.diagnosed(
-        "search for other attractors", failures, [], attractors.other_attractors, parts, states
-    )
+    searching = "search for other attractors"
+    coexisting = label.diagnosed(searching, failures, [], attractors.other_attractors, parts, states)
     more += coexisting
     values |= attractors.attractor_values(coexisting)
     dynamics = parts.scene.dynamics

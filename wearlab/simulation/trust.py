@@ -52,32 +52,24 @@ def trust_values(
     inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
-    flags = [
-        flag
-        for stage, own in zip(stages, lived.stages, strict=True)
-        for block, parts in enumerate(stage.parts)
-        for flag in (*parts.validity, *scene_validity(parts, own.in_block(block)))
-    ]
-    cut = sum(search.cut_off for search in searches)
-    if cut:
+    flags = list[str]()
+    for stage, own in zip(stages, lived.stages, strict=True):
+        for block, parts in enumerate(stage.parts):
+            flags += [*parts.validity, *scene_validity(parts, own.in_block(block))]
+    if cut := sum(search.cut_off for search in searches):
         flags.append(
             f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
             "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
         )
     flags += told
-    values: dict[str, Any] = {
-        "verdict": verdict(lived, searches),
-        "validity": "\n".join(dict.fromkeys(flags)),
-    }
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
-    values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
-    life = lived.life
+    told_of = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
+    values: dict[str, Any] = {"verdict": verdict(lived, searches), "estimate_quality": told_of}
+    values["validity"], life = "\n".join(dict.fromkeys(flags)), lived.life
     if life is not None:
         depth, of_life = accumulated(errors, lived, inherited)
-        values["error_estimate_wear_depth"] = depth
-        values["steps_cycle"] = life.cycle[1:]
-        values["count_wear_steps"] = life.count_steps
-        values["count_rejected_steps"] = life.count_rejected
+        values |= {"error_estimate_wear_depth": depth, "steps_cycle": life.cycle[1:]}
+        values |= {"count_wear_steps": life.count_steps, "count_rejected_steps": life.count_rejected}
         if of_life is not None:
             values["error_estimate_life"] = of_life
     accounts = [parts.coupling.account for parts in each]
@@ -115,12 +107,8 @@ def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
     if lived.life is not None and lived.life.end_reason not in ENDS_AS_ASKED:
         return "stopped"
     responses = [response for state in lived.state for response in state.responses]
-    for word, holds in (
-        ("not converged", lambda v: not v.converged),
-        ("aperiodic", lambda v: not v.periodic),
-        ("non-unique", lambda v: not v.unique),
-    ):
-        if any(holds(response.verdict) for response in responses):
+    for word, good in (("not converged", "converged"), ("aperiodic", "periodic"), ("non-unique", "unique")):
+        if not all(getattr(response.verdict, good) for response in responses):
             return word
     largest = [abs(orbit.multipliers[0]) for orbit in responses if orbit.verdict.attracting is False]
     if largest:
