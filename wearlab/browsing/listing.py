@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -96,29 +97,20 @@ def listed(store: Store, arguments: Mapping[str, str]) -> Listed:
     arguments : where, columns (joined by commas), sort, page; add: a column; word, sign, value: a condition
     """
     search = CatalogueSearch(store.catalogue)
-    known = search.vocabulary
-    words = _words(known.keys.values())
-    where = arguments.get("where", "").strip()
-    given = tuple(filter(None, (name.strip() for name in arguments.get("columns", "").split(","))))
-    columns = given or tuple(name for name in USUAL if name in known.keys)
-    if (more := arguments.get("add", "").strip()) and more not in columns:
-        columns = (*columns, more)
-    sort, number = arguments.get("sort", ""), whole(arguments.get("page", ""))
-    word, sign, value = (arguments.get(name, "").strip() for name in ("word", "sign", "value"))
-    chosen = (word, sign or "=", value)
-    asked = Listed(where, columns, sort, number, words=words)
-    if word and value:
-        added = _added(chosen, known)
-        try:
-            read_condition(added, known)
-        except QueryError as error:
-            return replace(asked, problem=_with_unit(error, chosen, known), refused=chosen)
-        asked = replace(asked, where=f"{where} and {added}" if where else added)
-    elif word or value:
-        problem = "choose both what and its value, such as torque and 340 N*m"
-        return replace(asked, problem=problem, refused=chosen)
+    known, given = search.vocabulary, {name: text.strip() for name, text in arguments.items()}
+    names = filter(None, map(str.strip, given.get("columns", "").split(",")))
+    shown = [*names] or [name for name in USUAL if name in known.keys]
+    columns = tuple(dict.fromkeys(filter(None, [*shown, given.get("add", "")])))
+    number, words = whole(given.get("page", "")), _words(known.keys.values())
+    asked = Listed(given.get("where", ""), columns, given.get("sort", ""), number, words=words)
+    if given.get("word") or given.get("value"):
+        chosen = (given.get("word", ""), given.get("sign") or "=", given.get("value", ""))
+        added, problem = _added(*chosen, known)
+        if problem:
+            return replace(asked, problem=problem, refused=chosen)
+        asked = replace(asked, where=f"{asked.where} and {added}" if asked.where else added)
     try:
-        page = search.page(asked.where, columns, sort or None, ROWS, (number - 1) * ROWS)
+        page = search.page(asked.where, columns, asked.sort or None, ROWS, (number - 1) * ROWS)
     except QueryError as error:
         return replace(asked, problem=str(error), columns=tuple(c for c in columns if c in known.keys))
     heads, rows = rows_of(store, page)
@@ -155,35 +147,34 @@ def _heading(head: str) -> str:
     return f"{words}{bracket}{shown_unit(unit)}" + (" [cycles]" if name in IN_CYCLES else "")
 
 
-def _added(chosen: tuple[str, str, str], known: Vocabulary) -> str:
-    """Return the condition that was put together by choosing a word, a sign and a value."""
-    word, sign, value = chosen
-    if word not in known.keys:  # as headings write it
-        word = word.lower().replace(" ", "_")
-    sign = sign if sign in SIGNS else "="
-    key = known.keys.get(known.aliases.get(word, word))
+def _added(word: str, sign: str, value: str, known: Vocabulary) -> tuple[str, str]:
+    """Return the condition of a word, a sign and a value that were chosen, and why it cannot be added.
+
+    Of a bare number it is told how it is written with its unit.
+    """
+    if not word or not value:
+        return "", "choose both what and its value, such as torque and 340 N*m"
+    name = word if word in known.keys else word.lower().replace(" ", "_")  # as headings write it
+    key, text = known.keys.get(known.aliases.get(name, name)), value
     if key is not None and key.kind == "text" and value[:1] not in "'\"":
-        value = f"'{value}'" if "'" not in value else f'"{value}"'
-    return f"{word} {sign} {value}"
-
-
-def _with_unit(error: QueryError, given: tuple[str, str, str], known: Vocabulary) -> str:
-    """Return why a condition cannot be added; of a bare number, how it is written with its unit."""
-    word, _, value = given
+        text = f"'{value}'" if "'" not in value else f'"{value}"'
+    added = f"{name} {sign if sign in SIGNS else '='} {text}"
     try:
-        key = read_column(word, known)
-    except QueryError:
-        return str(error)
-    unit = (key.display_unit or key.unit) if isinstance(key, Key) else ""
-    if BARE.fullmatch(value) and unit not in ("", "1"):
-        return f"{value} of what? Write {word} with its unit: {value} {unit}"
-    return str(error)
+        read_condition(added, known)
+    except QueryError as error:
+        with suppress(QueryError):
+            column = read_column(word, known)
+            unit = (column.display_unit or column.unit) if isinstance(column, Key) else ""
+            if BARE.fullmatch(value) and unit not in ("", "1"):
+                return added, f"{value} of what? Write {word} with its unit: {value} {unit}"
+        return added, str(error)
+    return added, ""
 
 
 def _words(keys: Iterable[Key]) -> tuple[ConditionWord, ...]:
     """Return what can be asked for, results before the values of scenes; nothing of an entry of a list."""
-    plain = (key for key in keys if not key.name.endswith("()"))
-    told = [_word(key) for key in plain if not any(word.isdigit() for word in key.name.split("."))]
+    named = ((key, key.name.split(".")) for key in keys if not key.name.endswith("()"))
+    told = [_word(key) for key, words in named if not any(map(str.isdigit, words))]
     return tuple(sorted(told, key=lambda word: (word.name.count("."), word.name))[:MOST_WORDS])
 
 

@@ -1,6 +1,7 @@
 """Which inputs make a result scatter: Sobol' indices of a campaign with ``method = "sobol-indices"``."""
 
 import warnings
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -46,8 +47,8 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     --------
     >>> wl.sobol_indices(np.log10(store.open(campaign).life))  # doctest: +SKIP
     """
-    axes = [str(dim) for dim in result.dims if dim in result.coords]
-    axis = next((dim for dim in axes if result[dim].attrs.get("key") == DESIGN), None)
+    labelled = (str(dim) for dim in result.dims if dim in result.coords)
+    axis = next((dim for dim in labelled if result[dim].attrs.get("key") == DESIGN), None)
     if axis is None:
         raise CompareError(f'sobol_indices: needs a result along a [[sweep]] with sample.method = "{DESIGN}"')
     inputs = [str(name) for name, coord in result.coords.items() if coord.dims == (axis,) and name != axis]
@@ -79,13 +80,11 @@ def _warn(with_intervals: Array, inputs: list[str], points: int) -> None:
     width = np.maximum(first_high - first_low, total_high - total_low)
     wide = (width > WIDE).any(axis=-1)
     beyond = ((first_low > total_high) | (first_high < 0.0) | (total_low > 1.0)).any(axis=-1)
-    said = []
-    if wide.any():
-        names = ", ".join(name for name, share in zip(inputs, wide, strict=True) if share)
-        said.append(f"the 95 % intervals of {names} are up to {np.nanmax(width):.2g} wide")
-    if beyond.any():
-        names = ", ".join(name for name, share in zip(inputs, beyond, strict=True) if share)
-        said.append(f"those of {names} contradict 0 ≤ first order ≤ total order ≤ 1")
+    doubts = (
+        (wide, f"the 95 % intervals of {{}} are up to {np.nanmax(width, initial=0.0):.2g} wide"),
+        (beyond, "those of {} contradict 0 ≤ first order ≤ total order ≤ 1"),
+    )
+    said = [text.format(", ".join(compress(inputs, which))) for which, text in doubts if which.any()]
     if said:
         warnings.warn(
             f"sobol_indices: {points} base points are too few to trust these: {'; '.join(said)}. "

@@ -210,9 +210,7 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
     if values is None or cycles is None:
         return None
     at, line = array("d", cycles), array("d", values)
-    count = len(at)
-    if len(line) != count:
-        line = line[count:] if sign[0] == ">" else line[:count]
+    line = line[-len(at) :] if sign[0] == ">" else line[: len(at)]
     for i, value in enumerate(line):
         if value == value and met(sign, value, limit):
             below = line[i - 1]

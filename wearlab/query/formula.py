@@ -249,8 +249,7 @@ def _applied(function: str, inner: WorkedOut, dim: str | None, grid: Any, places
     if function == "range":
         return Measured(values.max(dim) - values.min(dim), found.units)
     assert dim is not None
-    filled = values.fillna(-np.inf if function == "largest_at" else np.inf)
-    at = filled.argmax(dim) if function == "largest_at" else filled.argmin(dim)
+    at = (values if function == "largest_at" else -values).fillna(-np.inf).argmax(dim)
     if dim not in grid.coords:
         return Measured(at, "1")
     along = grid[dim]

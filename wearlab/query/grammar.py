@@ -290,11 +290,9 @@ class _Grammar:
 
     def _number(self, given: Literal, key: Key) -> float:
         number = float(given.value)
-        if given.unit in ("cycle", "cycles") and key.unit in PLAIN:
-            return number
-        if not given.unit:
-            if key.unit not in PLAIN and number != 0.0:
-                raise QueryError(f"{key.name!r} needs a unit, such as {_example(key)}", self.text, given.at)
+        if not given.unit and key.unit not in PLAIN and number != 0.0:
+            raise QueryError(f"{key.name!r} needs a unit, such as {_example(key)}", self.text, given.at)
+        if not given.unit or (given.unit in ("cycle", "cycles") and key.unit in PLAIN):
             return number
         try:
             if key.quantity:

@@ -6,15 +6,12 @@ from contextlib import suppress
 from json import dumps, loads
 from math import isclose
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wearlab import sources, units
-from wearlab.store import outcome
-
-if TYPE_CHECKING:
-    from wearlab.query.keys import Key
-    from wearlab.store import Store
-    from wearlab.store.catalogue import Entry
+from wearlab.query.keys import Key, scene_key
+from wearlab.store import Store, outcome
+from wearlab.store.catalogue import Entry
 
 LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
@@ -35,18 +32,18 @@ def value_text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
-def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[str, ...]]:
+def results(stored: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
     """Return every number or word that came out, as it is shown, with its meaning."""
     rows: list[tuple[str, ...]] = []
     for name, variable in stored.items():
-        value = entry.summary.get(name)
-        if variable["dims"] or value is None or name in TOLD or name.startswith(FOR_MACHINES):
+        value, attributes = entry.summary.get(name), variable["attrs"]
+        if variable["dims"] or value is None or is_long(value):
             continue
-        if not is_long(value):
-            told, unit = as_shown(value, variable["attrs"])
-            error = entry.summary.get(ERRORS.get(name, ""))
-            told += f" ± {as_shown(float(f'{error:.2g}'), variable['attrs'])[0]}" if error is not None else ""
-            rows.append((name, told, unit, str(variable["attrs"].get("long_name", ""))))
+        if name not in TOLD and not name.startswith(FOR_MACHINES):
+            told, unit = as_shown(value, attributes)
+            if (error := entry.summary.get(ERRORS.get(name, ""))) is not None:
+                told += f" ± {as_shown(float(f'{error:.2g}'), attributes)[0]}"
+            rows.append((name, told, unit, str(attributes.get("long_name", ""))))
     return rows
 
 
@@ -64,9 +61,8 @@ def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
     from wearlab import schema
 
     groups: dict[str, list[str]] = {}
-    order = {name: place for place, name in enumerate(schema.VARIABLES)}
-    for name in sorted(stored, key=lambda name: order.get(name, len(order))):
-        if stored[name]["dims"] and stored[name]["dims"] != [name]:
+    for name in dict.fromkeys((*schema.VARIABLES, *stored)):
+        if name in stored and stored[name]["dims"] not in ([], [name]):
             group = schema.origin_of(name)[0] if name in schema.VARIABLES else "others"
             groups.setdefault(group, []).append(name)
     lines = []
@@ -78,7 +74,7 @@ def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
 Written = Mapping[str, Sequence[str]]
 
 
-def written_in(store: "Store", run_id: str) -> Written:
+def written_in(store: Store, run_id: str) -> Written:
     """Return quantities as the file of the last campaign with this run wrote them, or {}."""
     joined = "members JOIN campaigns ON campaign = key WHERE run = ?"
     question = f"SELECT DISTINCT key, recorded FROM {joined} ORDER BY recorded DESC"
@@ -97,14 +93,10 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
     path, value : key and value of the scene
     written : quantities as the file wrote them, see `written_in`: a value has its text there, or their unit
     """
-    from wearlab.query.keys import scene_key
-
     some = value if isinstance(value, list) else [value]
-    if not all(isinstance(variant, int | float) and not isinstance(variant, bool) for variant in some):
-        return _shortened(value)
     name = re.sub(r"\[\d+\]|\.\d+(?=\.|$)", "", path)
     key = scene_key(name, False)
-    if not key.unit or not key.display_unit or not key.quantity:
+    if not key.quantity or not all(map(units.is_number, some)):
         return _shortened(value)
     texts = _texts(name, written or {}, key.quantity)
     told = []
@@ -116,7 +108,7 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
     return f"[{', '.join(told)}]" if isinstance(value, list) else told[0]
 
 
-def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: "Key") -> str:
+def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: Key) -> str:
     """Return a value in the unit of the first text that has one, else in the usual unit."""
     for unit in (*(units.split(text)[1] for _, text in texts), key.display_unit):
         with suppress(units.UnitError):  # the unit of a scale of hardness
@@ -149,7 +141,7 @@ def is_long(value: Any) -> bool:
     return isinstance(value, str) and (len(value) > LONGEST_TEXT or "\n" in value)
 
 
-def facts(store: "Store", entry: "Entry") -> dict[str, Any]:
+def facts(store: Store, entry: Entry) -> dict[str, Any]:
     """Return where a run stands and what made it, by words; what there is nothing of is empty."""
     from wearlab.scene.presence import REMEDY
     from wearlab.store import provenance
