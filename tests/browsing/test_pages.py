@@ -273,6 +273,14 @@ def test_a_copy_has_two_hundred_runs_at_most(small, tmp_path):
         write_copy(small.store, tmp_path / "copy")
 
 
+@pytest.mark.parametrize(("page", "named"), [("run", "id"), ("campaign", "key"), ("update", "id")])
+def test_a_page_of_nothing_says_what_to_give(small, page, named):
+    """Was "run '': no such run"."""
+    status, _, content = small.send(page)
+    assert status == 400
+    assert f"which {page}? Open one from the pages, or give {named}=… in the address" in content.decode()
+
+
 def test_a_figure_of_too_many_runs_is_refused(small):
     assert small.send("compare", run=[f"{n:020x}" for n in range(201)])[0] == 400
 

@@ -29,6 +29,18 @@ BESIDE = (
 NUMBER = re.compile(r"[± ]*(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)")
 
 
+def _named(asked: Asked, name: str, what: str) -> str:
+    """Return which campaign, run or update a page is asked for.
+
+    Raises
+    ------
+    StoreError : none is
+    """
+    if found := figures.first(asked).get(name):
+        return found
+    raise StoreError(f"which {what}? Open one from the pages, or give {name}=… in the address of this one")
+
+
 def campaigns(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of the campaigns."""
     number = listing.whole(figures.first(asked).get("page", ""))
@@ -46,8 +58,8 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     ------
     StoreError : it is not in the store
     """
-    first = figures.first(asked)
-    key, number = first.get("key", ""), listing.whole(first.get("page", ""))
+    first, key = figures.first(asked), _named(asked, "key", "campaign")
+    number = listing.whole(first.get("page", ""))
     told = next((each for each in recorded.campaigns(store)[0] if each.key == key), None)
     if told is None:
         raise StoreError(f"campaign {key[:40]!r} is not in this store")
@@ -144,8 +156,7 @@ def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     ------
     StoreError : no such run
     """
-    first = figures.first(asked)
-    entry = store.find(first.get("id", ""))
+    first, entry = figures.first(asked), store.find(_named(asked, "id", "run"))
     told = one_run.content(store, entry)
     kinds, drawn = list[str](), list[figures.ShownFigure]()
     if told["state"] == "done":
@@ -185,9 +196,14 @@ def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     first = {"state": "last", "back": "", **figures.first(asked)}
     asked = {**asked, "state": [first["state"]]}
     wanted = figures.wanted(asked)
-    told: dict[str, Any] = dict.fromkeys(("kinds", "numbers", "abscissae", "roles", "figures"), ())
-    told |= {"beside": None, "problem": "", "commands": "", "heading": "Compare", "asked": wanted}
-    told |= {"state": first["state"], "back": first["back"], "left": _back(first)}
+    told: dict[str, Any] = {
+        "beside": None,
+        "problem": "",
+        "commands": "",
+        "heading": "Compare",
+        "figures": (),
+    }
+    told |= {"asked": wanted, "state": first["state"], "back": first["back"], "left": _back(first)}
     if not wanted.runs and not wanted.campaign:
         return {**told, "problem": "Mark some runs in a table first, then choose to compare them."}
     if wanted.runs and not wanted.campaign:
@@ -238,7 +254,7 @@ def update(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     ------
     StoreError : there is none, or its file is damaged
     """
-    prefix = figures.first(asked).get("id", "")
+    prefix = _named(asked, "id", "update")
     known = kept.find_update(store, prefix)
     tree = None if known is None else kept.read_update(store, known.id)
     if known is None or tree is None:

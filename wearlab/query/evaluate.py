@@ -18,7 +18,7 @@ from wearlab.query.keys import Key, quantity_at
 from wearlab.units import DIGITS, KINDS, UnitError, convert, is_number, quantity, rounded, split
 
 ROUND_OFF = 4.0 * 2.0**-52  # relative, of a number that was converted from one unit to another
-HALF_A_DIGIT = 0.5 * 10.0 ** (1 - DIGITS)  # relative, where the leading digit is 1: there a digit is widest
+CLOSE = 10.0 ** (1 - DIGITS)  # relative: the last digit that identity keeps, where it is widest
 WHOLE = 10.0**DIGITS  # below it whole numbers have no digits that identity drops
 
 
@@ -30,36 +30,28 @@ COMPARED: dict[str, Callable[[Any, Any], bool]] = {
 
 
 @lru_cache(1000)
-def edges(value: float) -> tuple[float, float]:
-    """Return the lowest and the highest number that are the same as ``value``.
+def alike(value: float) -> tuple[float, ...]:
+    """Return the numbers that a scene may keep of one: at the edge of a digit, after a conversion, two.
 
     Parameters
     ----------
-    value : SI; counts of more than twelve digits, such as seeds, are only themselves
+    value : SI; of counts of more than twelve digits, such as seeds, there are none: they are only themselves
 
     Examples
     --------
-    >>> low, high = edges(115.19173063162576)      # 1100 rpm
-    >>> low < 115.191730632 < high and not low < 115.191730633 < high
-    True
+    >>> alike(115.19173063162576)                   # 1100 rpm
+    (115.191730632, 115.191730632)
     """
-    if not math.isfinite(value) or value == 0.0 or (abs(value) >= WHOLE and value == int(value)):
-        return value, value
-    near, far = (rounded(abs(value) * (1.0 + sign * ROUND_OFF)) for sign in (-1.0, 1.0))
-    near -= _half_a_digit(near * (1.0 - HALF_A_DIGIT))  # below a power of ten, digits are finer
-    far += _half_a_digit(far)
-    return (near, far) if value > 0.0 else (-far, -near)
-
-
-def _half_a_digit(value: float) -> float:
-    """Return half a unit of the last digit that identity keeps."""
-    return HALF_A_DIGIT * 10.0 ** math.floor(math.log10(value))
+    if not math.isfinite(value) or (abs(value) >= WHOLE and value == int(value)):
+        return ()
+    return rounded(value * (1.0 - ROUND_OFF)), rounded(value * (1.0 + ROUND_OFF))
 
 
 def met(sign: str, value: float, other: float) -> bool:
     """Return whether ``value sign other`` holds to the digits of identity, sign one of < <= > >= = !=."""
-    low, high = edges(other)
-    return COMPARED[sign](0.0 if low <= value <= high else value - other, 0.0)
+    close = abs(value - other) <= CLOSE * abs(other)
+    same = value == other or (close and rounded(value) in alike(other))
+    return COMPARED[sign](0.0 if same else value - other, 0.0)
 
 
 def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key: str = "") -> int | None:
@@ -80,7 +72,7 @@ def index_of_quantity(asked: Any, values: Sequence[Any], units: str | None, key:
         return None
     gaps = [abs(value - wanted) if is_number(value) else math.inf for value in values]
     near = min(gaps, default=math.inf)  # both the axis and what is asked may have been rounded
-    return gaps.index(near) if near <= 2.0 * HALF_A_DIGIT * abs(wanted) else None
+    return gaps.index(near) if near <= CLOSE * abs(wanted) else None
 
 
 def _in_units(label: Any, units: str, key: str) -> Any:
