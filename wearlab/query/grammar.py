@@ -93,6 +93,7 @@ DEEPEST = 40
 COMPARISONS = ("<", "<=", ">", ">=", "=", "!=")
 MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "=": "=", "!=": "!="}
 FIRST_CYCLE = "first_cycle"
+THEN = "'and', 'or' or the end"
 
 
 def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
@@ -104,7 +105,7 @@ def read_condition(text: str, vocabulary: Vocabulary) -> BoundCondition:
     """
     reader = _Grammar(text, vocabulary)
     answer = reader.condition(0)
-    reader.expect_end()
+    reader.expect(THEN, "end")
     return BoundCondition(tuple(reader.keys), answer)
 
 
@@ -112,7 +113,7 @@ def read_column(text: str, vocabulary: Vocabulary) -> Key | FirstCycle:
     """Return the key, or the ``first_cycle(…)`` of a key, that a column shows."""
     reader = _Grammar(text, vocabulary)
     operand = reader.operand()
-    reader.expect_end()
+    reader.expect(THEN, "end")
     if isinstance(operand, Literal):
         raise QueryError("a column is a name, or first_cycle(…)", text, operand.at)
     return reader.bound(operand)
@@ -141,13 +142,10 @@ class _Grammar:
         word = f"not {self.word.text!r}" if self.word.kind != "end" else "but it ends"
         return QueryError(f"expected {wanted}, {word}", self.text, self.word.at)
 
-    def expect(self, sign: str, wanted: str) -> None:
-        if not self.take("sign", sign):
+    def expect(self, wanted: str, kind: str, *texts: str) -> None:
+        """Step over the next word, which has to be one of these."""
+        if not self.take(kind, *texts):
             raise self.fail(wanted)
-
-    def expect_end(self) -> None:
-        if self.word.kind != "end":
-            raise self.fail("'and', 'or' or the end")
 
     def condition(self, depth: int) -> Holds:
         return self._joined("or", lambda: self._joined("and", lambda: self.negation(depth)))
@@ -165,7 +163,7 @@ class _Grammar:
             return partial(negated, self.negation(depth + 1))
         if self.take("sign", "("):
             inner = self.condition(depth + 1)
-            self.expect(")", "')'")
+            self.expect("')'", "sign", ")")
             return inner
         return self.comparison()
 
@@ -187,16 +185,14 @@ class _Grammar:
             return partial(joined, [self._compared("=", left, item) for item in items], True)
         if self.take("keyword", "between"):
             low = self.operand()
-            if not self.take("keyword", "and"):
-                raise self.fail("'and' of between")
+            self.expect("'and' of between", "keyword", "and")
             within = (self._compared(">=", left, low), self._compared("<=", left, self.operand()))
             return partial(joined, within, False)
         if self.take("keyword", "contains"):
             return self._compared("contains", left, self.operand())
         if not opposite and self.take("keyword", "is"):
             other = bool(self.take("keyword", "not"))
-            if not self.take("keyword", "missing"):
-                raise self.fail("'missing'")
+            self.expect("'missing'", "keyword", "missing")
             absent = partial(missing, self.bound(left))
             return partial(negated, absent) if other else absent
         alone = self.word.kind == "end" or self.word.text in (")", "and", "or")
@@ -225,7 +221,7 @@ class _Grammar:
         while self.take("sign", ","):
             items.append(self.operand())
         closing = "]" if opened.text == "[" else ")"
-        self.expect(closing, f"',' or {closing!r}")
+        self.expect(f"',' or {closing!r}", "sign", closing)
         return items
 
     def operand(self) -> Any:
@@ -247,7 +243,7 @@ class _Grammar:
         sides = None if sign is None else self._sides(sign.text, left, self.operand())
         if sides is None or self.word.text in COMPARISONS:
             raise QueryError("first_cycle(…) holds one comparison with < or >", self.text, word.at)
-        self.expect(")", "')'")
+        self.expect("')'", "sign", ")")
         beyond, key, limit = sides
         if not isinstance(key, Key) or not isinstance(limit, Literal):
             raise QueryError("first_cycle(…) compares a name with a value", self.text, word.at)

@@ -208,9 +208,8 @@ def _parts(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], tuple[str
     """Yield the parts present and left out, of the first case of each label; equal ones together."""
     scenes = {case.label: case.scene for case in reversed(campaign.cases)}
     labels = dict.fromkeys(case.label for case in campaign.cases)
-    parts = gathered(
-        ((tuple(parts_present(s)), tuple(parts_left_out(s))), n) for n in labels for s in [scenes[n]]
-    )
+    told = {n: (tuple(parts_present(scenes[n])), tuple(parts_left_out(scenes[n]))) for n in labels}
+    parts = gathered((own, label) for label, own in told.items())
     for (present, absent), names in parts.items():
         yield ", ".join(names), present, absent
 

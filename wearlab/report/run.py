@@ -6,12 +6,14 @@ from contextlib import suppress
 from json import dumps, loads
 from math import isclose
 from textwrap import wrap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wearlab import sources, units
 from wearlab.query.keys import Key, scene_key
 from wearlab.store import Store, outcome
-from wearlab.store.catalogue import Entry
+
+if TYPE_CHECKING:
+    from wearlab.store.catalogue import Entry
 
 LONGEST_TEXT = 24  # characters of a text in a table of values
 LONGEST_LIST = 100  # characters of a list in one line
@@ -32,7 +34,7 @@ def value_text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
-def results(stored: Mapping[str, dict[str, Any]], entry: Entry) -> list[tuple[str, ...]]:
+def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[str, ...]]:
     """Return every number or word that came out, as it is shown, with its meaning."""
     rows: list[tuple[str, ...]] = []
     for name, variable in stored.items():
@@ -141,7 +143,7 @@ def is_long(value: Any) -> bool:
     return isinstance(value, str) and (len(value) > LONGEST_TEXT or "\n" in value)
 
 
-def facts(store: Store, entry: Entry) -> dict[str, Any]:
+def facts(store: Store, entry: "Entry") -> dict[str, Any]:
     """Return where a run stands and what made it, by words; what there is nothing of is empty."""
     from wearlab.scene.presence import REMEDY
     from wearlab.store import provenance

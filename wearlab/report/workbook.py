@@ -1,10 +1,11 @@
 """A campaign's numbers as a workbook: a sheet of runs, one of wear states, one of their origin."""
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from wearlab.store.files import StoreError
@@ -54,8 +55,8 @@ def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:
     return stream.getvalue()
 
 
-def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[list[Any]]:
-    """Yield the head and one row for each run, or for each of its wear states."""
+def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[Sequence[Any]]:
+    """Yield the head and one row for each run, or for each of its wear states; unknown cells empty."""
     dims = [str(dim) for dim in grid["run_id"].dims]
     along_runs = (name for name in grid.coords if set(grid[name].dims) <= set(dims))
     axes = {_head(str(name), grid[name]): grid[name] for name in along_runs}
@@ -63,12 +64,12 @@ def _rows(grid: xr.Dataset, along: tuple[str, ...]) -> Iterator[list[Any]]:
     sizes = {dim: grid.sizes.get(dim, 1) for dim in (*dims, *along)}
     states = [("wear state", xr.DataArray(np.arange(sizes[dim]), dims=dim)) for dim in along]
     columns = {**axes, **dict(states), **shown}
-    yield [*columns]
-    table = [column.variable.set_dims(sizes).values.ravel() for column in columns.values()]
-    count = grid["n_updates"].variable.set_dims(sizes).values.ravel() if along else None
-    for place, row in enumerate(zip(*table, strict=True)):
-        if count is None or row[len(axes)] < count[place]:
-            yield [_plain(value) for value in row]
+    table = pd.DataFrame({head: c.variable.set_dims(sizes).values.ravel() for head, c in columns.items()})
+    if along:
+        table = table[table["wear state"] < grid["n_updates"].variable.set_dims(sizes).values.ravel()]
+    table = table.astype(object).where(table.notna(), None).replace({np.inf: "inf", -np.inf: "-inf"})
+    yield [*table]
+    yield from table.itertuples(index=False, name=None)
 
 
 def _columns(grid: xr.Dataset, dims: list[str], along: tuple[str, ...]) -> Iterator[tuple[str, xr.DataArray]]:
@@ -100,13 +101,3 @@ def _shown(array: xr.DataArray) -> xr.DataArray:
     if array.dtype.kind not in "fiu" or not wanted or stored in ("", wanted):
         return array
     return array.copy(data=convert(array.values.astype(float), stored, wanted))
-
-
-def _plain(value: Any) -> Any:
-    """Return one value as a cell holds it: nothing where nothing is known."""
-    value = np.asarray(value).item()
-    while isinstance(value, np.ndarray):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None if np.isnan(value) else str(value)
-    return value if isinstance(value, bool | int | float) else str(value)
