@@ -3,13 +3,12 @@
 import json
 import os
 import sqlite3
-import zlib
 from contextlib import closing
 
 import netCDF4
 import numpy as np
 import pytest
-from catalogues import change_texts, make_older
+from catalogues import change_texts
 from fake_campaign import SIMULATE, sweep
 
 import wearlab
@@ -151,20 +150,6 @@ def test_texts_that_are_no_json(store, column, capsys):
     change_texts(store.catalogue.path, column, lambda text: "__import__('os').system('true')")
     assert status_of(["show", sweep(1).cases[0].id, "--store", str(store.path)]) == 2
     assert "cannot be understood" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "packed",
-    [b"", b"x", "text", 5, b"\xff" * 40, zlib.compress(b"whole"), zlib.compress(bytes(10**8), 9, -15)],
-)
-def test_texts_that_no_version_packed(store, packed, capsys):
-    """Of what would fill the memory, no more is unpacked than a run can have; the files have it all."""
-    make_older(store.catalogue.path, 5)
-    crafted(store, ("UPDATE documents SET packed = ?", packed))
-    assert status_of(["verify", "--store", str(store.path)]) == 1
-    assert "otherwise than its file" in capsys.readouterr().out
-    assert status_of(["reindex", "--store", str(store.path)]) == 0
-    assert store.verify() == [] and len(store.entries()) == 2
 
 
 def test_rows_that_are_no_json(store, capsys):

@@ -13,7 +13,7 @@ from fake_campaign import SIMULATE, sweep
 import wearlab
 from wearlab.cli.app import status_of
 from wearlab.runner import running, worker
-from wearlab.store import Store, StoreError, campaigns, database
+from wearlab.store import Store, StoreError, catalogue, database
 
 
 @pytest.fixture(autouse=True)
@@ -189,7 +189,7 @@ def test_a_clock_that_was_set_back(store, monkeypatch, capsys):
         def now(cls, zone=None):
             return datetime(1999, 12, 31, 23, 59, tzinfo=UTC)
 
-    for module in (campaigns, worker):
+    for module in (catalogue, worker):
         monkeypatch.setattr(module, "datetime", Earlier)
     report = run(sweep(4), store)
     assert (report.computed, report.done) == (2, 4)

@@ -7,7 +7,7 @@ import wearlab as wl
 from wearlab.runner import Interrupted, RunnerError, running
 from wearlab.runner.plan import chosen
 from wearlab.store import Store
-from wearlab.store.catalogue import Head
+from wearlab.store.catalogue import Entry
 
 
 def run(campaign, store, **options):
@@ -15,7 +15,8 @@ def run(campaign, store, **options):
 
 
 def head(state="done", source_hash="abc"):
-    return Head("a" * 20, state, None, 1, source_hash, False)
+    nothing = [None] * 8
+    return Entry("a" * 20, state, None, 1, None, None, None, source_hash, *nothing)
 
 
 def test_what_each_word_means(monkeypatch):

@@ -3,8 +3,9 @@ from dataclasses import replace
 
 import pytest
 from catalogues import make_older
+from fake_campaign import filled, sweep
 
-from wearlab.store import StoreError
+from wearlab.store import Store, StoreError
 from wearlab.store.catalogue import CHUNK, VERSION, Catalogue, Entry
 from wearlab.store.outcome import Outcome
 
@@ -152,41 +153,54 @@ PRAGMA user_version = 1;
 
 
 def test_a_catalogue_of_the_first_version_becomes_one_of_this(tmp_path):
+    """Its campaigns stay; its runs are those of the files, of which there is none here."""
     connection = sqlite3.connect(tmp_path / "catalogue.sqlite")
     connection.executescript(FIRST_TABLES)
     connection.close()
     made = Catalogue(tmp_path / "catalogue.sqlite")
-    (entry,) = made.entries().values()
-    assert (entry.id, entry.state, entry.size, entry.seconds) == ("ab", "done", 3, 1.25)
-    assert (entry.summary, entry.sizes, entry.digests) == ({"life": 1e7}, {"update": 3}, {"cycle": "12"})
-    assert entry.warnings == ("thin film",) and made.layouts(["k"]) == {"k": {"variables": {}, "labels": {}}}
+    assert made.entries() == {} and made.record_of("c") == {}
     (member,) = made.members()
     assert member.campaign == "first" and member.comparison is None and member.metadata == {}
     made.record_campaign("first", None, "a.toml", [("ab", "base", {})], {"author": "A. Author"})
     assert made.members()[0].metadata == {"author": "A. Author"}
-    assert {name for (name,) in made.read("SELECT name FROM keys")} == {"operation.torque", "life"}
     made.close()
 
 
-def test_a_catalogue_of_the_second_version_gets_metadata(tmp_path):
-    path = tmp_path / "catalogue.sqlite"
-    made = Catalogue(path)
-    made.create()
-    made.record([DONE])
-    made.record_campaign("second", None, None, [(DONE.id, "base", {})])
-    before = made.entries()
-    made.close()
-    make_older(path, 2)
-    again = Catalogue(path)
-    assert again.entries() == before
-    assert [(m.campaign, m.metadata) for m in again.members()] == [("second", {})]
-    assert again.read("PRAGMA user_version") == [(VERSION,)] and list(again.entries()) == [DONE.id]
-    again.close()
+@pytest.mark.parametrize("version", [2, 3, 4, 5])
+def test_catalogues_of_earlier_versions_answer_alike(tmp_path, caplog, version):
+    """Their runs are read from the files again, as by a reindex."""
+    store = filled(tmp_path / "store", sweep(3))
+    assert store.reindex() == [] == store.verify()
+    before = store.entries()
+    facts = {run: store.catalogue.facts(run) for run in before}
+    ids, members = store.query("life > 0")["id"], store.catalogue.members()
+    store.close()
+    make_older(store.catalogue.path, version)
+    assert store.entries() == before and len(before) == 3
+    assert {run: store.catalogue.facts(run) for run in before} == facts
+    assert sorted(store.query("life > 0")["id"]) == sorted(ids) and store.catalogue.members() == members
+    assert store.catalogue.read("PRAGMA user_version") == [(VERSION,)]
+    (said,) = [record.getMessage() for record in caplog.records]
+    assert f"catalogue version {version}" in said and "what failed or was refused is computed again" in said
+    tables = {name for (name,) in store.catalogue.read("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    assert "dictionaries" not in tables and store.verify() == []
+    store.close()
+
+
+def test_an_older_catalogue_elsewhere_is_left_to_its_own_machine(tmp_path, monkeypatch):
+    monkeypatch.setenv("WEARLAB_CACHE", str(tmp_path / "cache"))
+    there = filled(tmp_path / "store", sweep(1))
+    there.close()
+    make_older(there.catalogue.path, 5)
+    with pytest.raises(StoreError, match=r"older wearlab \(catalogue version 5\); 'wearlab ls' there"):
+        Store(f"file://{there.path}").entries()
+    assert len(there.entries()) == 1 == len(Store(f"file://{there.path}").entries())
 
 
 def test_heads_tell_states_without_contents(catalogue):
     catalogue.record([DONE])
     catalogue.record((), ["b"], "me", never)
-    first, second = catalogue.heads([DONE.id, "b", "unknown"]).values()
-    assert (first.state, first.size, first.source_hash, first.warned) == ("done", 3, "abc", True)
-    assert (second.state, second.owner, second.warned) == ("running", "me", False)
+    first, second = catalogue.entries([DONE.id, "b", "unknown"], "warnings").values()
+    assert (first.state, first.size, first.source_hash, first.summary) == ("done", 3, "abc", {})
+    assert first.warnings == DONE.warnings
+    assert (second.state, second.owner, second.warnings) == ("running", "me", ())

@@ -3,7 +3,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from catalogues import make_older
 
 from wearlab.query import QueryError
 from wearlab.query.evaluate import COMPARED, first_cycle
@@ -268,19 +267,6 @@ def test_first_cycles_are_found_as_if_every_history_were_looked_through(tmp_path
             found = [int(row["id"], 16) for row in store.query(where)]
             wanted = [n for n, cycle in exact.items() if cycle is not None and COMPARED[sign](cycle, last)]
             assert found == wanted, where
-
-
-@pytest.mark.parametrize("version", [2, 3, 4, 5])
-def test_catalogues_of_earlier_versions_answer_alike(asked, version):
-    catalogue = asked.store.catalogue
-    before = catalogue.entries(), asked("first_cycle(max_wear_depth > 20 um) < 1.6e6")
-    facts = {run: catalogue.facts(run) for run in before[0]}
-    catalogue.close()
-    make_older(catalogue.path, version)
-    assert (catalogue.entries(), asked("first_cycle(max_wear_depth > 20 um) < 1.6e6")) == before
-    assert {run: catalogue.facts(run) for run in before[0]} == facts
-    tables = {name for (name,) in catalogue.read("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    assert not any(name.startswith(("older", "dictionaries")) for name in tables)
 
 
 def test_runs_are_found_by_the_quantity_that_their_file_wrote(tmp_path):

@@ -26,7 +26,7 @@ Recompute = Literal["failed", "stale", "all"]
 WITHOUT_DATA = ("failed", "refused")
 
 
-def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bool]":
+def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Entry], bool]":
     """Return which runs, not running, are computed again.
 
     Parameters
@@ -41,7 +41,7 @@ def chosen(recompute: str | None, retry: bool) -> "Callable[[catalogue.Head], bo
     if recompute is not None and recompute not in get_args(Recompute):
         raise report.RunnerError(f"recompute = {recompute!r}: there are {', '.join(get_args(Recompute))}")
 
-    def again(head: "catalogue.Head") -> bool:
+    def again(head: "catalogue.Entry") -> bool:
         lacks = head.state in WITHOUT_DATA and (retry or recompute == "failed")
         stale = recompute == "stale" and sources.is_other_code(head.source_hash)
         return lacks or stale or recompute == "all"
@@ -306,7 +306,7 @@ def differing(entry: "catalogue.Entry", scene: str) -> tuple[str, ...]:
     return tuple(d.key for d in differences(entry.scene or "", scene)) or ("the version of the model",)
 
 
-def _state(store: "Store", head: "catalogue.Head | None") -> str:
+def _state(store: "Store", head: "catalogue.Entry | None") -> str:
     state = "new" if head is None else store.state_of(head)
     return {"interrupted": "new", "done": "cached"}.get(state, state)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from wearlab.store import Store
 
 CALIBRATING = "lives that calibrate the wear coefficient of the other cases"
-Again = Callable[[catalogue.Head], bool]
+Again = Callable[[catalogue.Entry], bool]
 """Says whether a run that is known is computed again."""
 Staff = Callable[[], cluster.Cluster]
 POLL = 0.2  # s between two looks at runs that another process computes
@@ -216,7 +216,7 @@ class _Work:
             text = f"{message['id'][:8]}: {1e6 * reached.depth:.3g} µm at {reached.cycle:.4g} cycles"
             self.bar.in_progress(message["id"], text)
 
-    def _free(self, entry: catalogue.Head) -> bool:
+    def _free(self, entry: catalogue.Entry) -> bool:
         """Say whether a run that the catalogue knows is to be computed again."""
         if entry.state != "running" and entry.id not in self.finished and self.again(entry):
             if entry.state == "done":
@@ -252,7 +252,7 @@ def _report(
     heads = store.heads(case.id for case in campaign.cases)
     labels = {case.id: case.label for case in reversed(campaign.cases)}
     states = [head.state for head in heads.values()]
-    noted = [h.id for h in heads.values() if h.state != "done" or (h.warned and h.id in computed)]
+    noted = [h.id for h in heads.values() if h.state != "done" or (h.warnings and h.id in computed)]
     troubled = tuple(
         report.CaseReport(entry.id, labels[entry.id], entry.state, entry.reason, entry.warnings)
         for entry in store.entries(noted).values()

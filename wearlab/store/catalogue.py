@@ -3,11 +3,15 @@
 Only the process that calls ``run`` writes here, workers never do; it can be rebuilt from the run files.
 """
 
+import hashlib
 import json
+import logging
 import sqlite3
-import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from operator import itemgetter
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -16,36 +20,23 @@ from pydantic_core import ArgsKwargs
 from wearlab.query.keys import flat
 from wearlab.store import database as rows
 from wearlab.store import description, files
-from wearlab.store.campaigns import Campaigns, Member, key_of, now
-from wearlab.store.database import CHUNK, VERSION, Read, make_tables, marks, understood
-from wearlab.store.outcome import CALIBRATION, Outcome, State
+from wearlab.store.database import CHUNK, VERSION, marks, understood
+from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
 
-__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Head", "Member"]
+__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Member"]
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
-OLDER_TABLES = ("runs", "layouts", "keys", "facts", "documents")
-LARGEST = 16_000_000  # bytes of the texts of one run in a catalogue of version 5
-
-
+OF_RUNS_BEFORE = ("runs", "layouts", "keys", "facts", "documents", "dictionaries")
 Row = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
-class Head:
-    """The state of a run, without what it is made of."""
-
-    id: str
-    state: State
-    owner: str | None
-    size: int | None
-    source_hash: str | None
-    warned: bool
-
-
-@dataclass(frozen=True)
 class Entry:
-    """One run as the catalogue knows it; ``layout`` is the key of its table of variables."""
+    """One run as the catalogue knows it; ``layout`` is the key of its table of variables.
+
+    Where many are asked for, the texts that are not wanted stand there as if the run had none.
+    """
 
     id: str
     state: State
@@ -90,10 +81,28 @@ class Entry:
         )
 
 
-HEAD, ENTRY = TypeAdapter(Head), TypeAdapter(Entry)
+@dataclass(frozen=True)
+class Member:
+    """One case of a recorded campaign: the campaign's title and file, its label, and what sets it apart.
+
+    ``comparison`` is how it compares with what the campaign expects of it, once it has run; ``reference`` and
+    ``metadata`` (author, orcid, institution, licence) are the campaign's.
+    """
+
+    campaign: str
+    path: str | None
+    run: str
+    label: str
+    position: rows.Place
+    reference: str = ""
+    metadata: rows.Table[str] = field(default_factory=dict)
+    comparison: Comparison | None = None
 
 
-class Catalogue(Campaigns):
+ENTRY, MEMBER = TypeAdapter(Entry), TypeAdapter(Member)
+
+
+class Catalogue(rows.Database):
     """The SQLite file of a store.
 
     Parameters
@@ -108,31 +117,53 @@ class Catalogue(Campaigns):
             self.path.parent.mkdir(parents=True, exist_ok=True)
         with self._transaction(create=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
-                make_tables(connection)
+                rows.make_tables(connection)
 
-    def entries(self, ids: Iterable[str] | None = None) -> dict[str, Entry]:
-        """Return the known runs among ``ids``, in that order; all, by their start, when it is None."""
-        return self._runs(ENTRY, f"{OF_RUNS}, {OF_DOCUMENTS}", ids)
+    def _prepare(self, connection: sqlite3.Connection, create: bool) -> int:
+        version = super()._prepare(connection, create)
+        if 0 < version < VERSION:
+            self._upgrade(version)
+        return version
 
-    def heads(self, ids: Iterable[str]) -> dict[str, Head]:
-        """Return the states of the known runs among ``ids``, in that order: little even for many runs."""
-        columns = "id, state, owner, size, source_hash, coalesce(length(warnings) > 2, 0)"
-        return self._runs(HEAD, columns, ids)
+    def _upgrade(self, version: int) -> None:
+        """Make the runs of an earlier version anew from their files, as `make_anew` does; all else stays."""
+        said = f"written by an older wearlab (catalogue version {version})"
+        if self.address is not None:
+            raise files.StoreError(f"{self.address}: {said}; 'wearlab ls' there makes it one of today")
+        remedy = "made anew from the run files; what failed or was refused is computed again"
+        logging.getLogger("wearlab").warning("%s: %s: %s", self.path, said, remedy)
+        with self._transaction() as connection:
+            if connection.execute("PRAGMA user_version").fetchone()[0] == VERSION:
+                return  # another process has done it
+            if version < 3:
+                connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
+            for table in OF_RUNS_BEFORE:
+                connection.execute(f"DROP TABLE IF EXISTS {table}")
+            rows.make_tables(connection)
+            for path in files.RunFiles(self.path.parent / "runs").held():
+                with suppress(files.StoreError):  # 'wearlab verify' names it
+                    self._record(connection, description.outcome_of(path))
 
-    def placed(self, ids: Iterable[str]) -> list[Entry]:
-        """Return the known runs among ``ids`` without their scenes, as a grid needs them."""
-        return list(self._runs(ENTRY, f"{OF_RUNS}, {OF_DOCUMENTS.replace('scene', 'NULL')}", ids).values())
+    def entries(self, ids: Iterable[str] | None = None, texts: str = OF_DOCUMENTS) -> dict[str, Entry]:
+        """Return the known runs among ``ids``, in that order; all, by their start, when it is None.
 
-    def _runs(self, kind: TypeAdapter[Read], columns: str, ids: Iterable[str] | None) -> dict[str, Read]:
-        question = f"SELECT {columns} FROM runs LEFT JOIN documents USING (number)"
-        every = f"{question} ORDER BY started, id"
-        wanted = None if ids is None else list(dict.fromkeys(ids))
-        found = self.read(every) if wanted is None else self.read_many(f"{question} WHERE id IN", wanted)
-        known: dict[str, Read] = {}
+        Parameters
+        ----------
+        ids : of runs
+        texts : which are read; a few are little even for many runs
+        """
+        told = ", ".join(name if name in texts else "NULL" for name in OF_DOCUMENTS.split(", "))
+        question = f"SELECT {OF_RUNS}, {told} FROM runs LEFT JOIN documents USING (number)"
+        if ids is None:
+            found = iter(self.read(f"{question} ORDER BY started, id"))
+        else:
+            ids = list(dict.fromkeys(ids))
+            found = self.read_many(f"{question} WHERE id IN", ids)
+        known: dict[str, Entry] = {}
         for row in found:
             what = f"the catalogue's entry of run {str(row[0])[:40]!r}"
-            known[row[0]] = understood(what, kind.validate_python, ArgsKwargs(row))
-        return known if wanted is None else {run_id: known[run_id] for run_id in wanted if run_id in known}
+            known[row[0]] = understood(what, ENTRY.validate_python, ArgsKwargs(row))
+        return known if ids is None else {run_id: known[run_id] for run_id in ids if run_id in known}
 
     def facts(self, run_id: str) -> dict[str, tuple[str, str, Any]]:
         """Return source, kind and value of every fact of a run by its key, histories marked by their name."""
@@ -159,7 +190,7 @@ class Catalogue(Campaigns):
         outcomes: Iterable[Outcome],
         wanted: Sequence[str] = (),
         owner: str = "",
-        free: Callable[[Head], bool] = lambda head: False,
+        free: Callable[[Entry], bool] = lambda entry: False,
     ) -> dict[str, str | None]:
         """Write what became of runs and mark others as running here, in one transaction.
 
@@ -180,7 +211,7 @@ class Catalogue(Campaigns):
         with self._transaction() as connection:
             for outcome in outcomes:
                 self._record(connection, outcome)
-            known = self.heads(wanted)
+            known = self.entries(wanted, "warnings")
             free_ids = [run_id for run_id in wanted if run_id not in known or free(known[run_id])]
             taken = {run_id: known[run_id].owner if run_id in known else None for run_id in free_ids}
             connection.executemany(
@@ -195,45 +226,23 @@ class Catalogue(Campaigns):
         if key:
             connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
         size = None if outcome.image is None else len(outcome.image)
-        told = (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary)
         row = (
             *(outcome.id, outcome.state, None, size, outcome.sha256, outcome.started, outcome.seconds),
             *(outcome.source_hash, outcome.wearlab_version, key),
-            *(outcome.reason, *map(json.dumps, told), outcome.scene),
         )
-        self._keep(connection, row, outcome.histories)
-
-    def _keep(self, connection: sqlite3.Connection, row: Row, histories: Mapping[str, bytes]) -> None:
-        """Write one run, its values in the order of `OF_RUNS` and `OF_DOCUMENTS`."""
         renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
         ((number,),) = connection.execute(
             f"INSERT INTO runs ({OF_RUNS}) VALUES ({marks(10)}) ON CONFLICT (id) DO UPDATE SET {renewed} "
             "RETURNING number",
-            row[:10],
+            row,
         ).fetchall()
-        connection.execute(f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})", (number, *row[10:]))
-        summary, scene = row[-2:]
-        facts = description.facts_of(scene, json.loads(summary or "{}"), histories)
+        told = map(json.dumps, (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary))
+        connection.execute(
+            f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})",
+            (number, outcome.reason, *told, outcome.scene),
+        )
+        facts = description.facts_of(outcome.scene, outcome.summary, outcome.histories)
         description.write_facts(connection, number, facts)
-
-    def _upgrade(self) -> None:
-        """Turn the tables of an earlier version into these: every run is recorded anew."""
-        with self._transaction(in_copy=True) as connection:
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            if version == VERSION:
-                return  # another process has done it
-            if version < 3:
-                connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
-            tables = ("runs", "layouts") if version == 1 else OLDER_TABLES
-            for table in tables:
-                connection.execute(f"ALTER TABLE {table} RENAME TO older_{table}")
-            make_tables(connection)
-            connection.execute("INSERT INTO layouts SELECT key, layout FROM older_layouts")
-            for row, histories in _older_rows(connection, version):
-                self._keep(connection, row, histories)
-            for table in tables:
-                connection.execute(f"DROP TABLE older_{table}")
-            connection.execute("DROP TABLE IF EXISTS dictionaries")
 
     def release(self, owner: str) -> list[str]:
         """Forget the runs that ``owner`` had begun and not finished; return their ids."""
@@ -291,38 +300,87 @@ class Catalogue(Campaigns):
             connection.execute("DELETE FROM documents WHERE number NOT IN (SELECT number FROM runs)")
             connection.execute("DELETE FROM layouts WHERE key NOT IN (SELECT layout FROM runs)")
 
+    def record_campaign(
+        self,
+        title: str,
+        reference: str | None,
+        path: str | None,
+        members: Sequence[tuple[str, str, Mapping[str, Any]]],
+        metadata: Mapping[str, str] | None = None,
+        record: Mapping[str, Any] | None = None,
+    ) -> str:
+        """Write a campaign's cases as (run id, label, position), return its key; the same twice is one.
 
-def _older_rows(connection: sqlite3.Connection, version: int) -> Iterator[tuple[Row, dict[str, bytes]]]:
-    """Yield the runs of a catalogue of an earlier version, and their histories."""
-    if version == 1:
-        runs = f"SELECT {OF_RUNS}, {OF_DOCUMENTS} FROM older_runs ORDER BY started, id"
-        yield from ((row, {}) for row in connection.execute(runs))
-        return
-    packed = {5: "dictionary, packed, NULL, NULL"}.get(version, "sizes, digests, summary, scene")
-    place = "key = k.number AND run = ?" if version == 5 else "place = k.number << 32 | ?"
-    joined = f"older_keys AS k JOIN older_facts AS f ON f.{place}"
-    histories = f"SELECT k.name, f.value FROM {joined} WHERE k.kind = 'history'"
-    rows_of = (
-        f"SELECT number, {OF_RUNS}, reason, warnings, {packed} "
-        "FROM older_runs LEFT JOIN older_documents USING (number) ORDER BY number"
-    )
-    for number, *row in connection.execute(rows_of):
-        if version == 5:
-            row[-4:] = _unpacked(connection, *row[-4:-2])
-        told = connection.execute(histories, (number,))
-        yield tuple(row), {name.removesuffix("()"): value for name, value in told}
+        A ``record`` holds its axes and figures, so that these can be drawn where its file is not.
+        """
+        told = [(run_id, label, json.dumps(dict(position))) for run_id, label, position in members]
+        key = key_of(json.dumps([title, path, told]))
+        with self._transaction() as connection:
+            ((latest,),) = connection.execute("SELECT max(recorded) FROM campaigns").fetchall()
+            connection.execute(
+                "INSERT OR REPLACE INTO campaigns VALUES (?, ?, ?, ?, ?, ?)",
+                (key, title, reference, path, _after(latest), json.dumps(dict(metadata or {}))),
+            )
+            numbered = [(key, number, *row) for number, row in enumerate(told)]
+            connection.executemany("INSERT OR REPLACE INTO members VALUES (?, ?, ?, ?, ?)", numbered)
+            if record is not None:
+                connection.execute("INSERT OR REPLACE INTO records VALUES (?, ?)", (key, json.dumps(record)))
+        return key
+
+    def record_of(self, key: str) -> dict[str, Any]:
+        """Return what was recorded of a campaign's axes and figures, {} where nothing was."""
+        told = self.read("SELECT record FROM records WHERE campaign = ?", [key])
+        return understood("a campaign in the catalogue", rows.table, told[0][0]) if told else {}
+
+    def adopt_campaigns(self, other: "Catalogue") -> int:
+        """Copy the campaigns of another catalogue that we do not know; return how many came."""
+        ours = {key for (key,) in self.read("SELECT key FROM campaigns")}
+        theirs = other.read("SELECT key, title, reference, path, recorded, metadata FROM campaigns")
+        new = [row for row in theirs if row[0] not in ours]
+        keys = [row[0] for row in new]
+        question = "SELECT campaign, number, run, label, position FROM members WHERE campaign IN"
+        records = [(key, json.dumps(record)) for key in keys if (record := other.record_of(key))]
+        copied = {"campaigns": new, "members": list(other.read_many(question, keys)), "records": records}
+        with self._transaction() as connection:
+            for table, some in copied.items():
+                for row in some:
+                    connection.execute(f"INSERT OR IGNORE INTO {table} VALUES ({marks(len(row))})", row)
+        return len(new)
+
+    def record_comparisons(self, campaign: str, comparisons: Sequence[Comparison | None]) -> None:
+        """Write how a campaign's cases, in their order, compare with what it expects of them."""
+        told = [(campaign, number, *each) for number, each in enumerate(comparisons) if each is not None]
+        with self._transaction() as connection:
+            connection.execute("DELETE FROM expectations WHERE campaign = ?", (campaign,))
+            connection.executemany("INSERT INTO expectations VALUES (?, ?, ?, ?, ?, ?)", told)
+
+    def members(self, runs: Sequence[str] | None = None) -> list[Member]:
+        """Return the cases of campaigns with these runs (all when None), the campaign recorded last first."""
+        question = (
+            "SELECT title, path, run, label, position, coalesce(reference, ''), metadata, verdict, expected, "
+            "measured, met, recorded, campaign, number FROM members JOIN campaigns ON campaign = key "
+            "LEFT JOIN expectations USING (campaign, number)"
+        )
+        found = self.read(question) if runs is None else self.read_many(f"{question} WHERE run IN", runs)
+        ordered = sorted(found, key=itemgetter(12, 13))
+        ordered.sort(key=lambda row: str(row[11]), reverse=True)
+        told = (ArgsKwargs((*row[:7], None if row[10] is None else row[7:11])) for row in ordered)
+        return [understood("a campaign in the catalogue", MEMBER.validate_python, one) for one in told]
 
 
-def _unpacked(connection: sqlite3.Connection, dictionary: Any, packed: Any) -> tuple[str | None, ...]:
-    """Return sizes, digests, summary and scene as version 5 packed them; none where they cannot be read."""
-    if packed is None:
-        return (None,) * 4
-    known = connection.execute("SELECT content FROM dictionaries WHERE number = ?", (dictionary,)).fetchone()
-    inflate = zlib.decompressobj(wbits=-15, zdict=known[0] if known else b"")
-    try:
-        texts = inflate.decompress(packed, LARGEST).decode().split("\0", 4)
-        for text in texts:
-            rows.table(text)
-    except (zlib.error, TypeError, ValueError, RecursionError):
-        return (None,) * 4  # 'wearlab verify' names the run, 'wearlab reindex' mends it
-    return tuple(texts) if len(texts) == 4 and inflate.eof else (None,) * 4
+def key_of(text: str) -> str:
+    """Return the key under which a text is kept once."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _after(latest: str | None) -> str:
+    """Return the time, or a moment after ``latest`` where a clock was set back: the last stays last."""
+    present = now()
+    if latest is None or present > latest:
+        return present
+    return (datetime.fromisoformat(latest) + timedelta(milliseconds=1)).isoformat(timespec="milliseconds")
+
+
+def now() -> str:
+    """Return the time in UTC."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

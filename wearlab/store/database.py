@@ -37,7 +37,9 @@ CREATE TABLE keys (
     unit TEXT NOT NULL, quantity TEXT, display_unit TEXT NOT NULL
 );
 CREATE TABLE facts (key INTEGER NOT NULL, run INTEGER NOT NULL, value, PRIMARY KEY (key, run)) WITHOUT ROWID;
-CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID
+"""
+LASTING = """
 CREATE TABLE IF NOT EXISTS campaigns (
     key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT, metadata TEXT
 ) WITHOUT ROWID;
@@ -49,8 +51,19 @@ CREATE INDEX IF NOT EXISTS members_of_run ON members (run);
 CREATE TABLE IF NOT EXISTS expectations (
     campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT, expected TEXT, measured TEXT, met INTEGER,
     PRIMARY KEY (campaign, number)
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS records (campaign TEXT PRIMARY KEY, record TEXT) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS remarks (
+    subject TEXT NOT NULL, line TEXT NOT NULL, what TEXT, text TEXT, who TEXT, recorded TEXT, campaign TEXT,
+    stands INTEGER, PRIMARY KEY (subject, line)
+) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS updates (
+    id TEXT PRIMARY KEY, title TEXT, subject TEXT, size INTEGER, sha256 TEXT, recorded TEXT, runs TEXT,
+    summary TEXT
 ) WITHOUT ROWID
 """
+"""Tables beside the runs; every transaction makes those that an older store lacks."""
+LACKING = {f"no such table: {name}" for name in ("records", "remarks", "updates")}
 
 Read = TypeVar("Read")
 Value = TypeVar("Value")
@@ -103,9 +116,12 @@ class Database:
 
     def read(self, question: str, values: Sequence[Any] = ()) -> list[tuple[Any, ...]]:
         """Return the rows that answer a question."""
+        connection = self._open()
         try:
-            return self._open().execute(question, values).fetchall()
+            return connection.execute(question, values).fetchall()
         except BROKEN as error:
+            if str(error) in LACKING:
+                return []
             raise self._unusable(error) from error
 
     def read_many(self, question: str, values: Iterable[str]) -> Iterator[tuple[Any, ...]]:
@@ -114,13 +130,14 @@ class Database:
             yield from self.read(f"{question} ({marks(len(some))})", some)
 
     @contextmanager
-    def _transaction(self, *, create: bool = False, in_copy: bool = False) -> Iterator[sqlite3.Connection]:
-        if self.address is not None and not in_copy:
+    def _transaction(self, *, create: bool = False) -> Iterator[sqlite3.Connection]:
+        if self.address is not None:
             raise StoreError(f"{self.address}: is only read from here; its own machine writes it")
         connection = self._open(create=create)
         try:
             connection.execute("BEGIN IMMEDIATE")
             try:
+                _run(connection, LASTING)
                 yield connection
             except BaseException:
                 connection.rollback()
@@ -156,7 +173,8 @@ class Database:
                 raise
         return self._connection
 
-    def _prepare(self, connection: sqlite3.Connection, create: bool) -> None:
+    def _prepare(self, connection: sqlite3.Connection, create: bool) -> int:
+        """Return the version of the tables, 0 of none."""
         try:
             connection.execute("PRAGMA trusted_schema = OFF")
             version = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -177,11 +195,7 @@ class Database:
                 f"{self.path}: not a catalogue of wearlab; 'wearlab reindex' sets it aside and makes "
                 "one from the run files"
             )
-        if 0 < version < VERSION:
-            self._upgrade()
-
-    def _upgrade(self) -> None:
-        raise NotImplementedError
+        return int(version)
 
     def is_sound(self) -> bool:
         """Say whether the file is a database without damage that SQLite can see, made by wearlab.
@@ -220,10 +234,14 @@ class Database:
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """Make all tables, within a transaction."""
-    for statement in TABLES.split(";"):
-        connection.execute(statement)
+    """Make the tables of runs, within a transaction."""
+    _run(connection, TABLES)
     connection.execute(f"PRAGMA user_version = {VERSION}")
+
+
+def _run(connection: sqlite3.Connection, statements: str) -> None:
+    for statement in statements.split(";"):
+        connection.execute(statement)
 
 
 def _count(connection: sqlite3.Connection, *kinds: str) -> int:

@@ -41,6 +41,7 @@ MOST_MISSING = 5  # points that are named
 UNSAID = ("factor", "depth", "amount", "model", "file")
 """Last words of keys that say too little alone."""
 MOST_WORDS = 2  # keys that name the base beside its cases
+PLACED = catalogue.OF_DOCUMENTS.replace(", scene", "")  # texts that a grid needs of every run
 Variables = dict[str, Any]
 
 
@@ -59,9 +60,11 @@ def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns") -> xr.Dataset:
     coordinate ``computed``: where a run stands at its own place, not repeated along axes;
     points without data are NaN (text: ""); ``attrs["missing"]`` names the first of them.
     """
-    known = store.catalogue.placed(case.id for case in campaign.cases)
-    runs = {run.id: replace(run, state="interrupted") if store.is_stale(run) else run for run in known}
-    layouts = store.catalogue.layouts(run.layout for run in known if run.layout)
+    known = store.catalogue.entries((case.id for case in campaign.cases), PLACED)
+    runs = {
+        run.id: replace(run, state="interrupted") if store.is_stale(run) else run for run in known.values()
+    }
+    layouts = store.catalogue.layouts(run.layout for run in known.values() if run.layout)
     of_cases = {case.label: case.id for case in reversed(campaign.cases)}
     scenes = {run_id: entry.scene or "" for run_id, entry in store.entries(of_cases.values()).items()}
     cases = _Cases(campaign, runs)

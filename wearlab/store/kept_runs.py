@@ -127,23 +127,23 @@ class KeptRuns:
         """Return what the catalogue knows of these runs (of all when None), by id."""
         return self.catalogue.entries(ids)
 
-    def heads(self, ids: Iterable[str]) -> "dict[str, catalogue.Head]":
-        """Return the states of the known runs among these, by id."""
-        return self.catalogue.heads(ids)
+    def heads(self, ids: Iterable[str]) -> "dict[str, catalogue.Entry]":
+        """Return the states of the known runs among these, by id, of their texts the warnings alone."""
+        return self.catalogue.entries(ids, "warnings")
 
     def is_alive(self, owner: str) -> bool:
         """Say whether the process that took runs under this name still runs."""
         return self.address is not None or alive(self._presences, owner)
 
-    def is_stale(self, entry: "catalogue.Entry | catalogue.Head") -> bool:
+    def is_stale(self, entry: "catalogue.Entry") -> bool:
         """Say whether a run is marked as running by a process that is no more."""
         return entry.state == "running" and not self.is_alive(entry.owner or "")
 
-    def is_lost(self, entry: "catalogue.Entry | catalogue.Head") -> bool:
+    def is_lost(self, entry: "catalogue.Entry") -> bool:
         """Say whether a finished run's file has gone or changed its length."""
         return self.address is None and entry.state == "done" and self.files.size(entry.id) != entry.size
 
-    def state_of(self, entry: "catalogue.Entry | catalogue.Head") -> str:
+    def state_of(self, entry: "catalogue.Entry") -> str:
         """Return the state of a run; "interrupted" if its process died, "lost" if its file went."""
         if self.is_stale(entry):
             return "interrupted"
@@ -170,7 +170,7 @@ class KeptRuns:
         """Take a name under which this process claims runs."""
         return Presence(self._presences)
 
-    def claim(self, ids: Sequence[str], owner: str, free: "Callable[[catalogue.Head], bool]") -> list[str]:
+    def claim(self, ids: Sequence[str], owner: str, free: "Callable[[catalogue.Entry], bool]") -> list[str]:
         """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
 
         Returns
@@ -193,7 +193,7 @@ class KeptRuns:
         outcomes: "Sequence[outcome.Outcome]",
         ids: Sequence[str],
         owner: str,
-        free: "Callable[[catalogue.Head], bool]",
+        free: "Callable[[catalogue.Entry], bool]",
     ) -> list[str]:
         """Write finished runs as `save` does and take others as `claim` does, in one transaction.
 

@@ -137,13 +137,13 @@ def facts_of(store: "KeptRuns", prefix: str) -> dict[str, str]:
 
 def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
     """Return what a citation of a run needs: who and what, and the code that made it."""
-    from wearlab.store import campaigns
+    from wearlab.store import catalogue
 
     entry = store.find(prefix)
     attributes = store.run(entry.id).attrs
     members = store.catalogue.members([entry.id])
     # the campaign that names its authors speaks for its runs, or one that is a file
-    some = members[::-1] or [campaigns.Member("", None, "", "", {})]
+    some = members[::-1] or [catalogue.Member("", None, "", "", {})]
     member = max(some, key=lambda each: ("author" in each.metadata, each.path is not None))
     label = [] if member.label == BASE else [member.label]
     return {

@@ -15,17 +15,9 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from wearlab.files import read_regular
-from wearlab.store.campaigns import now
-from wearlab.store.catalogue import Catalogue
+from wearlab.store.catalogue import Catalogue, now
 from wearlab.store.files import Problem, RunFiles, StoreError, refuse_links, written
 
-TABLE = """
-CREATE TABLE IF NOT EXISTS remarks (
-    subject TEXT NOT NULL, line TEXT NOT NULL, what TEXT, text TEXT, who TEXT, recorded TEXT, campaign TEXT,
-    stands INTEGER, PRIMARY KEY (subject, line)
-) WITHOUT ROWID
-"""
-THERE = "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'remarks'"
 COLUMNS = "subject, line, what, text, who, recorded, campaign, stands"
 OF_RUNS = """
 SELECT run, text, recorded FROM (
@@ -105,7 +97,7 @@ def read_line(line: str, subject: str) -> Remark:
 
 def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> list[Remark]:
     """Return the tags that stand and the notes on some runs or campaigns, all when None, the latest last."""
-    if not catalogue.exists() or not catalogue.read(THERE):
+    if not catalogue.exists():
         return []
     told = "SELECT subject, what, text, who, recorded, campaign FROM remarks WHERE stands AND what != 'untag'"
     asked = f"{told} AND subject IN"
@@ -116,8 +108,6 @@ def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> l
 
 def texts_of(catalogue: Catalogue, run_ids: Iterable[str], what: str) -> dict[str, tuple[str, ...]]:
     """Return the tags, or the notes, of runs: their own, and those of the campaigns that they belong to."""
-    if not catalogue.read(THERE):
-        return {}
     rows = catalogue.read_many(f"{OF_RUNS} WHERE stands AND what = '{what}' AND run IN", run_ids)
     told: dict[str, dict[str, None]] = {}
     for run_id, text, _ in sorted(rows, key=lambda row: (str(row[2]), str(row[1]))):
@@ -214,7 +204,6 @@ def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
         for line, r in found.items()
     ]
     with catalogue._transaction() as connection:
-        connection.execute(TABLE)
         connection.execute("DELETE FROM remarks WHERE subject = ?", (subject,))
         connection.executemany(f"INSERT INTO remarks ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
     return problems
@@ -227,12 +216,12 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
     -------
     How many lines came, and by subject why some did not.
     """
-    if not other.exists() or not other.read(THERE):
+    if not other.exists():
         return 0, {}
     theirs: dict[str, list[str]] = {}
     for subject, line in other.read("SELECT subject, line FROM remarks ORDER BY recorded"):
         theirs.setdefault(str(subject), []).append(str(line))
-    known = catalogue.heads(theirs)
+    known = catalogue.entries(theirs, "")
     count, damaged = 0, {}
     for subject, lines in theirs.items():
         try:
@@ -254,9 +243,8 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
 def verify(catalogue: Catalogue) -> Iterator[Problem]:
     """Yield everything wrong with the remarks of a store."""
     indexed: dict[str, set[str]] = {}
-    if catalogue.read(THERE):
-        for subject, line in catalogue.read("SELECT subject, line FROM remarks"):
-            indexed.setdefault(str(subject), set()).add(str(line))
+    for subject, line in catalogue.read("SELECT subject, line FROM remarks"):
+        indexed.setdefault(str(subject), set()).add(str(line))
     files = files_of(catalogue)
     for path in files:
         if problem := files.stray(path):
@@ -274,5 +262,5 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
 def reindex(catalogue: Catalogue) -> list[Problem]:
     """Record the remarks of all files anew; return the lines that were left out."""
     with catalogue._transaction() as connection:
-        connection.execute("DROP TABLE IF EXISTS remarks")
+        connection.execute("DELETE FROM remarks")
     return [problem for path in files_of(catalogue).held() for problem in _index(catalogue, path.stem)]

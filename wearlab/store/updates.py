@@ -6,12 +6,13 @@ with its hash, and sealed inside, so that it can be checked without any catalogu
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from wearlab.store import files
-from wearlab.store.campaigns import now
+from wearlab.store.catalogue import now
+from wearlab.store.database import marks, understood
 from wearlab.store.files import Problem, RunFiles, StoreError
 from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.netcdf import SEAL, content_hash, datasets_of, encoded
@@ -20,12 +21,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-TABLE = """
-CREATE TABLE IF NOT EXISTS updates (
-    id TEXT PRIMARY KEY, title TEXT, subject TEXT, size INTEGER, sha256 TEXT, recorded TEXT, runs TEXT,
-    summary TEXT
-) WITHOUT ROWID
-"""
 SUBJECT, NAMES = "subject", "SELECT name FROM pragma_table_info('updates')"
 COLUMNS = "id, title, subject, size, sha256, recorded, runs, summary"
 
@@ -65,59 +60,61 @@ def seal_of(tree: "xr.DataTree") -> str:
     return digest.hexdigest()
 
 
-def keep_update(
-    store: KeptRuns, tree: "xr.DataTree", title: str, runs: Sequence[str], summary: Mapping[str, Any]
-) -> Path:
+def keep_update(store: KeptRuns, tree: "xr.DataTree") -> Path:
     """Write an update and record it; what is there under this identity is replaced.
 
     Parameters
     ----------
     store : where it is kept
-    tree : the update, sealed; its attributes tell its identity, and that of what it is of
-    title : of the campaign
-    runs : ids of the runs that it was made from
-    summary : what a list shows of it
+    tree : the update, sealed; its attributes tell its identity, title and runs, and what a list shows of it
 
     Raises
     ------
     StoreError : the disk or the catalogue refuses; nothing half-written remains
     """
-    folder, update_id = update_files(store), str(tree.attrs["id"])
     with files.written(store.path):
         image = encoded(tree)
-    sha256 = hashlib.sha256(image).hexdigest()
+    update = _update_of(tree, image, now())
+    _keep(store, update, image)
+    return update_files(store).path(update.id)
+
+
+def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
+    """Return what the catalogue has of an update, by its tree and the bytes of its file."""
+    told = ("id", "title", SUBJECT, "runs", "summary")
+    update_id, title, subject, runs, summary = (str(tree.attrs.get(name, "")) for name in told)
+    file = (len(image), hashlib.sha256(image).hexdigest())
+    return KeptUpdate(
+        update_id, title, subject, *file, recorded, tuple(runs.split()), json.loads(summary or "{}")
+    )
+
+
+def _keep(store: KeptRuns, update: KeptUpdate, image: bytes) -> None:
     with store.presence() as presence:
-        folder.write([files.Image(update_id, image, sha256)], presence.token)
-    told = (update_id, title, tree.attrs["subject"], len(image), sha256, now())
-    _record(store, KeptUpdate(*told, tuple(runs), dict(summary)))
-    return folder.path(update_id)
+        update_files(store).write([files.Image(update.id, image, update.sha256)], presence.token)
+    _record(store, update)
 
 
 def _record(store: KeptRuns, update: KeptUpdate) -> None:
     row = (*update[:-2], json.dumps(update.runs), json.dumps(update.summary))
     with store.catalogue._transaction() as connection:
-        connection.execute(TABLE)
-        if SUBJECT not in {name for (name,) in connection.execute(NAMES)}:
+        if (SUBJECT,) not in connection.execute(NAMES).fetchall():
             connection.execute(f"ALTER TABLE updates ADD COLUMN {SUBJECT} TEXT")
-        connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", row)
+        connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks(8)})", row)
 
 
 def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
     if not store.catalogue.exists():
         return {}
-    names = {name for (name,) in store.catalogue.read(NAMES)}
-    if not names:
-        return {}
-    told = COLUMNS if SUBJECT in names else COLUMNS.replace(SUBJECT, "''")  # of stores before it was told
+    is_told = (SUBJECT,) in store.catalogue.read(NAMES)
+    told = COLUMNS if is_told else COLUMNS.replace(SUBJECT, "''")  # of stores before it was
     rows = store.catalogue.read(f"SELECT {told} FROM updates ORDER BY recorded")
-    try:
-        read = ((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))) for row in rows)
-        return {update[0]: KeptUpdate._make(update) for update in read}
-    except (ValueError, TypeError) as error:
-        raise StoreError(
-            f"{store.catalogue.path}: its updates cannot be understood ({error}); 'wearlab reindex' mends it"
-        ) from error
+    return {row[0]: understood("an update in the catalogue", _of_row, *row) for row in rows}
+
+
+def _of_row(*row: Any) -> KeptUpdate:
+    return KeptUpdate._make((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))))
 
 
 def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:
@@ -187,9 +184,7 @@ def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     if problem := files.damage(path, update.size, update.sha256):
         raise StoreError(f"{path}: {problem.message}")
     _sealed(path, update.id)
-    with store.presence() as presence:
-        folder.write([files.Image(update.id, path.read_bytes(), update.sha256)], presence.token)
-    _record(store, update)
+    _keep(store, update, path.read_bytes())
 
 
 def verify_updates(store: KeptRuns) -> Iterator[Problem]:
@@ -210,15 +205,11 @@ def reindex_updates(store: KeptRuns) -> list[Problem]:
     problems: list[Problem] = []
     for path in update_files(store).held():
         try:
-            attributes = _sealed(path, path.stem).attrs
-            summary = json.loads(str(attributes.get("summary", "{}")))
+            tree = _sealed(path, path.stem)
+            recorded = str(tree.attrs.get("date_created", now()))
+            update = _update_of(tree, path.read_bytes(), recorded)
         except (StoreError, ValueError) as error:
             problems.append(Problem(path, "altered", str(error)))
-            continue
-        title, subject = (str(attributes.get(name, "")) for name in ("title", "subject"))
-        recorded = str(attributes.get("date_created", now()))
-        runs, size = tuple(str(attributes.get("runs", "")).split()), path.stat().st_size
-        _record(
-            store, KeptUpdate(path.stem, title, subject, size, files.hash_of(path), recorded, runs, summary)
-        )
+        else:
+            _record(store, update)
     return problems

@@ -95,7 +95,7 @@ def update(
     ids = list(dict.fromkeys(run.id for run in runs))
     made.attrs |= {"id": name, "subject": about, "runs": " ".join(ids), "summary": json.dumps(summary)}
     made.attrs[netcdf.SEAL] = updates.seal_of(made)
-    updates.keep_update(store, made, campaign.title, ids, summary)
+    updates.keep_update(store, made)
     return made
 
 

@@ -50,7 +50,7 @@ def read_runs(
     """
     from wearlab.store import reading
 
-    placed = {run.id: run for run in store.catalogue.placed(ids) if run.state == "done" and run.layout}
+    placed = {run.id: run for run in store.heads(ids).values() if run.state == "done" and run.layout}
     layouts = store.catalogue.layouts(str(run.layout) for run in placed.values())
     runs: dict[str, xr.Dataset] = {}
     coords: dict[Any, xr.Coordinates] = {}
