@@ -197,7 +197,7 @@ class _Work:
         """Keep what is finished and take what is to be computed next; return what was taken."""
         done = {finished.id for finished in outcomes}
         asked = [task.id for task in wanted if task.id not in done]
-        taken = set(self.store.save_and_claim(outcomes, asked, self.owner, self._free))
+        taken = set(self.store.save(outcomes, self.owner, asked, self._free))
         self.finished |= done
         self.store.checkpoints.forget(done)
         for finished in outcomes:

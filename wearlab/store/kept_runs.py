@@ -177,29 +177,29 @@ class KeptRuns:
         -------
         The ids taken, now marked as running here.
         """
-        return self.save_and_claim((), ids, owner, free)
+        return self.save((), owner, ids, free)
 
-    def save(self, outcomes: "Sequence[outcome.Outcome]", owner: str) -> None:
-        """Write finished runs: each file in full, then the catalogue.
-
-        Raises
-        ------
-        StoreError : the disk or the catalogue refuses; nothing half-written remains
-        """
-        self.save_and_claim(outcomes, (), owner, lambda entry: False)
-
-    def save_and_claim(
+    def save(
         self,
         outcomes: "Sequence[outcome.Outcome]",
-        ids: Sequence[str],
         owner: str,
-        free: "Callable[[catalogue.Entry], bool]",
+        ids: Sequence[str] = (),
+        free: "Callable[[catalogue.Entry], bool]" = lambda entry: False,
     ) -> list[str]:
-        """Write finished runs as `save` does and take others as `claim` does, in one transaction.
+        """Write finished runs, each file in full, then the catalogue; take others in the same transaction.
+
+        Parameters
+        ----------
+        outcomes, owner : what became of runs, and the name of this process
+        ids, free : of runs to be taken, as `claim` does
 
         Returns
         -------
         The ids taken.
+
+        Raises
+        ------
+        StoreError : the disk or the catalogue refuses; nothing half-written remains
         """
         finished = [(o.id, o.image, o.sha256) for o in outcomes]
         images = [files.Image(i, image, sha256) for i, image, sha256 in finished if image and sha256]
