@@ -49,7 +49,7 @@ def store(tmp_path) -> Store:
         attrs={"id": PARENT},
     )
     with store.presence() as presence:
-        outcome = Outcome(PARENT, "done", "now", 1.0, "{}", *to_image(data), **describe(data)._asdict())
+        outcome = Outcome(PARENT, "done", "now", 1.0, "{}", *to_image(data), **describe(data))
         store.save([outcome], presence.token)
     return store
 
@@ -63,7 +63,7 @@ def test_the_wear_is_handed_over(store):
 def test_a_finished_case_needs_no_parent(store):
     data = xr.Dataset(attrs={"id": "b" * 20})
     with store.presence() as presence:
-        outcome = Outcome("b" * 20, "done", "now", 1.0, "{}", *to_image(data), **describe(data)._asdict())
+        outcome = Outcome("b" * 20, "done", "now", 1.0, "{}", *to_image(data), **describe(data))
         store.save([outcome], presence.token)
     store.catalogue.forget([PARENT])
     made = with_parents({"b" * 20: Task("b" * 20, CHILD)}, store)

@@ -24,7 +24,7 @@ def outcome(run_id, start, **attributes):
     data = xr.Dataset(
         {"life": 1.0}, {"cycle": ("update", [0.0, 5e3])}, attrs={"id": run_id, "scene": scene, **attributes}
     )
-    return Outcome(run_id, "done", "2026-01-01", 1.0, scene, *to_image(data), **describe(data)._asdict())
+    return Outcome(run_id, "done", "2026-01-01", 1.0, scene, *to_image(data), **describe(data))
 
 
 @pytest.fixture

@@ -120,6 +120,6 @@ def put(store: Store, run_id: str, data: xr.Dataset | None, scene: str = "{}") -
         if data is None:
             outcome = Outcome(run_id, "failed", "now", 1.0, "{}", reason="no")
         else:
-            made = {"source_hash": "feed", "wearlab_version": "9.9", **describe(data)._asdict()}
+            made = {"source_hash": "feed", "wearlab_version": "9.9", **describe(data)}
             outcome = Outcome(run_id, "done", "now", 1.0, scene, *to_image(data), **made)
         store.save([outcome], here.token)

@@ -12,7 +12,7 @@ from wearlab.campaign.axes import RESERVED, Axis
 from wearlab.campaign.campaign import RecordedCampaign, RecordedCase, from_record
 from wearlab.figures import doubt, kinds
 from wearlab.query.keys import differing_keys, in_usual_unit
-from wearlab.store import Store, StoreError, catalogue, grid, outcome, provenance
+from wearlab.store import Store, StoreError, catalogue, files, grid, outcome, provenance
 from wearlab.units import is_number, shown_unit, split
 
 MOST_WORDS = 3  # keys that tell runs apart by words
@@ -234,7 +234,7 @@ def progress(store: Store) -> dict[str, Any]:
     present = datetime.now(UTC)
     told = []
     for run, owner, started in store.catalogue.read(question):
-        reached, since = store.checkpoints.reached(run) if store.files.is_name(str(run)) else None, ""
+        reached, since = store.checkpoints.reached(run) if files.NAME.fullmatch(str(run)) else None, ""
         with suppress(ValueError, TypeError):
             since = outcome.seconds_text((present - datetime.fromisoformat(str(started))).total_seconds())
         told.append(

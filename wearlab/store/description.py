@@ -11,11 +11,11 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from wearlab.query import evaluate, keys
 from wearlab.store import outcome
-from wearlab.store.files import StoreError
+from wearlab.store.files import StoreError, readable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,11 +30,13 @@ LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
 
 
-class Description(NamedTuple):
-    """What the catalogue records of a dataset, so that a grid opens without opening files.
+def describe(dataset: "xr.Dataset") -> dict[str, Any]:
+    """Return what the catalogue records of a dataset, so that a grid opens without opening files.
 
-    Parameters
-    ----------
+    Returns
+    -------
+    By name, as an outcome has it
+
     sizes : length of each dimension
     layout : JSON: per variable its dims, dtype, attributes, whether it is a coordinate; labels of dimensions
     digests : hash of the values of each coordinate
@@ -42,16 +44,6 @@ class Description(NamedTuple):
         smallest, largest and mean; the code that made it
     histories : each result at the wear states, smallest and largest where there are several; float64
     """
-
-    sizes: dict[str, int]
-    layout: str
-    digests: dict[str, str]
-    summary: dict[str, Any]
-    histories: dict[str, bytes]
-
-
-def describe(dataset: "xr.Dataset") -> Description:
-    """Return sizes, layout, summary and histories of a run."""
     variables = {
         str(name): {
             "dims": list(variable.dims),
@@ -62,10 +54,14 @@ def describe(dataset: "xr.Dataset") -> Description:
         for name, variable in dataset.variables.items()
     }
     labels = {str(dim): dataset[dim].values.tolist() for dim in dataset.dims if dim in dataset.coords}
-    layout = json.dumps({"variables": variables, "labels": labels}, sort_keys=True)
-    digests = {str(name): _digest(values) for name, values in dataset.coords.items()}
-    sizes = {str(dim): n for dim, n in dataset.sizes.items()}
-    return Description(sizes, layout, digests, *_results(dataset))
+    summary, histories = _results(dataset)
+    return {
+        "sizes": {str(dim): n for dim, n in dataset.sizes.items()},
+        "layout": json.dumps({"variables": variables, "labels": labels}, sort_keys=True),
+        "digests": {str(name): _digest(values) for name, values in dataset.coords.items()},
+        "summary": summary,
+        "histories": histories,
+    }
 
 
 def _digest(values: "xr.DataArray") -> str:
@@ -203,34 +199,24 @@ def outcome_of(path: Path) -> outcome.Outcome:
     ------
     StoreError : the file cannot be read, does not hold what was sealed, or is another run's
     """
-    from wearlab.store import reading
+    from wearlab.store import netcdf, reading
 
     dataset = reading.read_run(path)
-    try:
-        return _outcome(path, dataset)
-    except StoreError:
-        raise
-    except Exception as error:  # an untrusted file may hold anything
-        said = f"{type(error).__name__}: {str(error)[:200]}"
-        raise StoreError(f"{path}: is no run of wearlab ({said})") from error
-
-
-def _outcome(path: Path, dataset: "xr.Dataset") -> outcome.Outcome:
-    from wearlab.store import netcdf
-
-    attributes = dataset.attrs
-    for dim, size in dataset.sizes.items():
-        if dim in dataset.coords and size > MOST_LABELS:
-            raise StoreError(f"{path}: the dimension {str(dim)[:40]} has {size} labels, more than any run")
-    if netcdf.is_intact(dataset) is False:
-        raise StoreError(f"{path}: its content is not what was sealed in it")
-    if "id" in attributes and str(attributes["id"]) != path.stem:
-        raise ForeignRun(f"{path}: holds run {attributes['id']}, which is not its name")
-    seconds = float(dataset["run_time_total"]) if "run_time_total" in dataset else 0.0
-    return outcome.Outcome(
-        *(path.stem, "done", str(attributes.get("date_created", "")), seconds),
-        **{"scene": str(attributes.get("scene", "{}")), **recorded(dataset, path.read_bytes())},
-    )
+    with readable(f"{path}:", "is no run of wearlab"):
+        for dim, size in dataset.sizes.items():
+            if dim in dataset.coords and size > MOST_LABELS:
+                raise StoreError(
+                    f"{path}: the dimension {str(dim)[:40]} has {size} labels, more than any run"
+                )
+        if netcdf.is_intact(dataset) is False:
+            raise StoreError(f"{path}: its content is not what was sealed in it")
+        if (name := str(dataset.attrs.get("id", path.stem))) != path.stem:
+            raise ForeignRun(f"{path}: holds run {name}, which is not its name")
+        seconds = float(dataset.get("run_time_total", 0.0))
+        return outcome.Outcome(
+            *(path.stem, "done", str(dataset.attrs.get("date_created", "")), seconds),
+            **{"scene": str(dataset.attrs.get("scene", "{}")), **recorded(dataset, path.read_bytes())},
+        )
 
 
 def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
@@ -238,4 +224,4 @@ def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
     known = ("source_hash", "wearlab_version")
     code = {name: str(dataset.attrs[name]) for name in known if name in dataset.attrs}
     sha256 = hashlib.sha256(image).hexdigest()
-    return {"image": image, "sha256": sha256, **describe(dataset)._asdict(), **code}
+    return {"image": image, "sha256": sha256, **describe(dataset), **code}

@@ -73,8 +73,8 @@ def refuse_oversized(path: str | Path, claimed: int, size: int | None = None) ->
 
 
 @contextmanager
-def readable(what: str) -> Iterator[None]:
-    """Say what cannot be read, such as ``runs/ab.nc:``.
+def readable(what: str, said: str = "cannot be read") -> Iterator[None]:
+    """Say what cannot be read, such as ``runs/ab.nc:``, or what else it is not.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def readable(what: str) -> Iterator[None]:
     except StoreError:
         raise
     except Exception as error:  # whatever HDF5 and xarray make of a stranger's file
-        raise StoreError(f"{what} cannot be read ({str(error)[:300]}); try 'wearlab verify'") from error
+        raise StoreError(f"{what} {said} ({str(error)[:300]}); try 'wearlab verify'") from error
 
 
 @contextmanager
@@ -166,7 +166,7 @@ class RunFiles:
 
     def path(self, run_id: str) -> Path:
         """Return where the run's file is, or will be; never outside the folder."""
-        if not self.is_name(run_id):
+        if not NAME.fullmatch(run_id):
             raise StoreError(f"{run_id[:64]!r} is no identity of a run: letters and digits only")
         return self.folder / run_id[self.spread] / f"{run_id}{self.ending}"
 
@@ -206,19 +206,9 @@ class RunFiles:
                 for part in parts:
                     part.unlink(missing_ok=True)
 
-    @staticmethod
-    def is_name(text: str) -> bool:
-        """Say whether a text can be the identity of a run."""
-        return bool(NAME.fullmatch(text))
-
-    @staticmethod
-    def is_writer(text: str) -> bool:
-        """Say whether a text can be the name of a writing process."""
-        return bool(WRITER.fullmatch(text))
-
     def holds(self, path: Path) -> bool:
         """Say whether a file is where a run's file would be."""
-        return self.is_name(path.stem) and path == self.path(path.stem)
+        return bool(NAME.fullmatch(path.stem)) and path == self.path(path.stem)
 
     def held(self) -> Iterator[Path]:
         """Yield the files that are where a run's file would be."""
@@ -232,7 +222,7 @@ class RunFiles:
 
     def part(self, run_id: str, writer: str) -> Path:
         """Return the temporary name under which ``writer`` writes this run."""
-        if not self.is_writer(writer):
+        if not WRITER.fullmatch(writer):
             raise StoreError(f"{writer!r} is no name of a writing process")
         return self.path(run_id).with_name(f".{run_id}.{writer}.part")
 

@@ -45,13 +45,14 @@ PLACED = catalogue.OF_DOCUMENTS.replace(", scene", "")  # texts that a grid need
 Variables = dict[str, Any]
 
 
-def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns") -> xr.Dataset:
+def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns", si: bool = False) -> xr.Dataset:
     """Return the lazy dataset of a campaign.
 
     Parameters
     ----------
     campaign : its axes and cases
     store : what its catalogue knows of the runs; only scenes of the first run of each case are read
+    si : sweep axes, and what advances along them, in SI units instead of those of the file
 
     Returns
     -------
@@ -67,7 +68,7 @@ def open_grid(campaign: "Campaign", store: "kept_runs.KeptRuns") -> xr.Dataset:
     layouts = store.catalogue.layouts(run.layout for run in known.values() if run.layout)
     of_cases = {case.label: case.id for case in reversed(campaign.cases)}
     scenes = {run_id: entry.scene or "" for run_id, entry in store.entries(of_cases.values()).items()}
-    cases = _Cases(campaign, runs)
+    cases = _Cases(campaign, runs, si)
     stored = _Stored(cases, layouts, store.files.folder.absolute())
     variables, coordinates = cases.states(), cases.axis_coordinates()
     updates = [stored.groups[file.group].sizes.get(UPDATE, 1) for file in stored.files]
@@ -98,10 +99,12 @@ class _Cases:
     ----------
     campaign : its axes and cases
     known : runs that the catalogue knows, by id
+    si : whether axes are told in SI units
     """
 
-    def __init__(self, campaign: "Campaign", known: Mapping[str, catalogue.Entry]) -> None:
+    def __init__(self, campaign: "Campaign", known: Mapping[str, catalogue.Entry], si: bool) -> None:
         self.campaign, self.axes = campaign, grid_axes(campaign)
+        self.along = {axis.name: _along(axis, si) for axis in campaign.axes}
         self.runs = [known.get(case.id) for case in campaign.cases]
         self.status = [MISSING if run is None else run.state for run in self.runs]
         # the number of the case at every grid point, −1 where there is none; broadcast where unswept
@@ -124,8 +127,7 @@ class _Cases:
             "reason": (reasons, "why the run has no data"),
             "run_id": ([case.id for case in self.campaign.cases], "identity of the run"),
         }
-        texts = {name: np.array([*each, ""], object)[self.points] for name, (each, _) in told.items()}
-        texts = {name: np.asarray(each, object) for name, each in texts.items()}  # also where there is no dim
+        texts = {name: np.array([*each, ""], object)[self.points, ...] for name, (each, _) in told.items()}
         for exclusion in getattr(self.campaign, "excluded", ()):
             place = self.place(exclusion)
             free = np.broadcast_to(self.points[place] < 0, np.shape(texts["status"][place]))
@@ -137,11 +139,11 @@ class _Cases:
     def axis_coordinates(self) -> Variables:
         """Return the sweep axes, what advances along them, and the labels of the cases."""
         coordinates: Variables = {}
-        for axis in self.campaign.axes:
-            for name, values in _along(axis).items():
-                units = {} if not values.units else {"units": values.units}
-                told = {"long_name": key_text(values.key or name), **units, "key": values.key}
-                coordinates[name] = (axis.name, list(values.values), told)
+        for axis, coordinate in self.along.items():
+            for name, (values, unit, key) in coordinate.items():
+                units = {"units": unit} if unit else {}
+                told = {"long_name": key_text(key or name), **units, "key": key}
+                coordinates[name] = (axis, list(values), told)
         if "case" in self.axes:
             coordinates["case"] = ("case", self.axes["case"], {"long_name": "case"})
         return coordinates
@@ -156,10 +158,10 @@ class _Cases:
             place = self.place(case)
             given: dict[str, Any] = {}
             at_own = np.ones(np.shape(done[place]), bool)
-            for number, axis in enumerate(self.campaign.axes):
-                keys = _along(axis).items()
-                given |= {name: _own_value(scene.get(along.key), along) for name, along in keys}
-                equal = np.all([[_same(given[n], v) for v in along.values] for n, along in keys], axis=0)
+            for number, keys in enumerate(self.along.values()):
+                given |= {name: _own_value(scene.get(along.key), along) for name, along in keys.items()}
+                same = [[_same(given[n], v) for v in along.values] for n, along in keys.items()]
+                equal = np.all(same, axis=0)
                 at_own &= equal.reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
             computed[place] &= at_own
             own[case.label] = {name: value for name, value in given.items() if value is not None}
@@ -322,9 +324,19 @@ def _changed(base: str, other: str, swept: Container[str]) -> dict[str, str]:
     return {d.key: str(d.a) for d in pairs if d.key not in swept}
 
 
-def _along(axis: "Axis") -> "dict[str, Axis | Coordinate]":
-    """Return an axis and what advances along it, by name."""
-    return {axis.name: axis, **axis.coordinates}
+def _along(axis: "Axis", si: bool = False) -> "dict[str, Coordinate]":
+    """Return an axis and what advances along it, by name: in the units of the file, or in SI."""
+    from wearlab.campaign import Coordinate
+
+    told: dict[str, Coordinate] = {}
+    each: dict[str, Axis | Coordinate] = {axis.name: axis, **axis.coordinates}
+    for name, along in each.items():
+        told[name] = Coordinate(along.values, along.units, along.key)
+        if si and along.units and (kind := quantity_at(along.key)) is not None:
+            unit = KINDS[kind].unit
+            values = tuple(convert(float(value), along.units, unit) for value in along.values)
+            told[name] = Coordinate(values, unit, along.key)
+    return told
 
 
 def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
@@ -333,7 +345,7 @@ def own_values(grid: xr.Dataset) -> dict[str, dict[str, Any]]:
     return dict(json.loads(told)) if told else {}
 
 
-def _own_value(stored: Any, along: "Axis | Coordinate") -> Any:
+def _own_value(stored: Any, along: "Coordinate") -> Any:
     """Return a value of a scene in the unit of an axis, None where the scene has no such key."""
     kind = quantity_at(along.key)
     if not isinstance(stored, int | float) or isinstance(stored, bool) or kind is None or not along.units:
@@ -358,27 +370,3 @@ def key_text(key: str) -> str:
     words = key.split(".")
     some = words[-3:-1] if words[-1] == "value" else words[-2:] if words[-1] in UNSAID else words[-1:]
     return " ".join(some or words).replace("_", " ")
-
-
-def axes_in_si(grid: "xr.Dataset") -> "xr.Dataset":
-    """Return a grid whose sweep axes, and what advances along them, are in SI units.
-
-    Parameters
-    ----------
-    grid : as `wearlab.store.grid.open_grid` gives it, axes in the units of the campaign file
-    """
-    changed: dict[str, Any] = {}
-    for name, axis in grid.coords.items():
-        kind = quantity_at(str(axis.attrs["key"])) if "key" in axis.attrs else None
-        if kind is not None and "units" in axis.attrs:
-            unit = KINDS[kind].unit
-            values = [convert(float(value), axis.attrs["units"], unit) for value in axis.values]
-            changed[str(name)] = (axis.dims, values, {**axis.attrs, "units": unit})
-    if "computed" in grid.coords:
-        own = json.loads(grid["computed"].attrs["own_values"])
-        for values in own.values():
-            for name in changed.keys() & values.keys():
-                values[name] = convert(values[name], grid[name].attrs["units"], changed[name][2]["units"])
-        attributes = {**grid["computed"].attrs, "own_values": json.dumps(own, ensure_ascii=False)}
-        changed["computed"] = grid["computed"].assign_attrs(attributes)
-    return grid.assign_coords(changed)

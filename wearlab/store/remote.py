@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from wearlab.files import cache_folder
 from wearlab.store.database import Database
@@ -25,21 +25,6 @@ HEAD = 100  # bytes
 PIECE = 1_000_000  # bytes that are taken at once
 MAGIC = b"SQLite format 3\0"
 UNKNOWN = 64_000_000  # bytes of a run of which the catalogue does not know the size
-
-
-class State(NamedTuple):
-    """By which it is told that a catalogue has not been written while it was copied.
-
-    Parameters
-    ----------
-    head : SQLite's head of the file, in which transactions are counted
-    idle : whether its journal says that none is under way
-    size : of the file, by its head [bytes]
-    """
-
-    head: bytes
-    idle: bool
-    size: int
 
 
 def address_of(path: str | os.PathLike[str]) -> str | None:
@@ -66,11 +51,11 @@ def copy_of(address: str) -> Path:
     """
     folder = copies() / hashlib.sha256(address.encode()).hexdigest()[:16]
     for _ in range(ATTEMPTS):
-        before = _state(address)
-        if before.idle:
+        before = (_, idle, size) = _state(address)
+        if idle:
             folder.mkdir(parents=True, exist_ok=True)
             try:
-                with _copied(f"{address}/catalogue.sqlite", folder / "catalogue.sqlite", before.size) as copy:
+                with _copied(f"{address}/catalogue.sqlite", folder / "catalogue.sqlite", size) as copy:
                     if before == _state(address) and Database(copy).is_sound():
                         write_whole(folder / ORIGIN, address.encode())
                         os.replace(copy, folder / "catalogue.sqlite")
@@ -112,9 +97,7 @@ def _copied(address: str, path: Path, most: int) -> Iterator[Path]:
     """
     import fsspec
 
-    part = part_of(path)
-
-    left = most
+    part, left = part_of(path), most
     try:
         with _reached(address):
             files, name = fsspec.core.url_to_fs(address)
@@ -157,8 +140,15 @@ def _streamed(files: Any) -> dict[str, Any]:
     return {"block_size": 0} if "http" in files.protocol else {}
 
 
-def _state(address: str) -> State:
-    """Return the state of a catalogue as its machine has it now."""
+def _state(address: str) -> tuple[bytes, bool, int]:
+    """Return by what it is told that a catalogue has not been written while it was copied.
+
+    Returns
+    -------
+    head : SQLite's head of the file, in which transactions are counted
+    idle : whether its journal says that none is under way
+    size : of the file, by its head [bytes]
+    """
     with _reached(address):
         import fsspec
 
@@ -169,4 +159,4 @@ def _state(address: str) -> State:
     if not told.startswith(MAGIC) or len(told) < HEAD:
         raise StoreError(f"{address}: its catalogue.sqlite is no catalogue of wearlab; not read")
     page = int.from_bytes(told[16:18], "big")
-    return State(told, not begun, (65_536 if page == 1 else page) * int.from_bytes(told[28:32], "big"))
+    return told, not begun, (65_536 if page == 1 else page) * int.from_bytes(told[28:32], "big")

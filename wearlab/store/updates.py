@@ -178,8 +178,8 @@ def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     ------
     StoreError : its file is gone, or is not what was sealed in it
     """
-    folder, path = update_files(store), update_files(other).path(update.id)
-    if not folder.is_name(update.id) or not path.is_file():
+    path = update_files(other).path(update.id)
+    if not path.is_file():
         raise StoreError(f"{other.path}: update {update.id[:40]} has no file")
     if problem := files.damage(path, update.size, update.sha256):
         raise StoreError(f"{path}: {problem.message}")

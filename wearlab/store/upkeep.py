@@ -32,7 +32,7 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     StoreError : there is no store, or its catalogue cannot be read
     """
     entries = store.catalogue.entries()
-    for run_id in [run_id for run_id in entries if not store.files.is_name(run_id)]:
+    for run_id in [run_id for run_id in entries if not files.NAME.fullmatch(run_id)]:
         del entries[run_id]
         said = f"names {run_id[:40]!r}, which is no identity of a run"
         yield files.Problem(store.catalogue.path, "foreign", said)
@@ -43,7 +43,7 @@ def verify(store: KeptRuns) -> Iterator[files.Problem]:
     yield from _other_units(store)
     yield from _uncalibrated(done, entries)
     begun = [e for e in entries.values() if e.state == "running"]
-    parts = {store.files.part(e.id, e.owner or "") for e in begun if store.files.is_writer(e.owner or "")}
+    parts = {store.files.part(e.id, e.owner or "") for e in begun if files.WRITER.fullmatch(e.owner or "")}
     unrecorded = {store.files.path(e.id) for e in begun}
     for path in store.files:
         if path in done or path in parts:
@@ -199,7 +199,18 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     with store.presence() as presence:
         try:
             for entry in theirs.values():
-                _take(store, other, entry, presence.token, made)
+                try:
+                    word, outcome = _judged(store, other, entry)
+                except files.StoreError as error:
+                    made.damaged[entry.id[:64]] = str(error)
+                    word, outcome = "", None
+                # a file that appears is never one that nobody knows, wherever this is interrupted
+                if outcome and store.claim([entry.id], presence.token, lambda head: head.state != "running"):
+                    store.save([outcome], presence.token)
+                elif outcome:
+                    word = ""
+                if word:
+                    getattr(made, word).append(entry.id)
                 tell(entry.id)
         finally:
             store.give_back(presence.token)
@@ -219,38 +230,28 @@ def merge(store: KeptRuns, other: KeptRuns, tell: Callable[[str], None] = lambda
     return made
 
 
-def _take(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry, owner: str, made: Merged) -> None:
-    if not store.files.is_name(entry.id):
-        made.damaged[entry.id[:40]] = "is no identity of a run"
-        return
+def _judged(store: KeptRuns, other: KeptRuns, entry: catalogue.Entry) -> tuple[str, Outcome | None]:
+    """Return what becomes of a run of the other store, "" of one that stays there; and what is to be saved.
+
+    Raises
+    ------
+    StoreError : it cannot be taken
+    """
+    if not files.NAME.fullmatch(entry.id):
+        raise files.StoreError("is no identity of a run")
     ours = store.entries([entry.id]).get(entry.id)
-    if entry.state == "running" or (entry.state != "done" and ours is not None):
-        return
     if entry.state != "done":
-        store.save([entry.without_data()], owner)
-        made.copied.append(entry.id)
-        return
-    try:
-        path = other.file_of(entry.id)
-        if problem := files.damage(path, entry.size, entry.sha256):
-            raise files.StoreError(problem.message)
-        whole = ours is not None and ours.state == "done" and not store.is_lost(ours)
-        if (
-            ours is not None
-            and whole
-            and files.damage(store.file_of(entry.id), ours.size, ours.sha256) is None
-        ):
-            same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(other.run(entry.id))
-            (made.same if same else made.conflicting).append(entry.id)
-            return
-        outcome = description.outcome_of(path)
-    except files.StoreError as error:
-        made.damaged[entry.id] = str(error)
-        return
-    # a file that appears is never one that nobody knows, wherever this is interrupted
-    if store.claim([entry.id], owner, lambda head: head.state != "running"):
-        store.save([outcome], owner)
-        (made.repaired if whole else made.copied).append(entry.id)
+        stays = entry.state == "running" or ours is not None
+        return ("", None) if stays else ("copied", entry.without_data())
+    path = other.file_of(entry.id)
+    if problem := files.damage(path, entry.size, entry.sha256):
+        raise files.StoreError(problem.message)
+    if ours is None or ours.state != "done" or store.is_lost(ours):
+        return "copied", description.outcome_of(path)
+    if files.damage(store.file_of(entry.id), ours.size, ours.sha256):
+        return "repaired", description.outcome_of(path)
+    same = netcdf.results_hash(store.run(entry.id)) == netcdf.results_hash(other.run(entry.id))
+    return "same" if same else "conflicting", None
 
 
 def _plugins(store: KeptRuns, other: KeptRuns) -> None:
