@@ -8,7 +8,6 @@ import json
 import logging
 import sqlite3
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from operator import itemgetter
@@ -140,9 +139,8 @@ class Catalogue(rows.Database):
             for table in OF_RUNS_BEFORE:
                 connection.execute(f"DROP TABLE IF EXISTS {table}")
             rows.make_tables(connection)
-            for path in files.RunFiles(self.path.parent / "runs").held():
-                with suppress(files.StoreError):  # 'wearlab verify' names it
-                    self._record(connection, description.outcome_of(path))
+            for outcome in description.outcomes_of(files.RunFiles(self.path.parent / "runs"), []):
+                self._record(connection, outcome)
 
     def entries(self, ids: Iterable[str] | None = None, texts: str = OF_DOCUMENTS) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None.

@@ -85,6 +85,10 @@ def marks(count: int) -> str:
     return ", ".join("?" * count)
 
 
+class Damaged(StoreError):
+    """A catalogue that no wearlab left so; 'wearlab reindex' makes it anew."""
+
+
 class Database:
     """The file, opened on first use and never created by reading.
 
@@ -184,14 +188,14 @@ class Database:
         except BROKEN as error:
             raise self._unusable(error) from error
         if additions:
-            raise StoreError(
+            raise Damaged(
                 f"{self.path}: holds {additions} views or triggers, which no wearlab makes; "
                 "'wearlab reindex' makes it anew from the run files"
             )
         if version > VERSION:
             raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
         if version == 0 and (not create or _count(connection, "table")):
-            raise StoreError(
+            raise Damaged(
                 f"{self.path}: not a catalogue of wearlab; 'wearlab reindex' sets it aside and makes "
                 "one from the run files"
             )
@@ -203,18 +207,11 @@ class Database:
         One without a table is sound: another process may be about to make them.
         """
         self.close()
-        connection = sqlite3.connect(self.path, timeout=PATIENCE)
         try:
-            (version,) = connection.execute("PRAGMA user_version").fetchone()
-            sound = connection.execute("PRAGMA quick_check").fetchone() == ("ok",)
-            foreign = _count(connection, "view", "trigger", *(("table",) if version == 0 else ()))
-            return sound and not foreign
-        except sqlite3.OperationalError as error:
-            raise self._unusable(error) from error
-        except (sqlite3.DatabaseError, UnicodeDecodeError):
+            self._open(create=True)
+            return self.read("PRAGMA quick_check") == [("ok",)]
+        except Damaged:
             return False
-        finally:
-            connection.close()
 
     def set_aside(self) -> None:
         """Rename a file that is damaged, so that a new one can be made."""
@@ -225,12 +222,16 @@ class Database:
                 journal.unlink()
 
     def _unusable(self, error: Exception) -> StoreError:
-        name, remedy = getattr(error, "sqlite_errorname", ""), ""
-        if name.startswith("SQLITE_BUSY"):
-            remedy = ": another process holds it; try again when that has ended"
-        elif name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
-            remedy = "; 'wearlab reindex' makes it anew from the run files"
-        return StoreError(f"{self.path}: the catalogue cannot be used ({error}){remedy}")
+        name, said = (
+            getattr(error, "sqlite_errorname", ""),
+            f"{self.path}: the catalogue cannot be used ({error})",
+        )
+        if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
+            return Damaged(f"{said}; 'wearlab reindex' makes it anew from the run files")
+        busy = name.startswith("SQLITE_BUSY")
+        return StoreError(
+            f"{said}: another process holds it; try again when that has ended" if busy else said
+        )
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
@@ -250,27 +251,22 @@ def _count(connection: sqlite3.Connection, *kinds: str) -> int:
     return int(connection.execute(question, kinds).fetchone()[0])
 
 
-class Unreadable(StoreError):
-    """A row that no wearlab wrote; the message names it and the remedy."""
-
-    def __init__(self, what: str, reason: object) -> None:
-        super().__init__(f"{what} cannot be understood ({reason}); 'wearlab reindex' mends it")
-
-
 def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:
     """Return what a reader makes of values.
 
     Raises
     ------
-    Unreadable : it cannot
+    StoreError : it cannot: no wearlab wrote them
     """
     try:
         return read(*values)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise Unreadable(what, f"{'.'.join(map(str, first['loc']))}: {first['msg']}"[:100]) from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise Unreadable(what, str(error)[:100] or type(error).__name__) from error
+        reason = str(error) or type(error).__name__
+        if isinstance(error, ValidationError):
+            first = error.errors(include_url=False)[0]
+            reason = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
+        said = f"{what} cannot be understood ({reason[:100]}); 'wearlab reindex' mends it"
+        raise StoreError(said) from error
 
 
 # What rows may hold, which anybody may have written: tables and lists stand there as JSON, or not at all.

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.query import evaluate, keys
 from wearlab.store import outcome
-from wearlab.store.files import StoreError, readable
+from wearlab.store.files import Problem, RunFiles, StoreError, readable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -217,6 +217,15 @@ def outcome_of(path: Path) -> outcome.Outcome:
             *(path.stem, "done", str(dataset.attrs.get("date_created", "")), seconds),
             **{"scene": str(dataset.attrs.get("scene", "{}")), **recorded(dataset, path.read_bytes())},
         )
+
+
+def outcomes_of(runs: RunFiles, problems: list[Problem]) -> Iterator[outcome.Outcome]:
+    """Yield the outcomes of all runs that have a file; those whose file is none become problems."""
+    for path in runs.held():
+        try:
+            yield outcome_of(path)
+        except StoreError as error:
+            problems.append(Problem(path, "unreadable", str(error)))
 
 
 def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:

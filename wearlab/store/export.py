@@ -128,11 +128,9 @@ def credited(metadata: Mapping[str, str]) -> dict[str, str]:
 def _netcdf(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Path, tell: Tell) -> None:
     """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
     for variable in grid.variables.values():
-        for key, value in list(variable.attrs.items()):
-            if value is None:
-                del variable.attrs[key]
-            elif not isinstance(value, str | int | float):
-                variable.attrs[key] = json.dumps(value)
+        told = {key: value for key, value in variable.attrs.items() if value is not None}
+        plain = (str, int, float)
+        variable.attrs = {k: v if isinstance(v, plain) else json.dumps(v) for k, v in told.items()}
     done = [i for i in dict.fromkeys(grid["run_id"].values.ravel()) if i in entries and entries[i].sha256]
     xr.Dataset(attrs=grid.attrs).to_netcdf(part, format="NETCDF4", engine="netcdf4")
     with dask.config.set(scheduler="synchronous"):

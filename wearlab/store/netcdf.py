@@ -13,6 +13,7 @@ import json
 import math
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import h5py
@@ -72,25 +73,15 @@ def _write(group: "netCDF4.Dataset", dataset: "xr.Dataset") -> None:
     """Write a dataset into a group: first all definitions, then the values."""
     from xarray.backends import NetCDF4DataStore
 
-    later = _Later()
+    later: list[tuple[Any, Any]] = []  # what xarray would write at once
+    writer = SimpleNamespace(add=lambda source, target, region=None: later.append((target, source)))
     encoding = {
         name: _storage(variable.values) | ({"_FillValue": None} if name in dataset.coords else {})
         for name, variable in dataset.variables.items()  # CF lets no coordinate have a filling
     }
-    dataset.dump_to_store(NetCDF4DataStore(group), writer=later, encoding=encoding)
-    for target, values in later.written:
+    dataset.dump_to_store(NetCDF4DataStore(group), writer=writer, encoding=encoding)
+    for target, values in later:
         target[...] = values
-
-
-class _Later:
-    """Takes what xarray would write at once."""
-
-    def __init__(self) -> None:
-        self.written: list[tuple[Any, Any]] = []
-
-    def add(self, source: Any, target: Any, region: Any = None) -> None:
-        """Keep what is to be written for when everything is defined."""
-        self.written.append((target, source))
 
 
 def _storage(values: "NDArray[Any]") -> dict[str, Any]:

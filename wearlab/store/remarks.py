@@ -5,7 +5,6 @@ another line, so that the files of two stores are joined by putting their lines 
 """
 
 import getpass
-import hashlib
 import json
 import os
 import unicodedata
@@ -15,10 +14,11 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from wearlab.files import read_regular
-from wearlab.store.catalogue import Catalogue, now
+from wearlab.store.catalogue import Catalogue, key_of, now
+from wearlab.store.database import marks
 from wearlab.store.files import Problem, RunFiles, StoreError, refuse_links, written
 
-COLUMNS = "subject, line, what, text, who, recorded, campaign, stands"
+COLUMNS = "subject, what, text, who, recorded, campaign"
 OF_RUNS = """
 SELECT run, text, recorded FROM (
     SELECT subject AS run, text, recorded, what, stands FROM remarks
@@ -29,7 +29,6 @@ SELECT run, text, recorded FROM (
 KINDS = ("tag", "untag", "note")
 LONGEST = {"tag": 100, "untag": 100, "note": 10_000}  # characters
 LARGEST = 10_000_000  # bytes of one file
-SEAL = 16  # hexadecimal digits
 What = Literal["tag", "untag", "note"]
 
 
@@ -60,8 +59,8 @@ class Remark(NamedTuple):
 
 
 def _seal(told: Mapping[str, Any]) -> str:
-    text = json.dumps({k: v for k, v in told.items() if k != "seal"}, ensure_ascii=False, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:SEAL]
+    words = {key: value for key, value in told.items() if key != "seal"}
+    return key_of(json.dumps(words, ensure_ascii=False, sort_keys=True))
 
 
 def subject_of(title: str) -> str:
@@ -72,7 +71,7 @@ def subject_of(title: str) -> str:
     >>> subject_of("Wear of a spur pair at five speeds")
     'campaignb25b21d2abba8966'
     """
-    return f"campaign{hashlib.sha256(title.encode()).hexdigest()[:16]}"
+    return f"campaign{key_of(title)}"
 
 
 def read_line(line: str, subject: str) -> Remark:
@@ -99,9 +98,10 @@ def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> l
     """Return the tags that stand and the notes on some runs or campaigns, all when None, the latest last."""
     if not catalogue.exists():
         return []
-    told = "SELECT subject, what, text, who, recorded, campaign FROM remarks WHERE stands AND what != 'untag'"
-    asked = f"{told} AND subject IN"
-    rows = catalogue.read(told) if subjects is None else catalogue.read_many(asked, subjects)
+    told = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
+    rows = (
+        catalogue.read(told) if subjects is None else catalogue.read_many(f"{told} AND subject IN", subjects)
+    )
     texts = [Remark(*(str(value or "") for value in row)) for row in rows]  # type: ignore[arg-type]
     return sorted(texts, key=lambda remark: (remark.when, remark.text))
 
@@ -199,14 +199,19 @@ def _index(catalogue: Catalogue, subject: str) -> list[Problem]:
     for line, remark in sorted(found.items(), key=lambda both: both[1].when):
         if remark.what != "note":
             latest[remark.text] = line
-    rows = [
-        (subject, line, r.what, r.text, r.who, r.when, r.campaign, r.what == "note" or latest[r.text] == line)
-        for line, r in found.items()
-    ]
+    rows = [(*r, line, r.what == "note" or latest[r.text] == line) for line, r in found.items()]
     with catalogue._transaction() as connection:
         connection.execute("DELETE FROM remarks WHERE subject = ?", (subject,))
-        connection.executemany(f"INSERT INTO remarks ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
+        connection.executemany(f"INSERT INTO remarks ({COLUMNS}, line, stands) VALUES ({marks(8)})", rows)
     return problems
+
+
+def _indexed(catalogue: Catalogue) -> dict[str, list[str]]:
+    """Return the lines that the catalogue has, by subject, the latest last."""
+    lines: dict[str, list[str]] = {}
+    for subject, line in catalogue.read("SELECT subject, line FROM remarks ORDER BY recorded"):
+        lines.setdefault(str(subject), []).append(str(line))
+    return lines
 
 
 def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
@@ -218,9 +223,7 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
     """
     if not other.exists():
         return 0, {}
-    theirs: dict[str, list[str]] = {}
-    for subject, line in other.read("SELECT subject, line FROM remarks ORDER BY recorded"):
-        theirs.setdefault(str(subject), []).append(str(line))
+    theirs = _indexed(other)
     known = catalogue.entries(theirs, "")
     count, damaged = 0, {}
     for subject, lines in theirs.items():
@@ -242,17 +245,14 @@ def adopt(catalogue: Catalogue, other: Catalogue) -> tuple[int, dict[str, str]]:
 
 def verify(catalogue: Catalogue) -> Iterator[Problem]:
     """Yield everything wrong with the remarks of a store."""
-    indexed: dict[str, set[str]] = {}
-    for subject, line in catalogue.read("SELECT subject, line FROM remarks"):
-        indexed.setdefault(str(subject), set()).add(str(line))
-    files = files_of(catalogue)
+    files, indexed = files_of(catalogue), _indexed(catalogue)
     for path in files:
         if problem := files.stray(path):
             yield problem
             continue
         found, problems = _read(path)
         yield from problems
-        if indexed.pop(path.stem, set()) != found.keys():
+        if set(indexed.pop(path.stem, ())) != found.keys():
             said = "the catalogue has other remarks than this file; 'wearlab reindex'"
             yield Problem(path, "unknown", said)
     for subject in indexed:

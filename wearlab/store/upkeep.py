@@ -137,16 +137,7 @@ def reindex(store: KeptRuns) -> list[files.Problem]:
     store.create()
     problems: list[files.Problem] = []
 
-    def outcomes() -> Iterator[Outcome]:
-        for path in store.files.held():
-            try:
-                outcome = description.outcome_of(path)
-            except files.StoreError as error:
-                problems.append(files.Problem(path, "unreadable", str(error)))
-            else:
-                yield outcome
-
-    store.catalogue.make_anew(outcomes(), store.is_alive)
+    store.catalogue.make_anew(description.outcomes_of(store.files, problems), store.is_alive)
     return problems + updates.reindex_updates(store) + remarks.reindex(store.catalogue)
 
 
