@@ -284,7 +284,7 @@ def test_texts_of_runs_are_texts_and_need_no_file(fill, monkeypatch):
 
 def test_one_text_of_a_lazy_variable_is_no_array(fill):
     store = fill(sweep(1))
-    (run,) = store.catalogue.placed([sweep(1).cases[0].id])
+    (run,) = store.entries([sweep(1).cases[0].id]).values()
     file = reading.RunFile(str(store.files.path(run.id)), run.sha256, 0)
     numbers = np.zeros(1, np.intp)
     text = reading.LazyVariable("verdict", numbers, [file], {0: ()}, (), np.dtype(object), "")

@@ -165,28 +165,23 @@ class Database:
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             shared: dict[str, Any] = {"isolation_level": None, "check_same_thread": False}
             try:
-                connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, **shared)
-            except BROKEN as error:
-                raise self._unusable(error) from error
-            self._finalizer = weakref.finalize(self, connection.close)
-            self._connection = connection
-            try:
-                self._prepare(connection, create)
-            except BaseException:
+                self._connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, **shared)
+                self._finalizer = weakref.finalize(self, self._connection.close)
+                self._prepare(self._connection, create)
+            except BaseException as error:
                 self.close()
+                if isinstance(error, BROKEN):
+                    raise self._unusable(error) from error
                 raise
         return self._connection
 
     def _prepare(self, connection: sqlite3.Connection, create: bool) -> int:
         """Return the version of the tables, 0 of none."""
-        try:
-            connection.execute("PRAGMA trusted_schema = OFF")
-            version = connection.execute("PRAGMA user_version").fetchone()[0]
-            additions = _count(connection, "view", "trigger")
-            connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
-            connection.execute(f"PRAGMA cache_size = {PAGES}")
-        except BROKEN as error:
-            raise self._unusable(error) from error
+        connection.execute("PRAGMA trusted_schema = OFF")
+        version = connection.execute("PRAGMA user_version").fetchone()[0]
+        additions = _count(connection, "view", "trigger")
+        connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
+        connection.execute(f"PRAGMA cache_size = {PAGES}")
         if additions:
             raise Damaged(
                 f"{self.path}: holds {additions} views or triggers, which no wearlab makes; "

@@ -110,7 +110,7 @@ def replaced(path: Path) -> Iterator[Path]:
     ------
     StoreError : the disk refuses
     """
-    part = part_of(path)
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")  # that nobody else uses
     try:
         with written(path):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -131,11 +131,6 @@ def write_whole(path: Path, content: bytes) -> None:
     """
     with replaced(path) as part:
         part.write_bytes(content)
-
-
-def part_of(path: Path) -> Path:
-    """Return a temporary name beside a file, that nobody else uses."""
-    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
 
 
 SYNCHRONISERS = 16  # threads: a disk takes as long for sixteen files at once as for one

@@ -16,7 +16,7 @@ from typing import Any
 
 from wearlab.files import cache_folder
 from wearlab.store.database import Database
-from wearlab.store.files import StoreError, part_of, write_whole
+from wearlab.store.files import StoreError, replaced, write_whole
 
 ADDRESS = re.compile(r"([a-z][a-z0-9+.-]+):/+([^/].*)")
 ATTEMPTS, PAUSE = 20, 0.25  # looks at a catalogue that is being written, and seconds between two
@@ -50,21 +50,22 @@ def copy_of(address: str) -> Path:
     StoreError : there is no store, it cannot be reached, or its catalogue is never at rest
     """
     folder = copies() / hashlib.sha256(address.encode()).hexdigest()[:16]
+    said = f"{address}: its catalogue is being written all the time, or damaged; try again"
     for _ in range(ATTEMPTS):
         before = (_, idle, size) = _state(address)
         if idle:
-            folder.mkdir(parents=True, exist_ok=True)
             try:
-                with _copied(f"{address}/catalogue.sqlite", folder / "catalogue.sqlite", size) as copy:
-                    if before == _state(address) and Database(copy).is_sound():
-                        write_whole(folder / ORIGIN, address.encode())
-                        os.replace(copy, folder / "catalogue.sqlite")
-                        return folder
+                with replaced(folder / "catalogue.sqlite") as part:
+                    _copy(f"{address}/catalogue.sqlite", part, size)
+                    if before != _state(address) or not Database(part).is_sound():
+                        raise StoreError(said)
+                    write_whole(folder / ORIGIN, address.encode())
+                return folder
             except StoreError:
                 if before == _state(address):  # else it has grown meanwhile
                     raise
         time.sleep(PAUSE)
-    raise StoreError(f"{address}: its catalogue is being written all the time, or damaged; try again")
+    raise StoreError(said)
 
 
 def fetch(path: Path) -> bool:
@@ -80,37 +81,31 @@ def fetch(path: Path) -> bool:
     catalogue = Database(folder / "catalogue.sqlite")
     known = catalogue.read("SELECT size FROM runs WHERE id = ? AND size > 0", (path.stem,))
     catalogue.close()
-    path.parent.mkdir(parents=True, exist_ok=True)
     address = f"{(folder / ORIGIN).read_text()}/runs/{path.parent.name}/{path.name}"
-    with _copied(address, path, int(known[0][0]) if known else UNKNOWN) as copy:
-        os.replace(copy, path)
+    with replaced(path) as part:
+        _copy(address, part, int(known[0][0]) if known else UNKNOWN)
     return True
 
 
-@contextmanager
-def _copied(address: str, path: Path, most: int) -> Iterator[Path]:
-    """Copy a file beside where it is wanted, piece by piece, and no more of it than it may have.
+def _copy(address: str, part: Path, most: int) -> None:
+    """Copy a file piece by piece, and no more of it than it may have.
 
     Raises
     ------
     StoreError : there is none, it cannot be reached, or is larger
     """
-    import fsspec
+    left = most
+    with _reached(address):
+        import fsspec
 
-    part, left = part_of(path), most
-    try:
-        with _reached(address):
-            files, name = fsspec.core.url_to_fs(address)
-            with files.open(name, "rb", **_streamed(files)) as source, part.open("wb") as copy:
-                while piece := source.read(PIECE):
-                    left -= len(piece)
-                    if left < 0:
-                        said = f"is larger than the {most} bytes that the catalogue says; not read"
-                        raise StoreError(f"{address}: {said}")
-                    copy.write(piece)
-        yield part
-    finally:
-        part.unlink(missing_ok=True)
+        files, name = fsspec.core.url_to_fs(address)
+        with files.open(name, "rb", **_streamed(files)) as source, part.open("wb") as copy:
+            while piece := source.read(PIECE):
+                left -= len(piece)
+                if left < 0:
+                    said = f"is larger than the {most} bytes that the catalogue says; not read"
+                    raise StoreError(f"{address}: {said}")
+                copy.write(piece)
 
 
 @contextmanager
