@@ -108,15 +108,12 @@ def read_run(path: Path, sha256: str | None = None) -> xr.Dataset:
         with _one_door, NETCDFC_LOCK, HDF5_LOCK:  # of a file in memory xarray asks for none
             opened = NetCDF4DataStore.open(image)
         with _one_door, closing(opened):
-            refuse_oversized(path, sum(map(_claimed, opened.ds.variables.values())), len(image))
+            kept = opened.ds.variables.values()  # of texts, 16 bytes refer to each
+            claimed = (math.prod(v.shape) * (16 if v.dtype is str else v.dtype.itemsize) for v in kept)
+            refuse_oversized(path, sum(claimed), len(image))
             dataset = xr.open_dataset(opened).load()
     dataset.encoding["source"] = str(path)
     return dataset
-
-
-def _claimed(variable: Any) -> int:
-    """Return the bytes of the values of a variable of netCDF; of texts, those of their references."""
-    return math.prod(variable.shape) * (16 if variable.dtype is str else variable.dtype.itemsize)
 
 
 def read_variable(path: str, name: str, sha256: str | None = None) -> NDArray[Any]:

@@ -53,16 +53,10 @@ class Store(kept_runs.KeptRuns):
         StoreError : there is no store
         """
         from wearlab.campaign.reading import campaign_of
-        from wearlab.store.grid import open_grid
+        from wearlab.store import database, grid
 
-        campaign = campaign_of(campaign)
-        try:
-            return open_grid(campaign, self, si)
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise StoreError(
-                f"{self.catalogue.path}: what it says of these runs cannot be understood "
-                f"({type(error).__name__}: {error}); 'wearlab reindex' makes it anew from the run files"
-            ) from error
+        what = f"{self.catalogue.path}: what it says of these runs"
+        return database.understood(what, grid.open_grid, campaign_of(campaign), self, si)
 
     def features(self, where: str = "", *, variables: Sequence[str] | None = None) -> "table.Table":
         """Return one row for each wear state of each run: harmonics, indicators, orders as columns.
