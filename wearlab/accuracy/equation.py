@@ -167,14 +167,7 @@ def polynomial(coefficients: Any, u: float) -> float:
 @jit
 def cell_within(edges: Any, first: int, last: int, phase: float) -> int:
     """Return the cell among ``first … last − 1`` that holds ``phase``: one side of a jump."""
-    low, high = first, last - 1
-    while low < high:
-        middle = (low + high + 1) // 2
-        if edges[middle] <= phase:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+    return max(first, first + int(np.searchsorted(edges[first:last], phase, "right")) - 1)
 
 
 @jit

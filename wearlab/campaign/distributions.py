@@ -77,21 +77,20 @@ class Distribution(NamedTuple):
         """Return the value that a draw stays below with this probability; of an array, an array."""
         law, below, above = _law(self)
         p = below + (above - below) * np.clip(probability, SMALLEST, 1.0 - SMALLEST)
-        value = np.clip(law.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST)), self.low, self.high)
-        return _alike(value, probability)
+        return np.clip(law.ppf(np.clip(p, SMALLEST, 1.0 - SMALLEST)), self.low, self.high)
 
     def below(self, value: Any) -> Any:
         """Return the probability of a draw below this value; of an array, an array."""
         law, below, above = _law(self)
         inside = law.cdf(np.clip(value, self.low, self.high))
-        return _alike(np.clip((inside - below) / (above - below), 0.0, 1.0), value)
+        return np.clip((inside - below) / (above - below), 0.0, 1.0)
 
     def log_density(self, value: Any) -> Any:
         """Return the log of the probability per ``unit``, −∞ beyond the ends; right however far out."""
         law, below, above = _law(self)
         x, ends = np.asarray(value, float), 1e-12 * np.abs(value)
         logs = law.logpdf(x) - math.log(above - below)
-        return _alike(np.where((x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf), value)
+        return np.where((x >= self.low - ends) & (x <= self.high + ends), logs, -np.inf)[()]
 
 
 @cache
@@ -101,11 +100,6 @@ def _law(distribution: Distribution) -> tuple[Any, float, float]:
 
     law = WORDS[distribution.word].law(stats, *distribution.numbers)
     return law, float(law.cdf(distribution.low)), float(law.cdf(distribution.high))
-
-
-def _alike(found: Any, asked: Any) -> Any:
-    """Return a number where a number was asked for."""
-    return float(found) if np.ndim(asked) == 0 else found
 
 
 def is_distribution(value: Any) -> bool:

@@ -4,7 +4,7 @@ import hashlib
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import reduce
 from itertools import islice
 from os import PathLike, fspath
@@ -237,17 +237,19 @@ class Inherited(NamedTuple):
 
         A value that is no table, where the key goes on, has replaced what was there: its file wrote the key.
         """
-        words, found, longest = key.split("."), self.layers[-1].file, 0
-        for layer in reversed(self.layers):
-            table: Any = layer.table
-            count = 0
-            while count < len(words) and isinstance(table, dict) and words[count] in table:
-                table, count = table[words[count]], count + 1
-            if count > longest:
-                found, longest = layer.file, count
-            if count == len(words) or (count > 0 and not isinstance(table, dict)):
-                break  # nothing below can have more of it
-        return found
+        words = key.split(".")
+        return max(reversed(self.layers), key=lambda layer: _words_within(layer.table, words)).file
+
+
+def _words_within(table: Any, words: Sequence[str]) -> int:
+    """Return how many words of a key a table has; all, where it ends in a value that is no table."""
+    for count, word in enumerate(words):
+        if not isinstance(table, dict):
+            return len(words)
+        if word not in table:
+            return count
+        table = table[word]
+    return len(words)
 
 
 def inherit(file: Path, children: tuple[Path, ...] = ()) -> Inherited:

@@ -184,9 +184,8 @@ def _changed(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]], nam
 def _plain(table: dict[str, Any]) -> dict[str, Any]:
     """Return a table without titles and nulls, limits and defaults as users would write them."""
     plain = {LIMITS.get(key, key): inner for key, inner in table.items() if key != "title"}
-    if isinstance(
-        plain.get("default"), dict | None
-    ):  # the choice; defaults of other tables stand at their keys
+    # of a table's default the choice; what else it has stands at its keys
+    if isinstance(plain.get("default"), dict | None):
         default = plain.pop("default", None) or {}
         plain["default"] = default.get("model", default.get("method"))
         plain = {key: inner for key, inner in plain.items() if inner is not None}

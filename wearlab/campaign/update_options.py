@@ -95,26 +95,23 @@ class ErrorBlock(Strict):
         ------
         CampaignError : there are none, or they do not go together
         """
-        sd, drift = (
-            None if (given := getattr(self, name)) is None else _positive(given, unit, f"{where}.{name}")
-            for name in ("sd", "drift")
+        sd, drift, offset = (
+            _positive(getattr(self, name), unit, f"{where}.{name}") for name in ("sd", "drift", "offset_sd")
         )
         relative, gain = self.relative or 0.0, self.gain_sd or 0.0
-        own = self.offset_sd
-        offset = 0.0 if own is None else _number(own, unit, f"{where}.offset_sd")
         if sd is None and not relative and not by_column:
             said = "required: sd (a value with its unit, or a distribution), relative, or columns.sd"
             raise CampaignError(f"{where}: {said}")
         if gain and (offset or drift is not None):
             said = "goes with independent errors: leave out offset_sd and drift, or the gain"
             raise CampaignError(f"{where}.gain_sd: {said}")
-        return ErrorModel(sd, relative, offset, drift, gain)
+        return ErrorModel(sd, relative, offset or 0.0, drift, gain)
 
 
-def _positive(given: Any, unit: str, where: str) -> float | distributions.Distribution:
-    """Return a positive number [SI], or its distribution, whose values have the unit or none but "1"."""
+def _positive(given: Any, unit: str, where: str) -> Any:
+    """Return a positive number [SI], its distribution in a unit of its kind, or None as it is."""
     if not isinstance(given, dict):
-        return _number(given, unit, where)
+        return given if given is None else _number(given, unit, where)
     if not distributions.is_distribution(given):
         raise CampaignError(f"{where}: {shown(given)} is neither a value nor a distribution")
     spread = distributions.read_distribution(given, where)
@@ -306,7 +303,8 @@ def _shared(given: float | dict[str, Any] | None, name: str) -> float | distribu
         if not LEAST[name] <= law < 10.0:
             raise CampaignError(f"{where}: {law:g} is not from {LEAST[name]:g} to 10")
         return law
-    return _positive(law, "1", where)
+    read: distributions.Distribution = _positive(law, "1", where)
+    return read
 
 
 class UnitBlock(Strict):

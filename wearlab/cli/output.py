@@ -148,7 +148,8 @@ def refusing(*kinds: type[Exception]) -> Iterator[None]:
     try:
         yield
     except kinds as error:
-        raise Stop(str(error)) from error
+        named = isinstance(error, OSError) and error.filename
+        raise Stop(f"{error.filename}: {error.strerror}" if named else str(error)) from error  # type: ignore[attr-defined]
 
 
 def read_campaign(file: str) -> "Campaign":
@@ -178,13 +179,9 @@ def read_plugins(file: str) -> "tuple[Plugin, ...]":
 def _loaded(read: Callable[[str], Content], file: str) -> Content:
     from wearlab.plugins import FOLDER, Trust, trusting
 
-    try:
-        with trusting(Trust(TRUSTED.get(), ASKED.get() / FOLDER)), reporting(f"reading the cases of {file}"):
-            return read(file)
-    except OSError as error:
-        raise Stop(f"{error.filename or file}: {error.strerror or error}") from error
-    except ValueError as error:
-        raise Stop(str(error)) from error
+    trust = Trust(TRUSTED.get(), ASKED.get() / FOLDER)
+    with refusing(OSError, ValueError), trusting(trust), reporting(f"reading the cases of {file}"):
+        return read(file)
 
 
 def sound_campaign(file: str) -> "Campaign":

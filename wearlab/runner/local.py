@@ -11,11 +11,12 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from wearlab.runner.progress import watched
 from wearlab.runner.report import RunnerError
 from wearlab.runner.worker import quietly
 from wearlab.sources import code_and_place, source_hash
@@ -288,7 +289,7 @@ def quiet_logs() -> Iterator[None]:
 def compile_ahead(
     campaigns: "Sequence[Campaign]",
     workers: int | None = None,
-    begin: Callable[[int], Callable[[str], None]] | None = None,
+    progress: bool = False,
 ) -> tuple[int, float]:
     """Compile what the runs of campaigns will call, and keep it on disk.
 
@@ -296,7 +297,7 @@ def compile_ahead(
     ----------
     campaigns : whose runs are to come
     workers : number of worker processes [the cores of this machine]
-    begin : is told how many steps there are, and returns what is told the name of each one done
+    progress : show a bar, on a terminal or in a notebook
 
     Returns
     -------
@@ -310,12 +311,13 @@ def compile_ahead(
     named = {id(case.scene): case.label for campaign in campaigns for case in campaign.cases}
     kinds = kinds_of(case.scene for campaign in campaigns for case in campaign.cases)
     jobs = jobs_of(kinds)
-    told = begin(len(jobs)) if begin else lambda name: None
-    with local_client(workers, dashboard=False) as client:
+    with local_client(workers, dashboard=False) as client, watched(progress) as bar:
+        bar.start(len(jobs), "compiled")
         futures = {
             client.submit(quietly, do, job, pure=False, priority=-n): job for n, job in enumerate(jobs)
         }
         for future in as_completed(futures):
             future.result()
-            told(named[id(futures[future][1])])
+            bar.done += 1
+            bar.step(named[id(futures[future][1])])
     return len(kinds), time.perf_counter() - clock

@@ -67,41 +67,6 @@ def from_worker() -> Send | None:
     return lambda message: worker.log_event(TOPIC, message)
 
 
-class SchedulerCheckpoints:
-    """The last states of lives, with the scheduler: a worker that takes over from a dead one goes on there.
-
-    A scheduler of somebody else gives a dead worker's work to the next one by itself: what the parent has
-    heard since would come too late.
-    """
-
-    def __init__(self) -> None:
-        from dask.distributed import get_client
-
-        self._client, self._told = get_client(), set[str]()
-
-    def beside(self, send: Send) -> Send:
-        """Return how a message is sent and its state kept."""
-
-        def both(message: dict[str, Any]) -> None:
-            send(message)
-            self._told.add(message["id"])
-            self._client.set_metadata([KEPT, message["id"]], message["image"])
-
-        return both
-
-    def last(self, run_id: str) -> bytes | None:
-        """Return the last state of a run that somebody began."""
-        image: bytes | None = self._client.get_metadata([KEPT, run_id], default=None)
-        if image is not None:
-            self._told.add(run_id)
-        return image
-
-    def forget(self, run_id: str) -> None:
-        """Let go of the state of a finished run."""
-        if run_id in self._told:
-            self._client.set_metadata([KEPT, run_id], None)
-
-
 SIMULATE = "wearlab.simulation:simulate"
 
 
@@ -133,11 +98,30 @@ def execute_all(tasks: Sequence[Task], simulate: str, code: str | None = None) -
     send = from_worker()
     if code is None or send is None:
         return [execute(task, simulate, send) for task in tasks]
-    kept, made = SchedulerCheckpoints(), []
-    for task in tasks:
-        again = task._replace(resumed=kept.last(task.id) or task.resumed)
-        made.append(execute(again, simulate, kept.beside(send)))
-        kept.forget(task.id)
+    return [_kept_by_scheduler(task, simulate, send) for task in tasks]
+
+
+def _kept_by_scheduler(task: Task, simulate: str, send: Send) -> outcome.Outcome:
+    """Compute a case whose last state the scheduler has, too: a worker that takes over goes on there.
+
+    A scheduler of somebody else gives a dead worker's work to the next one by itself: what the parent has
+    heard since would come too late.
+    """
+    from dask.distributed import get_client
+
+    client, place = get_client(), [KEPT, task.id]
+    last = client.get_metadata(place, default=None)
+    kept = last is not None
+
+    def both(message: dict[str, Any]) -> None:
+        nonlocal kept
+        send(message)
+        kept = True
+        client.set_metadata(place, message["image"])
+
+    made = execute(task._replace(resumed=last or task.resumed), simulate, both)
+    if kept:
+        client.set_metadata(place, None)
     return made
 
 

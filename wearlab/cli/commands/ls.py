@@ -250,13 +250,11 @@ def features(
     table = store.features(where, variables=output.split_columns(variables))
     if out is None or output.AS_JSON.get():
         return output.Findings(partial(_in_si, table), _csv(table, si))
-    try:
+    with output.refusing(OSError):
         if out.suffix == ".nc":
             table.to_xarray(si=si).to_netcdf(out)
         else:
             out.write_text(table.to_csv(si=si))
-    except OSError as error:
-        raise output.Stop(f"{out}: cannot be written ({error.strerror or error})") from error
     return output.Findings(None, [f"{out}: {len(table)} rows, {len(table.columns)} columns"])
 
 

@@ -1,7 +1,7 @@
 """Before a run: which campaigns and cases can be; ``check``, ``plan``, ``compile`` and ``modes``."""
 
 from collections import Counter
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from itertools import chain
@@ -343,11 +343,7 @@ def compile_command(files: list[str], workers: app.Workers = None) -> None:
     """
     from wearlab.runner.local import compile_ahead
 
-    campaigns = [output.read_campaign(file) for file in files]
-    with ExitStack() as open_bar:
-        kinds, seconds = compile_ahead(
-            campaigns, workers, lambda total: open_bar.enter_context(output.bar(total))
-        )
+    kinds, seconds = compile_ahead([output.read_campaign(file) for file in files], workers, progress=True)
     output.say(f"compiled for {kinds} {'kind' if kinds == 1 else 'kinds'} of scenes in {seconds:.1f} s")
 
 
