@@ -237,6 +237,9 @@ def kind(
     return made
 
 
+STATES_SHOWN = 6
+
+
 @dataclass(frozen=True)
 class Run:
     """One run of a figure.
@@ -267,8 +270,23 @@ class Run:
         value = self.along[name].value
         return (np.nan, self.own.get(name)) if isinstance(value, str) else (float(value), None)
 
+    def at_states(self, kept: Sequence[int]) -> "Run":
+        """Return the run at some of its wear states, by their places."""
+        data = self.data.isel(update=kept, missing_dims="ignore")
+        return replace(self, data=data, states=tuple(self.states[i] for i in kept if self.states))
 
-STATES_SHOWN = 6
+    def last_state(self) -> "Run":
+        """Return the run at its last wear state alone."""
+        return self.at_states([-1])
+
+    def thinned(self, most: int = STATES_SHOWN) -> "Run":
+        """Return the run with so few wear states that each can be told apart, spread over its life."""
+        count = self.data.sizes.get("update", 1)
+        if count <= most:
+            return self
+        cycle = self.data["cycle"].values if "cycle" in self.data else np.arange(count)
+        wanted = np.linspace(cycle[0], cycle[-1], most)
+        return self.at_states(sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted}))
 
 
 class Slice(NamedTuple):
@@ -370,17 +388,20 @@ def companion(
     return values[(*(index.get(str(dim), slice(None)) for dim in variable.dims), ...)], scale
 
 
-def last_state(run: Run) -> Run:
-    """Return the run at its last wear state alone."""
-    return replace(run, data=run.data.isel(update=[-1], missing_dims="ignore"), states=run.states[-1:])
+def over(run: Run, name: str, ask: Ask, x: str, *along: str, look: Look = "line") -> Iterator[Series]:
+    """Yield a variable over a coordinate that runs along one of its dimensions, where both are known.
+
+    Parameters
+    ----------
+    run, name, ask, along : as of `slices`
+    x : the coordinate
+    look : of the curves
+    """
+    for piece in slices(run, name, ask, *along):
+        values, across = companion(run, x, piece.place, ask)
+        yield piece.over(values, across, look).known
 
 
-def thinned(run: Run, most: int = STATES_SHOWN) -> Run:
-    """Return the run with so few wear states that each can be told from the others, spread over its life."""
-    count = run.data.sizes.get("update", 1)
-    if count <= most:
-        return run
-    cycle = run.data["cycle"].values if "cycle" in run.data else np.arange(count)
-    wanted = np.linspace(cycle[0], cycle[-1], most)
-    kept = sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted})
-    return replace(run, data=run.data.isel(update=kept), states=tuple(run.states[i] for i in kept))
+def spread(count: int, most: int) -> list[int]:
+    """Return at most so many of the places 0 to count − 1, evenly spread, with both ends."""
+    return sorted({round(place) for place in np.linspace(0, count - 1, min(count, most)).tolist()})

@@ -9,7 +9,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import curves, plot, runs
-from wearlab.figures.kind import Ask, Kind, no_axis
+from wearlab.figures.kind import Ask, Kind, no_axis, spread
 from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Series
 from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
@@ -160,7 +160,7 @@ def _thinned(layout: Layout) -> Layout:
         if counts["rows"] * counts["cols"] <= MOST_PANELS or most >= counts[role]:
             return layout
         name, labels = layout.roles[role], layout.varied[layout.roles[role]]
-        chosen = [labels[round(i * (len(labels) - 1) / (most - 1))] for i in range(most)]
+        chosen = [labels[i] for i in spread(len(labels), most)]
         words = f"{name.replace('_', ' ')}: {most} of {len(labels)} places shown"
         notes = (*layout.notes, f"{words}; the others by select, or as hue")
         kept = [s for s in layout.series if s.key.get(name, chosen[0]) in chosen]

@@ -90,6 +90,11 @@ class Series(BesidePoints):
         """Whether no abscissa is less than the one before it."""
         return bool(np.all(np.diff(self.x) >= 0.0))
 
+    @property
+    def known(self) -> "Series":
+        """Those of its points that have both coordinates."""
+        return self.at(np.isfinite(self.x) & np.isfinite(self.y))
+
     def at(self, index: Any) -> "Series":
         """Return some of its points."""
         given = {name: v[index] for name in POINTS if (v := getattr(self, name)) is not None}
@@ -98,6 +103,11 @@ class Series(BesidePoints):
 
 POINTS: dict[str, Any] = {"x": float, "y": float, "x_error": float, "y_error": float}
 POINTS |= {"doubtful": bool, "runs": "U64", "level": float}
+
+
+def without(key: Mapping[str, Label], *names: str) -> dict[str, Label]:
+    """Return the labels along other dimensions."""
+    return {name: label for name, label in key.items() if name not in names}
 
 
 def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None) -> dict[Any, list[Series]]:
@@ -119,6 +129,19 @@ def merged(group: Sequence[Series]) -> Series:
     return replace(group[0], **fields)
 
 
+def gathered(series: Sequence[Series], key: Callable[[Series], Any] | None = None) -> list[Series]:
+    """Return the points of runs that have a key in common as one; what has no place on x becomes a level."""
+    places = np.concatenate([curve.x for curve in series])
+    curves: list[Series] = []
+    for group in grouped(series, key).values():
+        whole = merged(group)
+        if np.isnan(whole.x).all() and not np.isnan(places).all():
+            curves += [horizontal(curve, places) for curve in group]
+        else:
+            curves.append(whole.known)
+    return curves
+
+
 def horizontal(run: Series, places: Array) -> Series:
     """Return a run without a place among others as a line beside all of them, marked at its own abscissa.
 
@@ -130,6 +153,22 @@ def horizontal(run: Series, places: Array) -> Series:
     ends = [float(np.nanmin(places)), float(np.nanmax(places))]
     x = np.array(ends if run.own is None else [min(ends[0], run.own), run.own, max(ends[1], run.own)])
     return replace(merged([run] * len(x)), x=x, look="horizontal")
+
+
+def band(x: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return the outline of what lies between two curves over the same abscissae, where both are known."""
+    x, low, high = (side[np.isfinite(low) & np.isfinite(high)] for side in (x, low, high))
+    return np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
+
+
+def bars(edges: Array, counts: Array) -> tuple[Array, Array]:
+    """Return the outline of the bars of a histogram."""
+    return np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
+
+
+def flat(x: tuple[float, float], y: float) -> tuple[Array, Array]:
+    """Return the points of a level line between two abscissae."""
+    return np.array(x), np.full(2, y)
 
 
 @dataclass(frozen=True)

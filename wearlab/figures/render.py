@@ -16,6 +16,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.text import Annotation
@@ -47,7 +48,7 @@ SCALED = ("font.size", "labelsize", "fontsize", "linewidth", "markersize", "majo
 MARGIN, GAP = 0.08, 0.07
 TITLE_HEIGHT, LEGEND_LINE, NOTE_LINE = 0.25, 0.175, 0.15
 NAME_LINE, NAMES = 0.15, 0.7  # of names of ranks: a line, and what else the panel needs
-BAR_WIDTH, BAR_LINE, BAR_HEIGHT = 2.4, 0.34, 0.09  # of a bar of colours, and of all it takes with its numbers
+BAR_WIDTH, BAR, BAR_HEIGHT = 2.4, 0.34, 0.09  # of a bar of colours, and of all it takes with its numbers
 WIDTHS = (5.0, 7.2, 7.2)  # by columns, of three and more the last
 HEIGHTS = {"wide": (2.75, 2.25, 1.85), "square": (4.2, 3.0, 2.2)}
 SQUARE_WIDTH, SMALL_WIDTH = 4.6, 3.6
@@ -71,6 +72,7 @@ SHORT_TEXT, LONG_TEXT = 1_000, 500_000  # characters: packed between, readers re
 COLOURS = 128
 """Lines, their antialiasing and bands need no more; a figure then takes a third of its bytes."""
 STEPS: dict[str, Any] = {"steps": [1, 2, 2.5, 5, 10]}
+GREY_TEXT: dict[str, Any] = {"color": "#555555"}
 
 
 class Shown(Figure):
@@ -166,23 +168,21 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
     title = textwrap.wrap(plot.title, int(letters * TITLE_LETTERS))
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
-    legend = _legend(figure, plot.headed, width - 2 * MARGIN * unit)
-    bar = BAR_LINE if plot.bar else 0.0
-    above = unit * (MARGIN + len(title) * TITLE_HEIGHT + legend * LEGEND_LINE + bar + GAP)
-    below = unit * (len(notes) * NOTE_LINE + MARGIN + (GAP if notes else 0.0))
+    lines = _head(figure, plot.headed, title, unit)
+    texts = len(title) * TITLE_HEIGHT + lines * LEGEND_LINE + len(notes) * NOTE_LINE
+    beside = unit * (texts + bool(plot.bar) * BAR + 2 * MARGIN + (1 + bool(notes)) * GAP)
     called = [_names_of(panel, letters) for panel in plot.panels]
-    lines = max((len(names) * max(map(len, names)) for names in called if names), default=0)
-    tall = unit * max(HEIGHTS[plot.shape][: plot.columns][-1], NAMES + lines * NAME_LINE)
-    given, height = height, height or above + below + plot.rows * tall
-    tall = (height - above - below) / plot.rows if given else tall
+    most = max((len(names) * max(map(len, names)) for names in called if names), default=0)
+    tall = unit * max(HEIGHTS[plot.shape][: plot.columns][-1], NAMES + most * NAME_LINE)
+    height = height or beside + plot.rows * tall
     figure.set_size_inches(width, height)
-    rect = (0.0, below / height, 1.0, max(1.0 - (above + below) / height, 0.1))
-    engine = ConstrainedLayoutEngine(rect=rect, w_pad=0.06, h_pad=0.05, wspace=0.02, hspace=0.02)
-    figure.set_layout_engine(engine)
-    _frame(figure, title, notes, unit)
-    _draw_panels(figure, plot, letters, tall / unit)
+    figure.set_layout_engine(ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.07, wspace=0.02, hspace=0.02))
+    if notes:
+        small = {**GREY_TEXT, "size": NOTE * matplotlib.rcParams["font.size"]}
+        figure.supxlabel("\n".join(notes), x=MARGIN * unit / width, ha="left", parse_math=False, **small)
+    _draw_panels(figure, plot, letters, (height - beside) / plot.rows / unit)
     if plot.bar is not None:
-        _bar(figure, plot.bar, unit, 1.0 - (above - GAP * unit) / height)
+        _bar(figure, plot.bar, unit)
     return figure
 
 
@@ -227,60 +227,43 @@ def _colours(bar: Bar, power: int) -> ScalarMappable:
     return ScalarMappable(norm, LinearSegmentedColormap.from_list("", bar.anchors))
 
 
-def _bar(figure: Figure, bar: Bar, unit: float, bottom: float) -> None:
-    """Draw a bar of colours with its numbers below and what it shows beside it."""
-    width, height = figure.get_size_inches()
+def _bar(figure: Figure, bar: Bar, unit: float) -> None:
+    """Draw a bar of colours above the panels, with what it shows beside it."""
     power = power_of_ten([np.array([bar.low, bar.high])], "1")
-    left, long = (MARGIN + 0.1) * unit, min(BAR_WIDTH * unit, 0.4 * width)
-    foot, tall = bottom + (BAR_LINE - BAR_HEIGHT - 0.02) * unit / height, BAR_HEIGHT * unit / height
-    axes = figure.add_axes((left / width, foot, long / width, tall))
-    axes.set_in_layout(False)
-    shown = figure.colorbar(_colours(bar, power), cax=axes, orientation="horizontal")
+    width = figure.get_figwidth() - 0.5 * unit
+    long = min(BAR_WIDTH * unit, 0.4 * width)
+    size: Any = {"shrink": long / width, "aspect": long / BAR_HEIGHT, "pad": 0.02}
+    shown = figure.colorbar(_colours(bar, power), ax=figure.axes, location="top", anchor=(0.0, 0.0), **size)
     shown.outline.set_visible(False)
     if not bar.logarithmic:
         shown.locator = MaxNLocator(5, **STEPS)
         shown.update_ticks()
-    axes.tick_params(labelsize=7.5 * unit, pad=1.5, length=2)
-    axes.grid(False)
+    shown.ax.tick_params(labelsize=7.5 * unit, pad=1.5, length=2)
+    shown.ax.grid(False)
     label = axis_label(bar.label, "1" if power else "", power)
-    at = (left + long + 0.2 * unit) / width
-    room = int((1.0 - at) * width / unit * BAR_LETTERS)
-    label = textwrap.fill(label, room) if "$" not in label else label
-    size = matplotlib.rcParams["legend.fontsize"]
-    figure.text(at, foot + tall / 2, label, size=size, va="center", ha="left", parse_math="$" in label)
+    told: Any = {"size": matplotlib.rcParams["legend.fontsize"], "parse_math": "$" in label}
+    label = label if "$" in label else textwrap.fill(label, int((width - long) / unit * BAR_LETTERS))
+    shown.ax.annotate(label, (1.0, 0.5), (6, 0), "axes fraction", "offset points", va="center", **told)
 
 
-def _frame(figure: Figure, title: Sequence[str], notes: Sequence[str], unit: float) -> None:
-    """Write title and notes, and put the legend below the title."""
-    width, height = figure.get_size_inches() / unit
-    size = matplotlib.rcParams["font.size"]
-    left, top = MARGIN / width, 1.0 - MARGIN / height
-    plain: dict[str, Any] = {"ha": "left", "parse_math": False}
-    for line in title:
-        figure.text(left, top, line, size=TITLE * size, weight="bold", va="top", **plain)
-        top -= TITLE_HEIGHT / height
-    for legend in figure.legends:
-        legend.set_loc("upper left")
-        legend.set_bbox_to_anchor((left, top), transform=figure.transFigure)
-    for number, line in enumerate(reversed(notes)):
-        y = (MARGIN + number * NOTE_LINE) / height
-        figure.text(left, y, line, size=NOTE * size, color="#555555", va="bottom", **plain)
-
-
-def _legend(figure: Figure, entries: Sequence[LegendEntry], room: float) -> int:
-    """Add the legend in as many columns as fit [inches]; return its number of lines."""
-    if not entries:
+def _head(figure: Figure, entries: Sequence[LegendEntry], title: Sequence[str], unit: float) -> int:
+    """Write the title, and the legend below it in as many columns as fit; return its number of lines."""
+    if not (entries or title):
         return 0
-    handles = [_handle(entry) for entry in entries]
+    handles, room = [_handle(entry) for entry in entries], figure.get_figwidth() - 2 * MARGIN * unit
+    pad = 72.0 * MARGIN * unit / matplotlib.rcParams["legend.fontsize"]
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
-    for lines in range(1, len(entries) + 1):
-        columns = -(-len(entries) // lines)
+    for lines in range(1, len(entries) + 1) or [0]:
+        columns = -(-len(entries) // lines) if lines else 1
         by_rows = [handle for column in range(columns) for handle in handles[column::columns]]
-        legend = figure.legend(handles=by_rows, loc="upper left", ncols=columns, alignment="left")
-        legend.set_in_layout(False)
+        look: Any = {"ncols": columns, "alignment": "left", "borderaxespad": pad}
+        legend = figure.legend(handles=by_rows, loc="outside upper left", **look)
         if columns == 1 or legend.get_window_extent(renderer).width / figure.dpi <= room:
             break
         legend.remove()
+    bold = FontProperties(weight="bold", size=TITLE * matplotlib.rcParams["font.size"])
+    legend.set_title("\n".join(title), prop=bold)
+    legend.get_title().set_parse_math(False)
     return -(-len(entries) // columns)
 
 
@@ -292,22 +275,20 @@ def _handle(entry: LegendEntry) -> Line2D:
 def strokes(pen: Pen, look: str) -> dict[str, Any]:
     """Return how a look is drawn."""
     colour, line = pen.colour, {"color": pen.colour, "ls": pen.dash}
-    dots = {"color": colour, "ls": "", "marker": "o"}
-    edged = {"mec": "white", "mew": 0.4}
-    width = matplotlib.rcParams["lines.linewidth"]
-    if look in BESIDE:
-        return {**line, "lw": 0.8 * width, "zorder": 1.5}
+    dots, edged = {"color": colour, "ls": "", "marker": "o"}, {"mec": "white", "mew": 0.4}
+    marker, width = pen.marker or "o", matplotlib.rcParams["lines.linewidth"]
+    level = {"ls": "--", "marker": marker, "markevery": slice(1, -1)}
     looks: dict[str, dict[str, Any]] = {
+        **{beside: {**line, "lw": 0.8 * width, "zorder": 1.5} for beside in BESIDE},
         "points": {**dots, "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4},
         "dots": {**dots, "mew": 0.0, "ms": 1.8, "alpha": 0.7, "zorder": 3},
         "area": {"color": colour, "lw": AREA_WIDTH, "alpha": AREA_ALPHA, "solid_capstyle": "butt"},
         "hairline": {**line, "lw": 0.5 * width, "zorder": 3},
         # a published point goes around a marker of ours
         "published": {**dots, "mfc": "none", "mec": colour, "mew": 1.0, "ms": 6.6, "zorder": 5},
-        "horizontal": {**line, **edged, "ls": "--", "marker": pen.marker or "o", "zorder": 2.5}
-        | {"markevery": slice(1, -1)},
+        "horizontal": {**line, **edged, **level, "zorder": 2.5},
         "line-points": {**line, **edged, "marker": pen.marker, "zorder": 3},
-        "stem": {**dots, **edged, "marker": pen.marker or "o", "zorder": 3},
+        "stem": {**dots, **edged, "marker": marker, "zorder": 3},
     }
     return looks.get(look, {**line, "lw": pen.width * width, "zorder": 3})
 
@@ -319,17 +300,18 @@ def _names_of(panel: Panel, letters: float) -> list[list[str]]:
 
 def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> None:
     """Draw every panel of a plot on a figure, with what their axes share."""
-    grid = figure.add_gridspec(plot.rows, plot.columns)
-    places = {(panel.row, panel.column): panel for panel in plot.panels}
     one_x = len({panel.x_label for panel in plot.panels}) == 1
     shared_x = one_x and _alike_across(plot.panels)
+    shared_y: Any = {"all": True, "row": "row", "none": False}[plot.share_y]
+    grid = figure.subplots(plot.rows, plot.columns, sharex=shared_x, sharey=shared_y, squeeze=False)
+    places = {(panel.row, panel.column): panel for panel in plot.panels}
     axes: dict[tuple[int, int], Axes] = {}
-    for place, panel in places.items():
-        first = next(iter(axes.values()), None)
-        beside = next((a for (row, _), a in axes.items() if row == place[0]), None)
-        share_y = first if plot.share_y == "all" else beside if plot.share_y == "row" else None
-        axes[place] = figure.add_subplot(grid[place], sharex=first if shared_x else None, sharey=share_y)
-        _panel(axes[place], panel, plot)
+    for place, ax in np.ndenumerate(grid):
+        if place in places:
+            axes[place] = ax
+            _panel(ax, places[place], plot)
+        else:
+            ax.remove()
     bottom = max(row for row, _ in axes)
     room = int((tall - 0.6) * 72 / 3.9)
     for (row, column), ax in axes.items():
@@ -395,7 +377,7 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
         _uncertain(ax, curve, least)
     _part_levels(ax)
     above: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
-    above |= {"va": "bottom", "size": MARK * matplotlib.rcParams["font.size"], "color": "#555555"}
+    above |= {"va": "bottom", "size": MARK * matplotlib.rcParams["font.size"], **GREY_TEXT}
     for mark, side in zip(panel.marks, _sides(panel, plot.columns), strict=True):
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
         ax.annotate(mark.text, (mark.x, 1.0), (0, 2), ha=side, **above)

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab import arrays, nearest
-from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices, thinned
+from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
-from wearlab.figures.plot import Look, Scale, Series, grouped, horizontal, merged
+from wearlab.figures.plot import Scale, Series, gathered, without
 from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.units import UnitError
 
@@ -18,11 +18,12 @@ MOST_POINTS = 30
 def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     """Yield a variable over the wear states, by cycle or by the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "update"):
-        x, across = at_states(run, ask, piece)
-        y = np.atleast_1d(piece.values)
-        held = np.isfinite(x) & np.isfinite(y)
-        look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-        yield piece.over(x, across, look, hours=hours_a_cycle(run, ask)).at(held)
+        yield pointed(piece.over(*at_states(run, ask, piece), hours=hours_a_cycle(run, ask)).known)
+
+
+def pointed(curve: Series) -> Series:
+    """Return a curve with its points marked, if they are few."""
+    return replace(curve, look="line-points") if len(curve.x) <= MOST_POINTS else curve
 
 
 def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[arrays.Array, Scale]:
@@ -46,12 +47,11 @@ def hours_a_cycle(run: Run, ask: Ask) -> float | None:
     if ask.x not in (None, "cycle") or not {"operating_hours", "cycle"} <= set(run.data.variables):
         return None
     units = str(run.data["operating_hours"].attrs.get("units", "h"))
-    hours = converted(run.data["operating_hours"].values, units, "h")
-    cycle = np.asarray(run.data["cycle"].values, float)
-    if hours.shape != cycle.shape:
+    cycle, hours = run.data["cycle"], run.data["operating_hours"]
+    if hours.dims != cycle.dims:
         return None
-    held = np.isfinite(hours) & np.isfinite(cycle) & (cycle > 0.0)
-    rate = hours[held] / cycle[held]
+    rate = converted(hours.values, units, "h")[cycle.values > 0.0] / cycle.values[cycle.values > 0.0]
+    rate = rate[np.isfinite(rate)]
     return float(rate[0]) if rate.size and np.allclose(rate, rate[0], rtol=1e-6) else None
 
 
@@ -103,9 +103,8 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
                     key["quantity"] = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
                 x, across = companion(run, ask.x or by, piece.place, ask)
                 x = x.max(axis=1) if x.ndim > 1 else x  # the flank that is worn most
-                held = np.isfinite(x) & np.isfinite(piece.values)
-                up = Scale(words, piece.scale.units)
-                yield piece._replace(key=key, scale=up).over(x, across, "line-points").at(held)
+                told = piece._replace(key=key, scale=Scale(words, piece.scale.units))
+                yield told.over(x, across, "line-points").known
 
     return series
 
@@ -155,19 +154,17 @@ def line(run: Run, ask: Ask) -> Iterator[Series]:
 def _of_variable(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     if ask.x is not None and ask.x in run.along:
         x, own = run.abscissa(ask.x)  # a point at this run's place along a sweep, joined to curves afterwards
-        for piece in slices(thinned(run), name, ask):
+        for piece in slices(run.thinned(), name, ask):
             yield piece.over(np.array([x]), run.scales[ask.x], "line-points", own=own)
         return
     dim, coordinate = _across(run, name, ask)
-    run = run if dim == "update" else thinned(run)
+    run = run if dim == "update" else run.thinned()
     if coordinate in POSITIONS:
         yield from along_path(run, name, ask)
         return
     for piece in slices(run, name, ask, dim):
         for extra, place, across in _positions(run, dim, coordinate, piece.place, ask):
-            held = np.isfinite(place) & np.isfinite(piece.values)
-            look: Look = "line-points" if held.sum() <= MOST_POINTS else "line"
-            yield piece._replace(key={**piece.key, **extra}).over(place, across, look).at(held)
+            yield pointed(piece._replace(key={**piece.key, **extra}).over(place, across).known)
 
 
 def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
@@ -175,9 +172,8 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     dims = [str(dim) for dim in run.data[name].dims]
     if ask.x is None:
         if not dims:
-            raise ask.wrong(
-                f"{name} is one number per run; x must name a sweep: {nearest.choices('', run.place)}"
-            )
+            known = nearest.choices("", run.place)
+            raise ask.wrong(f"{name} is one number per run; x must name a sweep: {known}")
         free = [d for d in dims if d not in (ask.hue, ask.rows, ask.cols)] or dims
         dim = next((d for d in ("phase", "profile", "update") if d in free), free[-1])
         return dim, DEFAULT_X.get(dim, dim)
@@ -186,9 +182,8 @@ def _across(run: Run, name: str, ask: Ask) -> tuple[str, str]:
     shared = _shared(run, ask.x, dims) if ask.x in run.data.variables else []
     if not shared:
         valid = [*run.place, *dims, *(str(name) for name in run.data.coords if _shared(run, name, dims))]
-        raise ask.wrong(
-            f"x = {ask.x!r} does not run along {name}; {nearest.choices(ask.x, dict.fromkeys(valid))}"
-        )
+        known = nearest.choices(ask.x, dict.fromkeys(valid))
+        raise ask.wrong(f"x = {ask.x!r} does not run along {name}; {known}")
     return shared[-1], ask.x
 
 
@@ -207,8 +202,7 @@ def _positions(
         return
     units = ask.units.get("x") or ask.units.get("order", "1")
     if coordinate == "order" and units != "1" and FREQUENCY in run.data:
-        frequency = run.data[FREQUENCY]
-        hertz = frequency[index.get("mesh", 0)].values * run.data[coordinate].values
+        hertz = run.data[FREQUENCY][index.get("mesh", 0)].values * run.data[coordinate].values
         try:
             hertz = converted(hertz, "Hz", units)
         except UnitError as error:
@@ -227,17 +221,13 @@ def joined(series: list[Series], axis: str) -> list[Series]:
 
     Points whose places were drawn at random stay points.
     """
-    series = [replace(curve, key={k: v for k, v in curve.key.items() if k != axis}) for curve in series]
-    groups = grouped(series, lambda curve: (tuple(sorted(curve.key.items())), curve.up, curve.look))
-    places = np.concatenate([curve.x for curve in series])
-    if not np.isfinite(places).any():
+    series = [replace(curve, key=without(curve.key, axis)) for curve in series]
+    if not any(np.isfinite(curve.x).any() for curve in series):
         said = f"x = {axis!r} has names, not numbers"
         raise FigureError(f'{said}: kind = "cases" draws a number beside each name')
     curves = []
-    for group in groups.values():
-        whole = merged(group)
-        held = whole.at(np.isfinite(whole.x) & np.isfinite(whole.y))
-        mixed = len(whole.x) > FEWEST_DOTS and {-1.0, 1.0} <= set(np.sign(np.diff(held.x)))
-        ordered = replace(held.at(np.argsort(held.x, kind="stable")), look="dots" if mixed else whole.look)
-        curves.append(horizontal(group[0], places) if np.isnan(whole.x).all() else ordered)
+    for curve in gathered(series, lambda one: (tuple(sorted(one.key.items())), one.up, one.look)):
+        mixed = len(curve.x) > FEWEST_DOTS and {-1.0, 1.0} <= set(np.sign(np.diff(curve.x)))
+        ordered = curve.at(np.argsort(curve.x, kind="stable"))
+        curves.append(replace(ordered, look="dots") if mixed else ordered)
     return curves

@@ -15,7 +15,7 @@ from wearlab.arrays import Array
 from wearlab.figures.curves import Ended, banded, ended_of
 from wearlab.figures.kind import Ask, FigureError, Run, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
-from wearlab.figures.plot import Mark, Scale, Series, grouped
+from wearlab.figures.plot import Mark, Scale, Series, band, bars, flat, grouped
 from wearlab.figures.wording import Label, joined
 
 CONFIDENCE = 0.95
@@ -102,25 +102,20 @@ def _histograms(series: list[Series]) -> list[Series]:
     groups = grouped(series).values()
     curves: list[Series] = []
     for group in groups:
-        values, first = _values(group), group[0]
+        values, key, scales = _values(group), group[0].key, (group[0].across, COUNT)
         edges, counts = histogram(values)
-        x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
-        curves.append(Series(first.key, x, y, first.across, COUNT, "area"))
+        top, units = float(counts.max()), scales[0].units
+        curves.append(Series(key, *bars(edges, counts), *scales, "area"))
         for probability in QUANTILES:
-            curves += _quantile(values, probability, float(counts.max()), first, marked=len(groups) == 1)
+            mark, name = quantile(values, probability), f"{100 * probability:g} %"
+            low, high = top * STRIP[0], top * STRIP[1]  # its confidence is a strip above the bars
+            strip = band(np.array([mark.low, mark.high]), np.full(2, low), np.full(2, high))
+            alone = len(groups) == 1
+            said = f"{name}: {_said(mark, units)}" if alone else ""
+            curves.append(Series(key, *strip, *scales, "area", said))
+            marks = (Mark(mark.value, name),) if alone else ()
+            curves.append(Series(key, *flat((0.0, high), mark.value)[::-1], *scales, "hairline", marks=marks))
     return curves
-
-
-def _quantile(values: Array, probability: float, top: float, first: Series, *, marked: bool) -> list[Series]:
-    """Return the line of a quantile, the strip of its confidence over the bars, its name above the panel."""
-    mark, name = quantile(values, probability), f"{100 * probability:g} %"
-    band = np.array([mark.low, mark.low, mark.high, mark.high])
-    sides = top * np.array([STRIP[0], STRIP[1], STRIP[1], STRIP[0]])
-    line = np.full(2, mark.value), np.array([0.0, sides[1]])
-    marks = (Mark(mark.value, name),) if marked else ()
-    said = f"{name}: {_said(mark, first.across.units)}" if marked else ""
-    strip = Series(first.key, band, sides, first.across, COUNT, "area", said)
-    return [strip, Series(first.key, *line, first.across, COUNT, "hairline", marks=marks)]
 
 
 def _said(marked: Quantile, units: str) -> str:
@@ -146,23 +141,21 @@ def _probabilities(series: list[Series]) -> list[Series]:
         n = len(logs)
         rank = np.arange(1, n + 1)
         scores = norm.ppf((rank - 0.5) / n)
-        curves.append(Series(first.key, logs, scores, across, SCORE, "dots"))
         mean, spread = float(logs.mean()), float(logs.std(ddof=1))
         limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
-        outline = np.concatenate([limits[0], limits[1][::-1]]), np.concatenate([scores, scores[::-1]])
-        ends = scores[[0, -1]]
-        curves.append(Series(first.key, *outline, across, SCORE, "area"))
-        curves.append(Series(first.key, mean + spread * ends, ends, across, SCORE, "line"))
+        ends, scales = scores[[0, -1]], (across, SCORE)
+        curves.append(Series(first.key, logs, scores, *scales, "dots"))
+        curves.append(Series(first.key, *band(scores, *limits)[::-1], *scales, "area"))
+        curves.append(Series(first.key, mean + spread * ends, ends, *scales))
     return curves
 
 
 def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
     name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
-        x, across = at_states(run, ask, piece)
-        held = np.isfinite(x) & np.isfinite(piece.values)
-        own, hours = piece._replace(key=_kept(piece.key, ask)), hours_a_cycle(run, ask)
-        yield OfRun(own.key, x[held], own.values[held], across, own.scale, hours=hours, ended=ended_of(name))
+        (x, across), hours = at_states(run, ask, piece), hours_a_cycle(run, ask)
+        scales, ended = (across, piece.scale), ended_of(name)
+        yield OfRun(_kept(piece.key, ask), x, piece.values, *scales, hours=hours, ended=ended).known
 
 
 def _bands(series: list[Series]) -> list[Series]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, STATES, Ask, Run, Slice, companion, kind, last_state, slices, thinned
+from wearlab.figures.kind import ORBITS, STATES, Ask, Run, companion, kind, over, slices
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.wording import Label
@@ -39,7 +39,7 @@ def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...
 )  # fmt: skip
 def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
     """Wear depth over path_position, diameter, roll_angle or distance_to_pitch_circle, with A–E marked."""
-    return along_path(thinned(run), ask.y[0], ask)
+    return along_path(run.thinned(), ask.y[0], ask)
 
 
 @kind(
@@ -52,7 +52,7 @@ def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
 def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
     """Quantities along the path, one row each."""
     names = ask.y or QUANTITIES
-    run = thinned(run, 2)  # the first and the last wear state
+    run = run.thinned(2)  # the first and the last wear state
     for order, name in enumerate(names):
         if name in run.data:
             yield from along_path(run, name, ask, {"variable": Label(float(order), name)})
@@ -62,11 +62,18 @@ ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
 ENGAGEMENT = Scale("mesh cycles since the pair enters at A", "1")
 
 
-def path_marks(run: Run, index: Mapping[str, int], ratio: float) -> tuple[Mark, ...]:
-    """Return the points A–E on the scale of mesh cycles since A."""
+def _engagement_marks(run: Run, index: Mapping[str, int], ratio: float) -> tuple[Mark, ...]:
+    """Return the points A–E on the scale of mesh cycles since A, on the path of the flank that leads.
+
+    That is "sun" in "sun-planet-1".
+    """
     if "path_position" not in run.data:
         return ()
-    position, leads = run.data["path_position"].values, _flank(run, index)
+    leads, position = 0, run.data["path_position"].values
+    if "mesh" in run.data.coords and "flank" in run.data.dims:
+        mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
+        flanks = run.data["flank"].values
+        leads = next((i for i, name in enumerate(flanks) if mesh.startswith(str(name))), 0)
     marks = _marks(run, position[leads] if position.ndim > 1 else position, {"flank": leads})
     at = {mark.text: mark.x for mark in marks}
     if not {"A", "E"} <= set(at):
@@ -75,46 +82,49 @@ def path_marks(run: Run, index: Mapping[str, int], ratio: float) -> tuple[Mark, 
     return tuple(Mark((s - at["A"]) / period, letter) for letter, s in at.items())
 
 
-def _flank(run: Run, index: Mapping[str, int]) -> int:
-    """Return the place of the flank that leads in a mesh, such as "sun" in "sun-planet-1"."""
-    if "mesh" not in run.data.coords or "flank" not in run.data.dims:
-        return 0
-    mesh = str(np.atleast_1d(run.data["mesh"].values)[index.get("mesh", 0)])
-    return next((i for i, name in enumerate(run.data["flank"].values) if mesh.startswith(str(name))), 0)
+def _engagements(run: Run, ask: Ask, name: str, *along: str) -> Iterator[Series]:
+    """Yield what one tooth pair goes through from A to E.
+
+    Parameters
+    ----------
+    run, ask : of the figure
+    name : a variable of the mesh period, repeated until the pair that entered at phase 0 leaves, or of pairs
+    along : its dimensions, of ``pair``, ``mesh_period`` and ``phase``; a curve for each mesh period
+    """
+    run = run.thinned()
+    for piece in slices(run, name, ask, *along):
+        phase, ratio, lag = (companion(run, of, piece.place, ask)[0] for of in ENGAGED)
+        end, marks = float(ratio), _engagement_marks(run, piece.place, float(ratio))
+        values = piece.values
+        if "pair" not in along:
+            values = np.broadcast_to(values, (int(np.ceil(end)), 1, len(phase)))
+        elif "mesh_period" not in along:
+            values = values[:, None]
+        values = values[:, ~np.isnan(values).all(axis=(0, 2))]
+        for period in range(values.shape[1]):
+            x, y = through_engagement(values, phase, end, float(lag), period)
+            if "pair" not in along:  # to the end
+                x, y = np.append(x[x < end], end), np.append(y[x < end], y[x < end][-1])
+            yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
 
 
-def _engaged(run: Run, ask: Ask, piece: Slice) -> tuple[Array, float, float, tuple[Mark, ...]]:
-    """Return phases, contact ratio, the phase at which a pair of the mesh enters at A, and the points A–E."""
-    phase, ratio, lag = (companion(run, name, piece.place, ask)[0] for name in ENGAGED)
-    return phase, float(ratio), float(lag), path_marks(run, piece.place, float(ratio))
-
-
-def _curves(run: Run, ask: Ask) -> Iterator[Series]:
-    """Yield a variable of the mesh period, repeated until the pair that entered at phase 0 leaves."""
-    run = thinned(run)
-    for piece in slices(run, ask.y[0], ask, "phase"):
-        if ask.x == "phase":
-            phase, scale = companion(run, "phase", piece.place, ask)
-            yield Series(piece.key, phase, piece.values, scale, piece.scale)
-            continue
-        phase, ratio, lag, marks = _engaged(run, ask, piece)
-        periods = np.broadcast_to(piece.values, (int(np.ceil(ratio)), 1, len(phase)))
-        x, y = through_engagement(periods, phase, ratio, lag)
-        inside = x < ratio
-        x, y = np.append(x[inside], ratio), np.append(y[inside], y[inside][-1])
-        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
+def _of_mesh(run: Run, ask: Ask) -> Iterator[Series]:
+    """Yield a variable of the mesh period, over an engagement or over the phase."""
+    if ask.x == "phase":
+        return over(run.thinned(), ask.y[0], ask, "phase", "phase")
+    return _engagements(run, ask, ask.y[0], "phase")
 
 
 TVMS = kind(
     "tvms", "Time-varying mesh stiffness", ("mesh_stiffness", *ENGAGED), ("phase",), roles=STATES,
     titled="{} through an engagement",
     shows="mesh stiffness from the entry of a tooth pair at A to its exit at E, or one period (x = phase)",
-)(_curves)  # fmt: skip
+)(_of_mesh)  # fmt: skip
 STE = kind(
     "ste", "Static transmission error under load", ("static_transmission_error", *ENGAGED), ("phase",),
     roles=STATES, titled="{} through an engagement",
     shows="static transmission error from the entry of a tooth pair at A to its exit at E",
-)(_curves)  # fmt: skip
+)(_of_mesh)  # fmt: skip
 
 
 def through_engagement(
@@ -146,9 +156,7 @@ def through_engagement(
 @kind("load-share", "Load share of one tooth pair", ("load_share", *ENGAGED), ("pair", "phase"), roles=STATES)
 def load_share(run: Run, ask: Ask) -> Iterator[Series]:
     """Share of the static mesh force that one tooth pair carries, from A to E."""
-    run = thinned(run)
-    for piece in slices(run, "load_share", ask, "pair", "phase"):
-        yield from _histories(run, ask, piece, piece.values[:, None, :])
+    return _engagements(run, ask, "load_share", "pair", "phase")
 
 
 @kind(
@@ -157,17 +165,7 @@ def load_share(run: Run, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
     """Elastic force on the drive flanks of one tooth pair, from A to E, one curve per mesh period."""
-    run = thinned(run)
-    for piece in slices(run, "pair_force", ask, "pair", "mesh_period", "phase"):
-        kept = ~np.isnan(piece.values).all(axis=(0, 2))
-        yield from _histories(run, ask, piece, piece.values[:, kept])
-
-
-def _histories(run: Run, ask: Ask, piece: Slice, values: Array) -> Iterator[Series]:
-    phase, ratio, lag, marks = _engaged(run, ask, piece)
-    for period in range(values.shape[1]):
-        x, y = through_engagement(values, phase, ratio, lag, period)
-        yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
+    return _engagements(run, ask, "pair_force", "pair", "mesh_period", "phase")
 
 
 COMPUTED, MEASURED = (Label(text, text) for text in ("computed", "measured"))
@@ -195,7 +193,7 @@ def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
     """Pressure over profile and face as it is painted in a test, in the first and the last wear state."""
-    return over_flank(thinned(run, 2), ask.y[0], ask)
+    return over_flank(run.thinned(2), ask.y[0], ask)
 
 
 @kind(
@@ -206,7 +204,7 @@ def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
 def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
     """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
     if run.data.sizes.get("update", 1) > 2:
-        run = last_state(run)
+        run = run.last_state()
     if ask.published is None:
         yield from over_flank(run, ask.y[0], ask)
         return
@@ -227,9 +225,7 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def face_load(run: Run, ask: Ask) -> Iterator[Series]:
     """Line load over the face, mean over the mesh period, as wear goes on."""
-    run = thinned(run)
-    for piece in slices(run, ask.y[0], ask, "face"):
-        yield piece.over(*companion(run, "face_position", piece.place, ask))
+    return over(run.thinned(), ask.y[0], ask, "face_position", "face")
 
 
 PHASES = (0.0, 0.25, 0.5, 0.75)
@@ -245,18 +241,16 @@ def contact_lines(run: Run, ask: Ask) -> Iterator[Series]:
     place = {"flank": 0, "mesh": 0}
     x, across = companion(run, "path_position", place, ask)
     y, up = companion(run, "face_position", place, ask)
-    ends = float(np.nanmin(x)), float(np.nanmax(x))
-    pitch = (ends[1] - ends[0]) / float(companion(run, "contact_ratio", place, ask)[0])
+    begin, end = float(np.nanmin(x)), float(np.nanmax(x))
+    pitch = (end - begin) / float(companion(run, "contact_ratio", place, ask)[0])
     slope = float(np.tan(run.data["base_helix_angle"].values[0]))
-    frame = np.array([ends[0], ends[1], ends[1], ends[0], ends[0]])
-    side = np.array([y[0], y[0], y[-1], y[-1], y[0]])
-    yield Series(run.place, frame, side, across, up, "level", text="field of action")
-    reach = int(np.ceil((np.ptp(x[np.isfinite(x)]) + abs(slope) * np.ptp(y)) / pitch)) + 1
-    along = np.linspace(y[0], y[-1], 201)
+    frame = np.array([begin, end, end, begin, begin]), np.array([y[0], y[0], y[-1], y[-1], y[0]])
+    yield Series(run.place, *frame, across, up, "level", text="field of action")
+    reach = int(np.ceil((end - begin + abs(slope) * np.ptp(y)) / pitch)) + 1
+    along = np.append(np.linspace(y[0], y[-1], 201), np.nan)
     for phase in PHASES:
-        lines = [ends[0] + pitch * (phase + n) - slope * along for n in range(-reach, reach + 1)]
-        s = np.concatenate([np.append(line, np.nan) for line in lines])
-        inside = (s >= ends[0]) & (s <= ends[1])
-        height = np.where(inside, np.tile(np.append(along, np.nan), len(lines)), np.nan)
+        s = np.concatenate([begin + pitch * (phase + n) - slope * along for n in range(-reach, reach + 1)])
+        s[~((s >= begin) & (s <= end))] = np.nan
+        height = np.where(np.isnan(s), np.nan, np.tile(along, 2 * reach + 1))
         label = Label(phase, f"phase {phase:g}")
-        yield Series({**run.place, "phase": label}, np.where(inside, s, np.nan), height, across, up)
+        yield Series({**run.place, "phase": label}, s, height, across, up)

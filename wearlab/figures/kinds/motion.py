@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, Ask, Run, Slice, companion, kind, shown, slices, thinned
-from wearlab.figures.plot import Scale, Series, grouped
+from wearlab.figures.kind import ORBITS, Ask, Run, Slice, companion, kind, over, shown, slices, spread
+from wearlab.figures.plot import Scale, Series, flat, grouped, without
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
@@ -17,18 +17,10 @@ MOST_PERIODS = 60
 SHOWN_OF_MANY = 20
 
 
-def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
-    """Return a response over a number of mesh periods.
-
-    Parameters
-    ----------
-    values : (n_periods, n_phases), NaN where the response has fewer periods
-    phase : (n_phases,) [1]
-    periods : how many to show
-    """
+def repeated(values: Array, periods: int) -> Array:
+    """Return a response, (n_periods, n_phases), NaN where it has fewer, over a number of mesh periods."""
     held = values[~np.isnan(values).all(axis=1)]
-    rows = [held[j % len(held)] for j in range(periods)]
-    return np.concatenate([phase + j for j in range(periods)]), np.concatenate(rows)
+    return np.resize(held, (periods, values.shape[1])).ravel()
 
 
 @kind(
@@ -37,23 +29,22 @@ def repeated(values: Array, phase: Array, periods: int) -> tuple[Array, Array]:
 )  # fmt: skip
 def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
     """Elastic mesh force over two mesh periods, or as many as the response has."""
-    run = thinned(run)
-    name = ask.y[0]
+    run, name = run.thinned(), ask.y[0]
     count = run.data[name].sizes.get("mesh_period", 1)
     periods = max(LEAST_PERIODS, count if count <= MOST_PERIODS else SHOWN_OF_MANY)
     said = f"The first {periods} of {count} mesh periods are shown." if periods < count else ""
     for piece in slices(run, name, ask, "mesh_period", "phase"):
-        phase, _ = companion(run, "phase", piece.place, ask)
         if np.isnan(piece.values).all():
             continue
+        phase, _ = companion(run, "phase", piece.place, ask)
         known = piece.error is not None and not np.isnan(piece.error).all()
-        error = repeated(piece.error, phase, periods)[1] if known else None  # type: ignore[arg-type]
-        x, y = repeated(piece.values, phase, periods)
+        error = repeated(piece.error, periods) if known else None  # type: ignore[arg-type]
+        x, y = (phase + np.arange(periods)[:, None]).ravel(), repeated(piece.values, periods)
         yield Series(piece.key, x, y, PERIODS, piece.scale, y_error=error, said=said)
     if name == "dynamic_mesh_force" and "static_mesh_force" in run.data:
         force = float(shown(run.data["static_mesh_force"], name, ask)[0].ravel()[0])
-        ends = np.array([0.0, float(periods)]), np.full(2, force)
-        yield Series(run.place, *ends, PERIODS, piece.scale, "reference", "static force")
+        level = flat((0.0, float(periods)), force)
+        yield Series(run.place, *level, PERIODS, piece.scale, "reference", "static force")
 
 
 @kind(
@@ -62,17 +53,17 @@ def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def phase_plane(run: Run, ask: Ask) -> Iterator[Series]:
     """Rate of the mesh deflection over the deflection, with a point once per mesh period."""
-    run = thinned(run)
+    run = run.thinned()
     for piece, rate in _planes(run, ask, "mesh_deflection", "mesh_deflection_rate", "mesh_period", "phase"):
         held = ~np.isnan(piece.values).all(axis=1)
-        x, y = (values[held].ravel() for values in (piece.values, rate.values))
-        scales = piece.scale, rate.scale
-        yield Series(piece.key, np.append(x, x[:1]), np.append(y, y[:1]), *scales)
+        x, y = (
+            np.append(orbit, orbit[:1]) for orbit in (piece.values[held].ravel(), rate.values[held].ravel())
+        )
+        yield Series(piece.key, x, y, piece.scale, rate.scale)
     if {"poincare_deflection", "poincare_rate"} <= set(run.data):  # the state when a pair enters at A
-        for piece, rate in _planes(run, ask, "poincare_deflection", "poincare_rate", "mesh_period"):
-            held = ~np.isnan(piece.values)
-            x, y = piece.values[held], rate.values[held]
-            yield Series(piece.key, x, y, *scales, "points", "once per mesh period, at A")
+        for at, speed in _planes(run, ask, "poincare_deflection", "poincare_rate", "mesh_period"):
+            once = at.values, speed.values, piece.scale, rate.scale
+            yield Series(at.key, *once, "points", "once per mesh period, at A").known
 
 
 def _planes(run: Run, ask: Ask, x: str, y: str, *along: str) -> Iterator[tuple[Slice, Slice]]:
@@ -103,28 +94,18 @@ SPEED = "speed of the input member"
 )  # fmt: skip
 def response_curve(run: Run, ask: Ask) -> Iterator[Series]:
     """A measure of the response over speed, up and down, with located jumps; y: dynamic factor."""
-    name = ask.y[0]
-    jumps = list(_jumps(run, ask))
-    for piece in slices(run, name, ask, "response_speed"):
+    jumps: dict[int | None, Array] = {}  # by direction
+    if "response_jump_speed" in run.data:
+        values, _ = shown(run.data["response_jump_speed"], "response_speed", ask, "x")
+        jumps |= enumerate(values.mean(axis=-1))
+    for piece in slices(run, ask.y[0], ask, "response_speed"):
         x, across = companion(run, "response_speed", piece.place, ask)
-        across = Scale(SPEED, across.units)
-        held = np.isfinite(piece.values)
-        yield Series(piece.key, x[held], piece.values[held], across, piece.scale)
-        low, high = float(np.nanmin(piece.values)), float(np.nanmax(piece.values))
-        for row, speed in jumps:
-            if row == piece.place.get("direction"):
-                ends = np.full(2, speed), np.array([low, high])
-                key = {k: label for k, label in piece.key.items() if k != "direction"}
-                yield Series(key, *ends, across, piece.scale, "reference", "jump, located")
-
-
-def _jumps(run: Run, ask: Ask) -> Iterator[tuple[int, float]]:
-    """Yield direction and speed of every jump."""
-    if "response_jump_speed" not in run.data:
-        return
-    values, _ = shown(run.data["response_jump_speed"], "response_speed", ask, "x")
-    for row, jumps in enumerate(values.mean(axis=-1)):
-        yield from ((row, float(speed)) for speed in jumps if np.isfinite(speed))
+        curve = piece.over(x, Scale(SPEED, across.units)).known
+        yield curve
+        for speed in filter(np.isfinite, jumps.get(piece.place.get("direction"), ())):
+            line = flat((float(curve.y.min()), float(curve.y.max())), speed)[::-1]
+            key = without(curve.key, "direction")
+            yield Series(key, *line, curve.across, curve.up, "reference", "jump, located")
 
 
 @kind(
@@ -142,10 +123,9 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
     once = "strobe" if "strobe" in run.data[name].dims else "mesh_period"
     if ask.x is not None and ask.x in run.along:
         at, own = run.abscissa(ask.x)
-        for piece in slices(thinned(run), name, ask, once):
-            y = piece.values[np.isfinite(piece.values)]
-            x = np.full(len(y), own if own is not None else at)
-            yield Series(piece.key, x, y, run.scales[ask.x], piece.scale, "points")
+        for piece in slices(run.thinned(), name, ask, once):
+            x = np.full(len(piece.values), at if own is None else own)
+            yield Series(piece.key, x, piece.values, run.scales[ask.x], piece.scale, "points").known
         return
     along = "response_speed" if "response_speed" in run.data[name].dims else "update"
     for piece in slices(run, name, ask, along, once):
@@ -155,7 +135,7 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
             raise ask.wrong(f"x = {ask.x!r} has several values there: select a {' and a '.join(left)}")
         across = Scale(SPEED, across.units) if along == "response_speed" else across
         x, y = np.repeat(places, piece.values.shape[1]), piece.values.ravel()
-        yield Series(piece.key, x, y, across, piece.scale, "dots").at(np.isfinite(y))
+        yield Series(piece.key, x, y, across, piece.scale, "dots").known
 
 
 @kind(
@@ -167,13 +147,10 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def poincare(run: Run, ask: Ask) -> Iterator[Series]:
     """Deflection and rate once per mesh period."""
-    count = run.data.sizes["response_speed"]
-    if count > POINTS_SHOWN:
-        chosen = sorted({round(i * (count - 1) / (POINTS_SHOWN - 1)) for i in range(POINTS_SHOWN)})
-        run = replace(run, data=run.data.isel(response_speed=chosen))
+    chosen = spread(run.data.sizes["response_speed"], POINTS_SHOWN)
+    run = replace(run, data=run.data.isel(response_speed=chosen))
     for piece, rate in _planes(run, ask, "response_poincare_deflection", "response_poincare_rate", "strobe"):
-        held = np.isfinite(piece.values)
-        yield Series(piece.key, piece.values[held], rate.values[held], piece.scale, rate.scale, "dots")
+        yield rate.over(piece.values, piece.scale, "dots").known
 
 
 @kind(
@@ -220,9 +197,8 @@ def orders(run: Run, ask: Ask) -> Iterator[Series]:
     Yield the amplitudes of each wear state as stems.
     """
     order = _order_of(run, ask.y[0])
-    for piece in slices(thinned(run, STEMS), ask.y[0], ask, order):
-        x, _ = companion(run, order, piece.place, ask)
-        yield piece.over(x, ORDER, "stem").at(np.isfinite(piece.values))
+    for curve in over(run.thinned(STEMS), ask.y[0], ask, order, order, look="stem"):
+        yield replace(curve, across=ORDER)
 
 
 def _order_of(run: Run, name: str) -> str:
@@ -251,18 +227,17 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
             continue
         per_speed = float(natural[0] / critical[0])  # mesh frequency over speed: mesh periods per turn
         top = MARGIN * max(float(critical.max()), mesh / per_speed)
-        up = Scale("frequency", piece.scale.units)
-        across = Scale("speed of the input member", across.units)
-        for order in range(1, HARMONICS + 1):  # as far as natural frequencies reach
+        highest = MARGIN * float(natural.max())  # lines end there
+        across, up = Scale(SPEED, across.units), Scale("frequency", piece.scale.units)
+        for order in range(1, HARMONICS + 1):
             words = "mesh frequency" if order == 1 else f"{ordinal(order)} harmonic"
-            x = np.array([0.0, min(top, MARGIN * float(natural.max()) / (order * per_speed))])
+            x = np.array([0.0, min(top, highest / (order * per_speed))])
             key = {**piece.key, "order": Label(float(order), words)}
             yield Series(key, x, order * per_speed * x, across, up)
         for frequency in natural:
-            ends = np.array([0.0, top]), np.full(2, frequency)
-            yield Series(piece.key, *ends, across, up, "reference", NATURAL)
+            yield Series(piece.key, *flat((0.0, top), frequency), across, up, "reference", NATURAL)
         meets = mesh * np.arange(1.0, HARMONICS + 1)
-        meets = meets[meets <= MARGIN * float(natural.max())]
+        meets = meets[meets <= highest]
         at = np.full(len(meets), mesh / per_speed)
         yield Series(piece.key, at, meets, across, up, "points", "speeds of the runs")
 
@@ -270,22 +245,17 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
 def _together(series: list[Series]) -> list[Series]:
     """Return the series of runs without their places where all have the same natural frequencies."""
     natural = (curve for curve in series if curve.text == NATURAL)
-    places = grouped(natural, lambda curve: tuple(sorted(x for x in curve.key.items() if x[0] != "order")))
+    places = grouped(natural, lambda curve: tuple(sorted(without(curve.key, "order").items())))
     some = [[float(curve.y[0]) for curve in group] for group in places.values()]
     alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
     if not alike and len(some) <= MOST_APART:
         return series
-    by_mode: dict[object, Series] = {}
-    for curve in sorted(series, key=lambda curve: -float(curve.x[-1])):  # the longest first
-        key = {name: label for name, label in curve.key.items() if name == "order"}
-        same = (tuple(key), tuple(key.values()), curve.text, *(f"{x:.6g}" for x in curve.y))
-        by_mode.setdefault(same if curve.look != "points" else id(curve), replace(curve, key=key))
-    lines: dict[Label, Series] = {}
-    for curve in by_mode.values():
-        if "order" in curve.key:
-            lines.setdefault(curve.key["order"], curve)
-    others = [curve for curve in by_mode.values() if "order" not in curve.key]
-    return [*(lines[order] for order in sorted(lines)), *others]
+    kept: dict[object, Series] = {}
+    for curve in sorted(series, key=lambda curve: -float(curve.x[-1])):  # the longest of each line
+        order = curve.key.get("order")
+        same = id(curve) if curve.look == "points" else order or f"{curve.y[0]:.6g}"
+        kept.setdefault(same, replace(curve, key={"order": order} if order else {}))
+    return sorted(kept.values(), key=lambda curve: curve.key["order"].value if curve.key else np.inf)
 
 
 NATURAL_MODES = kind(

@@ -6,15 +6,15 @@ others. So is a sampled input: the mean result in bins of equally many runs.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import FigureError, runs, wording
-from wearlab.figures.kind import Ask, Run, Slice, companion, kind, last_state, lone, shown, slices
-from wearlab.figures.plot import Look, Mark, Scale, Series, grouped, horizontal, merged
+from wearlab.figures.kind import Ask, Run, Slice, companion, kind, lone, shown, slices
+from wearlab.figures.plot import Look, Mark, Scale, Series, flat, gathered, grouped, merged, without
 from wearlab.nearest import choices
 
 MOST = 80
@@ -28,13 +28,10 @@ def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
 
     Yield a run's number, at its last wear state where none is selected, named by its place in the grid.
     """
-    name = ask.y[0]
-    run = last_state(run)
     called = ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
-    for piece in slices(run, name, ask):
-        key = {dim: label for dim, label in piece.key.items() if dim not in (*run.place, "update")}
+    for piece in slices(run.last_state(), ask.y[0], ask):
+        named = without(piece.key, *run.place, "update") | {"run": wording.Label(called, called)}
         values = np.atleast_1d(piece.values)
-        named = {**key, "run": wording.Label(called, called)}
         yield Series(named, values, np.zeros(1), piece.scale, PLACE, "points", x_error=piece.error)
 
 
@@ -49,16 +46,15 @@ def listed(series: list[Series]) -> list[Series]:
     if len(names) > MOST:
         said = f"cases: {len(names)} runs cannot be told by name (at most {MOST})"
         raise FigureError(f"{said}: narrow them with select, or take histogram or scatter")
-    groups = grouped(series, lambda curve: tuple(item for item in curve.key.items() if item[0] != "run"))
-    rows = []
-    for key, group in groups.items():
-        places = np.array([1.0 + names.index(curve.key["run"].text) for curve in group])
-        rows.append(replace(merged(group), key=dict(key), y=places, names=names))
-    if len(groups) == 1 and len(names) > 1:
-        ends = np.array([0.5, len(names) + 0.5])
+    places = [replace(c, y=np.array([1.0 + names.index(c.key["run"].text)]), names=names) for c in series]
+    rows = [
+        merged(group) for group in grouped(places, lambda c: tuple(without(c.key, "run").items())).values()
+    ]
+    rows = [replace(row, key=without(row.key, "run")) for row in rows]
+    if len(rows) == 1 and len(names) > 1:
         first = rows[0]
-        level = np.full(2, first.x[0])
-        rows.append(Series({}, level, ends, first.across, first.up, "reference", names[0], names=names))
+        level = flat((0.5, len(names) + 0.5), first.x[0])[::-1]
+        rows.append(Series({}, *level, first.across, first.up, "reference", names[0], names=names))
     return rows
 
 
@@ -77,18 +73,15 @@ def _points(run: Run, ask: Ask) -> Iterator[Series]:
     """One point a run: a result y (at the last wear state) over an input or another result x."""
     for piece in _results(run, ask):
         x, across, own = _abscissa(run, ask, piece)
-        key = {n: label for n, label in piece.key.items() if n not in run.place} | _told_apart(run, ask)
+        roles = {n: run.along[n] for n in (ask.hue, ask.rows, ask.cols) if n is not None and n in run.along}
+        key = without(piece.key, *run.place) | roles
         yield piece._replace(key=key).over(x, across, "points", own=own)
 
 
 def _results(run: Run, ask: Ask) -> Iterator[Slice]:
     """Yield the result at each place along its dimensions, at the last wear state when none is selected."""
-    for piece in slices(last_state(run), ask.y[0], ask):
-        yield piece._replace(key={n: label for n, label in piece.key.items() if n != "update"})
-
-
-def _told_apart(run: Run, ask: Ask) -> dict[str, wording.Label]:
-    return {n: run.along[n] for n in (ask.hue, ask.rows, ask.cols) if n is not None and n in run.along}
+    for piece in slices(run.last_state(), ask.y[0], ask):
+        yield piece._replace(key=without(piece.key, "update"))
 
 
 def _inputs(run: Run) -> list[str]:
@@ -107,22 +100,13 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
         return np.array([x]), run.scales[name], own
     if name not in run.data.variables:
         raise ask.wrong(f"x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
-    return *lone(*companion(last_state(run), name, piece.place, ask), name, ask), None
+    return *lone(*companion(run.last_state(), name, piece.place, ask), name, ask), None
 
 
 def _gathered(series: list[Series]) -> list[Series]:
     """Join the points that nothing tells apart; a case without a place on x becomes a level."""
     look: Look = "dots" if len(series) > MANY else "points"
-    places = np.concatenate([curve.x for curve in series])
-    placed = places[np.isfinite(places)]
-    gathered = []
-    for group in grouped(series).values():
-        whole = merged(group)
-        if placed.size and np.isnan(whole.x).all():
-            gathered += [horizontal(curve, placed) for curve in group]
-        else:
-            gathered.append(replace(whole.at(np.isfinite(whole.x) & np.isfinite(whole.y)), look=look))
-    return gathered
+    return [replace(c, look=look) if c.look == "points" else c for c in gathered(series)]
 
 
 def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
@@ -140,7 +124,7 @@ def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
         values = np.array([*(float(run.along[name].value) for name in names), float(result[0])])
         scales = [*(run.scales[name] for name in names), piece.scale]
         marks = [Mark(float(at), "|".join(scale)) for at, scale in enumerate(scales)]
-        key = {n: label for n, label in piece.key.items() if n not in run.place}
+        key = without(piece.key, *run.place)
         text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
         key |= {"result": wording.Label(float(result[0]), text)}
         places = np.arange(len(values), dtype=float)
@@ -179,13 +163,6 @@ MOST_PLACES = 20
 """Places of a sweep shown one by one; of more, bins."""
 
 
-@dataclass(frozen=True)
-class Dependence(Series):
-    """The result of one run, and where it stands along everything that varies."""
-
-    places: Mapping[str, float | str] = None  # type: ignore[assignment]
-
-
 def _case(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield a run's value as one point; `ranked` puts the points of one influence on one line."""
     name = ask.y[0]
@@ -197,9 +174,9 @@ def _case(run: Run, ask: Ask) -> Iterator[Series]:
     what, between, _ = label.partition(BETWEEN)
     what = what if between else "" if label == runs.BASE else label
     # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
-    axes = {} if what else {run.scales[n].label: x.value for n, x in run.along.items() if n != "case"}
-    key = {"influence": wording.Label(what, what)}
-    yield Dependence(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points", places=axes)
+    axes = {} if what else {run.scales[n].label: x for n, x in without(run.along, "case").items()}
+    key = {**axes, "influence": wording.Label(what, what)}
+    yield Series(key, values.reshape(1), np.zeros(1), scale, RANK, "line-points")
 
 
 def ranked(series: list[Series]) -> list[Series]:
@@ -218,36 +195,33 @@ def ranked(series: list[Series]) -> list[Series]:
         alone = [name for name, values in cases.items() if len(values) == 1]
         base = cases.pop(alone[0]) if alone else []
     level = [float(np.mean(base))] if base else []
-    groups = {what: np.sort(values + level) for what, values in cases.items()}
+    groups = {what: np.array(values + level) for what, values in cases.items()}
     groups |= _of_axes([curve for curve in series if not curve.key["influence"].text])
-    groups = {what: values for what, values in groups.items() if len(values) > 1}
+    groups = {what: np.sort(values) for what, values in groups.items() if len(values) > 1}
     if not groups:
         raise FigureError(
             "nothing varies in this result: sweeps, samples or cases are needed, such as [[case]] with "
             'label = "torque: 300 N·m"; or none of the runs has a finite result'
         )
     order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
-    first = series[0]
-    names, ranks = tuple(what.replace("_", " ") for what in order), []
+    names, scales = tuple(what.replace("_", " ") for what in order), (series[0].across, RANK)
+    ranks = []
     for rank, what in enumerate(order, 1):
         places = np.full(len(groups[what]), float(rank))
-        ranks.append(Series({}, groups[what], places, first.across, RANK, "line-points", names=names))
+        ranks.append(Series({}, groups[what], places, *scales, "line-points", names=names))
     if level:
-        ends = np.array([0.5, len(order) + 0.5])
         words = "base" if len(base) == 1 else "mean of the base runs"
-        ranks.append(Series({}, np.full(2, level[0]), ends, first.across, RANK, "reference", words))
+        line = flat((0.5, len(order) + 0.5), level[0])[::-1]
+        ranks.append(Series({}, *line, *scales, "reference", words))
     return ranks
 
 
 def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
     """Return the mean results along every axis and every key that advances with one."""
     values = np.array([float(outcome.x[0]) for outcome in outcomes])
-    places = [outcome.places for outcome in outcomes if isinstance(outcome, Dependence)]
-    if len(places) < len(outcomes) or not places:
-        return {}
     spread = {}
-    for name in dict.fromkeys(name for place in places for name in place):
-        at = [place.get(name) for place in places]
+    for name in dict.fromkeys(name for outcome in outcomes for name in without(outcome.key, "influence")):
+        at = [outcome.key[name].value if name in outcome.key else None for outcome in outcomes]
         distinct = list(dict.fromkeys(at))
         if len(distinct) < 2 or (len(distinct) == len(at) and name in ("seed", "sample", "run")):
             continue
@@ -256,7 +230,7 @@ def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
         else:
             bins = min(MOST_BINS, len(values) // LEAST_IN_BIN)
             means = [values[some].mean() for some in np.array_split(np.argsort(np.array(at, float)), bins)]
-        spread[name] = np.sort(np.array(means, float))
+        spread[name] = np.array(means, float)
     return spread
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import wraps
 from itertools import combinations, product
 from typing import TYPE_CHECKING
 
@@ -11,12 +12,21 @@ import xarray as xr
 from wearlab import nearest, schema, units
 from wearlab.arrays import Array
 from wearlab.campaign.update_options import WHERE
-from wearlab.figures.kind import Ask, Maker, kind
-from wearlab.figures.plot import DAYS, Look, Mark, Scale, Series
+from wearlab.figures.kind import Ask, Curves, Kind, Maker, kind
+from wearlab.figures.plot import DAYS, Look, Mark, Scale, Series, band, bars, flat
 from wearlab.figures.wording import Label, cycles, typeset
 
 if TYPE_CHECKING:
     from wearlab.store import Store
+
+
+CYCLES = Scale("cycles", "1")
+REST = Scale("remaining life in cycles", "1")
+REST_HOURS = Scale("remaining life in operating hours", "1")
+DATE = Scale("date", DAYS)
+DENSITY = Scale("density over its largest", "1")
+PLACES = 300
+NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
 
 
 @dataclass(frozen=True)
@@ -35,16 +45,9 @@ class Updated:
     def __getitem__(self, name: str) -> xr.Dataset:
         return self.groups.get(name, xr.Dataset())
 
-    def of(self, role: str, value: str | float, text: str | None = None) -> "Updated":
-        """Return what is drawn under one more label: by default a variable's name as words."""
-        label = Label(value, spelled(str(value)) if text is None else text)
-        return replace(self, key={**self.key, role: label})
-
-    @property
-    def hours_per_cycle(self) -> float | None:
-        """Operating hours of a cycle, None where the update does not say."""
-        cycle = self["predictions"].get("seconds_per_cycle")
-        return None if cycle is None else float(cycle) / units.HOUR
+    def keyed(self, role: str, value: str | float, text: str = "") -> dict[str, Label]:
+        """Return its key with one more label: by default a variable's name as words."""
+        return {**self.key, role: Label(value, text or spelled(str(value)))}
 
     @property
     def calendar(self) -> Callable[[Array], Array] | None:
@@ -56,6 +59,25 @@ class Updated:
         if found is None or not len(longest) or abs(found.days(2.0 * longest.max())) >= calendar.LAST_DAY:
             return None
         return found.days
+
+    def in_time(self, curve: Series) -> Series:
+        """Return a curve with its hours a cycle, or with cycles as dates and remaining cycles as hours.
+
+        That is where an update has a calendar: the remaining cycles begin at the last inspection.
+        """
+        if not {curve.across, curve.up} & {CYCLES, REST}:
+            return curve
+        cycle, days = self["predictions"].get("seconds_per_cycle"), self.calendar
+        hours = None if cycle is None else float(cycle) / units.HOUR
+        if curve.up == REST and days is not None and hours is not None:
+            curve = replace(curve, y=hours * curve.y, up=REST_HOURS)
+        if curve.across not in (CYCLES, REST):
+            return curve
+        if days is None:
+            return curve if curve.hours is not None else replace(curve, hours=hours)
+        begin = float(self["predictions"]["now"]) if curve.across == REST else 0.0
+        marks = tuple(mark._replace(x=float(days(np.array(begin + mark.x)))) for mark in curve.marks)
+        return replace(curve, x=days(begin + curve.x), across=DATE, marks=marks, hours=None)
 
 
 def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]) -> list[Updated]:
@@ -69,22 +91,19 @@ def updated_cases(subject: str, store: "Store", ask: Ask, needs: tuple[str, ...]
     from wearlab.updating import report_text
 
     of_fleet = any(need.endswith(":unit") for need in needs)
+    wanted = ask.select.get("case")
+    labels = [wanted] if isinstance(wanted, str) else wanted
     for update in updates.updates_of(store, subject):
         tree = updates.read_update(store, update.id)
         if tree is None or not all(_has(tree, need) for need in needs):
             continue
         if ("unit" in tree["predictions"].dims) != of_fleet:
             continue
-        updated = [
-            Updated({"case": Label(label, label)} if label else {}, groups)
-            for label, groups in report_text.cases_of(tree).items()
-        ]
-        wanted = ask.select.get("case")
-        labels = [wanted] if isinstance(wanted, str) else wanted
-        kept = [case for case in updated if not labels or not case.key or case.key["case"].value in labels]
+        cases = report_text.cases_of(tree).items()
+        kept = [(label, groups) for label, groups in cases if not (labels and label) or label in labels]
         if not kept:
             raise ask.wrong("select.case: the update has no such case")
-        return kept
+        return [Updated({"case": Label(label, label)} if label else {}, groups) for label, groups in kept]
     option = {"inspection": " --replay", "calibration": " --check 200"}
     words = "".join(more for need, more in option.items() if any(need in needed for needed in needs))
     said = "no update of this campaign and its measurements as they stand is kept that shows it"
@@ -97,57 +116,10 @@ def _has(tree: xr.DataTree, need: str) -> bool:
     return name in tree.children and (not dim or dim in tree[name].dims)
 
 
-def finite(values: xr.DataArray) -> np.ndarray:
+def finite(values: xr.DataArray) -> Array:
     """Return the values that are there."""
     flat = np.asarray(values.values, float).ravel()
     return np.asarray(flat[np.isfinite(flat)])
-
-
-Scaled = tuple[Array, Scale]
-CYCLES = Scale("cycles", "1")
-REST = Scale("remaining life in cycles", "1")
-REST_HOURS = Scale("remaining life in operating hours", "1")
-DATE = Scale("date", DAYS)
-DENSITY = Scale("density over its largest", "1")
-PLACES = 300
-NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
-
-
-def line(update: Updated, over: Scaled, of: Scaled, look: Look = "line", text: str = "") -> Series:
-    """Return a curve of one case: values and their scale, over values and theirs.
-
-    Where an update has a calendar, cycles, and those from the last inspection on, are told as dates, and
-    remaining cycles as hours.
-    """
-    (x, across), (y, up) = over, of
-    x, y, timed = np.asarray(x, float), np.asarray(y, float), {across, up} & {CYCLES, REST}
-    days, hours = (update.calendar, update.hours_per_cycle) if timed else (None, None)
-    if up == REST and days is not None and hours is not None:
-        y, up = hours * y, REST_HOURS
-    if across not in (CYCLES, REST):
-        hours = None
-    elif days is not None:
-        begin = float(update["predictions"]["now"]) if across == REST else 0.0
-        x, across, hours = days(begin + x), DATE, None
-    return Series(update.key, x, y, across, up, look, text, (), hours)
-
-
-def area(update: Updated, x: Array, low: Array, high: Array, across: Scale, up: Scale) -> Series:
-    """Return the area between two curves of one case."""
-    held = np.isfinite(low) & np.isfinite(high)
-    outline = np.concatenate([x[held], x[held][::-1]]), np.concatenate([low[held], high[held][::-1]])
-    return line(update, (outline[0], across), (outline[1], up), "area")
-
-
-def fan(
-    update: Updated, x: Array, q: Array, up: Scale, look: Look, text: str, top: float
-) -> Iterator[Series]:
-    """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
-    cut = np.minimum(q, top)
-    yield area(update, x, cut[0], cut[4], CYCLES, up)
-    yield area(update, x, cut[1], cut[3], CYCLES, up)
-    held = q[2] <= top if look == "line" else np.ones(len(x), bool)
-    yield line(update, (x[held], CYCLES), (cut[2][held], up), look, text)
 
 
 def density(values: Array) -> tuple[Array, Array]:
@@ -189,22 +161,43 @@ def spelled(name: str) -> str:
 def update_kind(name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str]) -> Maker:
     """Return what makes a kind of figure that is drawn from an update; cases stand side by side."""
     roles = (*first, ("cols", "case"), ("rows", "case"), ("hue", "case"))
-    return kind(name, title, needs, roles=roles, of="update")
+
+    def made(series: Curves) -> Kind:
+        def in_time(update: Updated, ask: Ask) -> Iterator[Series]:
+            return map(update.in_time, series(update, ask))
+
+        return kind(name, title, needs, roles=roles, of="update")(wraps(series)(in_time))
+
+    return made
+
+
+def fan(
+    key: Mapping[str, Label], x: Array, q: Array, up: Scale, top: float, text: str, look: Look = "line"
+) -> Iterator[Series]:
+    """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
+    cut = np.minimum(q, top)
+    for low, high in ((0, 4), (1, 3)):
+        yield Series(key, *band(x, cut[low], cut[high]), CYCLES, up, "area")
+    median = Series(key, x, cut[2], CYCLES, up, look, text)
+    yield median.at(q[2] <= top) if look == "line" else median
 
 
 @update_kind("marginals", "What is known of each unknown", ("posterior", "prior"), ("cols", "variable"))
 def marginals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Density of every unknown and of the life, before and after."""
     for name in unknowns_of(update["posterior"], ask):
-        for group, look in (("prior", "reference"), ("posterior", "line")):
+        key = update.keyed("variable", name)
+        for group in ("prior", "posterior"):
             values, across = logs(update[group][name])
             values = values[np.isfinite(values)]
             if len(values) < 2:
                 continue
-            (x, y), own = density(values), update.of("variable", name)
-            if look == "line":
-                yield area(own, x, np.zeros_like(y), y, across, DENSITY)
-            yield line(own, (x, across), (y, DENSITY), look, "" if look == "line" else "before")  # type: ignore[arg-type]
+            x, y = density(values)
+            if group == "prior":
+                yield Series(key, x, y, across, DENSITY, "reference", "before")
+            else:
+                yield Series(key, *band(x, 0.0 * y, y), across, DENSITY, "area")
+                yield Series(key, x, y, across, DENSITY)
 
 
 MOST_DOTS = 1500
@@ -215,10 +208,10 @@ def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
     """Draws from the posterior, unknown against unknown."""
     data = update["posterior"]
     names = [name for name in unknowns_of(data, ask) if name != "life"]
-    names = names if len(names) > 1 else ["factor", "life"]
-    for a, b in combinations(names, 2):
+    for a, b in combinations(names if len(names) > 1 else ["factor", "life"], 2):
         (x, across), (y, up) = logs(data[a]), logs(data[b])
-        yield line(update.of("variable", f"{a}, {b}"), (x[:MOST_DOTS], across), (y[:MOST_DOTS], up), "dots")
+        key = update.keyed("variable", f"{a}, {b}")
+        yield Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
 
 
 @update_kind(
@@ -228,12 +221,12 @@ def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
 def residuals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
-        (x, y), own = _left_over(update, name), update.of("variable", name)
-        up = Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
-        yield replace(line(own, (x, CYCLES), (y, up), "points"), hours=None)
+        (x, y), key = _left_over(update, name), update.keyed("variable", name)
+        scales = CYCLES, Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
+        yield Series(key, x, y, *scales, "points", hours=0.0)  # 0: told in cycles alone
         for level in (-2.0, 0.0, 2.0):
-            ends, text = np.array([0.0, float(x.max(initial=1.0))]), "0 and ±2 standard deviations"
-            yield replace(line(own, (ends, CYCLES), (np.full(2, level), up), "reference", text), hours=None)
+            ends, text = flat((0.0, float(x.max(initial=1.0))), level), "0 and ±2 standard deviations"
+            yield Series(key, *ends, *scales, "reference", text, hours=0.0)
 
 
 def _left_over(update: Updated, name: str) -> tuple[Array, Array]:
@@ -265,17 +258,14 @@ def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
     for name in ("factor", "life"):
         if f"{name}_rank" not in data:
             continue
-        ranks = finite(data[f"{name}_rank"])
+        ranks, key = finite(data[f"{name}_rank"]), update.keyed("variable", name)
         counts, edges = np.histogram(ranks, BINS, (0.0, 1.0))
-        own, ends = update.of("variable", name), np.array([0.0, 1.0])
         across = Scale(f"posterior probability of a smaller {name} than the true one", "1")
         up = Scale(f"twins, of {len(ranks)}", "1")
-        x, y = np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
-        yield line(own, (x, across), (y, up), "area")
-        law = binom(len(ranks), 1.0 / BINS)
-        for p in (0.5 * (1.0 - BAND), 0.5 * (1.0 + BAND)):
-            text = f"{100 * BAND:.0f} % of the bars of a calibrated method lie within"
-            yield line(own, (ends, across), (np.full(2, law.ppf(p)), up), "reference", text)
+        yield Series(key, *bars(edges, counts), across, up, "area")
+        text = f"{100 * BAND:.0f} % of the bars of a calibrated method lie within"
+        for level in binom(len(ranks), 1.0 / BINS).interval(BAND):
+            yield Series(key, *flat((0.0, 1.0), level), across, up, "reference", text)
 
 
 AHEAD = 1.5  # times the limit up to which a fan is drawn
@@ -285,46 +275,46 @@ AHEAD = 1.5  # times the limit up to which a fan is drawn
 def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     """Wear over the cycles: median, 50 and 90 %, measurements with errors, limit, what was known before."""
     predictions = update["predictions"]
-    name = ask.y[0] if ask.y else str(predictions["limit"].attrs["quantity"])
+    limited = str(predictions["limit"].attrs["quantity"])
+    name = ask.y[0] if ask.y else limited
     if f"{name}_quantile" not in predictions:
         raise ask.wrong(f"y = {name!r}: of the wear to come, max_wear_depth or worn_mass are kept")
     declared = schema.VARIABLES[name]
     up = Scale(declared.long_name, declared.display_units)
     scale = units.convert(1.0, declared.units, declared.display_units)
-    x = predictions["cycle"].values
-    q = predictions[f"{name}_quantile"].transpose("quantile", "cycle").values * scale
-    before = predictions[f"prior_{name}_quantile"].transpose("quantile", "cycle").values * scale
+    x, q, before = (
+        predictions["cycle"].values,
+        *(
+            predictions[f"{prior}{name}_quantile"].transpose("quantile", "cycle").values * scale
+            for prior in ("", "prior_")
+        ),
+    )
     there = np.isfinite(q).all(axis=0)  # cases have cycles of their own
     x, q, before = x[there], q[:, there], before[:, there]
-    limit = float(predictions["limit"]) * scale if name == predictions["limit"].attrs["quantity"] else None
+    limit = float(predictions["limit"]) * scale if name == limited else None
     top = AHEAD * (limit if limit is not None else float(np.nanmax(q[2])))
     for row in before[[0, 2, 4]]:
-        held = row <= top
-        if held.sum() > 1:
-            yield line(update, (x[held], CYCLES), (row[held], up), "reference", "before: median, 5 and 95 %")
-    yield from fan(update, x, q, up, "line", "now: median, 50 and 90 %", top)
+        if (row <= top).sum() > 1:
+            text = "before: median, 5 and 95 %"
+            yield Series(update.key, x, row, CYCLES, up, "reference", text).at(row <= top)
+    yield from fan(update.key, x, q, up, top, "now: median, 50 and 90 %")
     if limit is not None:
-        yield line(update, (x[[0, -1]], CYCLES), (np.full(2, limit), up), "level", "limit")
-    yield from _measured(update, name, scale, up)
-
-
-def _measured(update: Updated, name: str, scale: float, up: Scale) -> Iterator[Series]:
-    """Yield measurements of a quantity with bars of one standard error."""
+        yield Series(update.key, *flat((x[0], x[-1]), limit), CYCLES, up, "level", "limit")
     observed = update["observed_data"]
     for block in map(str, observed.data_vars):
         if not block.startswith(name) or f"sd_{block}" not in observed:
             continue
-        x, y = observed[f"cycle_{block}"].values, observed[block].values * scale
-        sd = observed[f"sd_{block}"].values * scale
-        bars: list[tuple[Array, Array, Look, str]] = [(y - sd, y + sd, "hairline", "")]
+        at = observed[f"cycle_{block}"].values
+        y, sd = (observed[part].values * scale for part in (block, f"sd_{block}"))
+        told: list[tuple[Array, Array, Look, str]] = [(y - sd, y + sd, "hairline", "")]
         if f"below_{block}" in observed:  # anywhere up to the limit of detection
-            limit = np.where(np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale)
-            bars.append((0.0 * limit, limit, "dashed", "below the limit of detection"))
-        for low, high, look, text in bars:
-            for at, *ends in zip(x, low, high, strict=True):
-                if np.isfinite(ends).all():
-                    yield line(update, (np.full(2, at), CYCLES), (np.array(ends), up), look, text)
-        yield line(update, (x, CYCLES), (y, up), "points")
+            most = np.where(np.isfinite(y), np.nan, observed[f"below_{block}"].values * scale)
+            told.append((0.0 * most, most, "dashed", "below the limit of detection"))
+        for low, high, look, text in told:
+            for n in np.flatnonzero(np.isfinite(low) & np.isfinite(high)):
+                bar = flat((low[n], high[n]), at[n])[::-1]
+                yield Series(update.key, *bar, CYCLES, up, look, text)
+        yield Series(update.key, at, y, CYCLES, up, "points")
 
 
 @update_kind(
@@ -353,10 +343,10 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
             days, (low, middle, high) = update.calendar, expected[:, some]
             day = None if days is None else calendar.day_text(float(days(at)))
             told = cycles(float(at)) if day is None else Label(float(at), day)
-            own = update.of("variable", name).of("inspection", *told)
-            yield area(own, x[some], low, high, across, up)
-            yield line(own, (x[some], across), (middle, up))
-            yield line(own, (x[some], across), (y[some], up), "points")
+            key = update.keyed("variable", name) | {"inspection": told}
+            yield Series(key, *band(x[some], low, high), across, up, "area")
+            yield Series(key, x[some], middle, across, up)
+            yield Series(key, x[some], y[some], across, up, "points")
 
 
 CONE = 0.2
@@ -369,30 +359,30 @@ RULES: tuple[tuple[str, str, Look], ...] = (
 @update_kind("alpha-lambda", "Remaining life as it was foreseen", ("predictions:inspection", "observed_data"))
 def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
     """Remaining life as foreseen after every inspection, 50 and 90 %, what came ±20 %, two simple rules."""
-    predictions = update["predictions"]
-    rest = predictions["remaining_useful_life_quantile"].transpose("quantile", "inspection").values
+    stats, rest = update["sample_stats"], update["predictions"]["remaining_useful_life_quantile"]
+    rest = rest.transpose("quantile", "inspection")
+    predictions = update["predictions"].isel(inspection=np.isfinite(rest.values).all(axis=0))
     x = predictions["inspection"].values
-    held = np.isfinite(rest).all(axis=0)
-    x, rest = x[held], rest[:, held]
+    q = predictions[rest.name].transpose("quantile", "inspection").values
     truth = float(update["observed_data"]["observed_life"])
-    top = 2.5 * (truth if np.isfinite(truth) else float(np.nanmax(rest[2])))
-    told = "foreseen: median, 50 and 90 %"
-    if "replay_mean_error" in update["sample_stats"]:
-        told += f", off by {100.0 * float(update['sample_stats']['replay_mean_error']):.0f} %"
-    yield from fan(update, x, rest, REST, "line-points", told, top)
-    if np.isfinite(truth):
+    top = 2.5 * (truth if np.isfinite(truth) else float(np.nanmax(q[2])))
+
+    def off(error: str) -> str:
+        told = float(stats[error]) if error in stats else np.nan
+        return f", off by {100.0 * told:.0f} %" if np.isfinite(told) else ""
+
+    foreseen = f"foreseen: median, 50 and 90 %{off('replay_mean_error')}"
+    yield from fan(update.key, x, q, REST, top, foreseen, "line-points")
+    for share in (1.0 - CONE, 1.0, 1.0 + CONE) if np.isfinite(truth) else ():
         ends = np.array([x[0], truth])
-        for share in (1.0 - CONE, 1.0, 1.0 + CONE):
-            rest_then, text = share * (truth - ends), "what came, ±20 %"
-            yield line(update, (ends, CYCLES), (rest_then, REST), "reference", text)
-    stats = update["sample_stats"]
+        rest_then = share * (truth - ends)
+        yield Series(update.key, ends, rest_then, CYCLES, REST, "reference", "what came, ±20 %")
     for name, text, look in RULES:
-        rule = predictions[name].values[held]
+        rule = predictions[name].values
         ok = np.isfinite(rule) & (rule >= 0.0)
-        if f"replay_error_{name}" in stats and np.isfinite(stats[f"replay_error_{name}"]):
-            text += f", off by {100.0 * float(stats[f'replay_error_{name}']):.0f} %"
         if ok.any():
-            yield line(update, (x[ok], CYCLES), (np.minimum(rule[ok], top), REST), look, text)
+            words = f"{text}{off(f'replay_error_{name}')}"
+            yield Series(update.key, x, np.minimum(rule, top), CYCLES, REST, look, words).at(ok)
 
 
 @update_kind("remaining-life", "Remaining life after the last inspection", ("posterior", "predictions"))
@@ -400,49 +390,47 @@ def remaining_life(update: Updated, ask: Ask) -> Iterator[Series]:
     """Density of the remaining life with its 5, 50 and 95 % quantiles."""
     from wearlab.updating import report_text
 
-    rest = finite(update["posterior"]["remaining_useful_life"])
-    x, y = density(rest)
-    yield area(update, x, np.zeros_like(y), y, REST, DENSITY)
-    yield line(update, (x, REST), (y, DENSITY))
+    x, y = density(finite(update["posterior"]["remaining_useful_life"]))
+    yield Series(update.key, *band(x, 0.0 * y, y), REST, DENSITY, "area")
+    yield Series(update.key, x, y, REST, DENSITY)
     last = report_text.latest(update["predictions"]["remaining_useful_life_quantile"])
     days = update["predictions"].get("end_of_life_quantile")
     for n, (p, at) in enumerate(zip(last["quantile"].values, last.values, strict=True)):
         if p in (0.05, 0.5, 0.95) and np.isfinite(at):
-            text = "5, 50 and 95 %"
-            level = line(update, (np.full(2, at), REST), (np.array([0.0, 1.05]), DENSITY), "level", text)
-            marks = () if days is None else (Mark(float(level.x[0]), str(days.values[n])),)
-            yield replace(level, marks=marks)
+            marks = () if days is None else (Mark(float(at), str(days.values[n])),)
+            line, text = flat((0.0, 1.05), at)[::-1], "5, 50 and 95 %"
+            yield Series(update.key, *line, REST, DENSITY, "level", text, marks)
 
 
 @update_kind("look-next", "When to look next", ("virtual_inspection",), ("hue", "instrument"))
 def look_next(update: Updated, ask: Ask) -> Iterator[Series]:
     """Expected width of the remaining life's interval after one more inspection, over its time and error."""
-    data = update["virtual_inspection"]
+    data = update["virtual_inspection"].transpose("instrument", "look", ...)
     up = Scale("expected width of the 90 % interval of the remaining life, over that now", "1")
-    for k, sd in enumerate(data["instrument"].values):
-        own = update.of("instrument", float(sd), f"{float(sd):g} × the error")
-        y = data["expected_width"].transpose("instrument", "look").values[k]
-        yield line(own, (data["look"].values, CYCLES), (y, up), "line-points")
+    for sd, width in zip(data["instrument"].values, data["expected_width"].values, strict=True):
+        key = update.keyed("instrument", float(sd), f"{float(sd):g} × the error")
+        yield Series(key, data["look"].values, width, CYCLES, up, "line-points")
 
 
 COST = Scale("expected cost per operating hour", "1")
 DEAREST = 3.0  # times the least cost up to which the curve is drawn
+WITH_A_LOOK = "one look at this time, then a change by what is seen"
 
 
 @update_kind("decision", "When to change", ("decision",))
 def decision(update: Updated, ask: Ask) -> Iterator[Series]:
     """Expected cost per hour over the time of a planned change, and of a look before it."""
     data = update["decision"]
-    x, y, least = data["change"].values, data["cost_rate"].values, float(data["best_rate"])
-    held = y <= DEAREST * least
-    yield line(update, (x[held], CYCLES), (y[held], COST), text="planned change at this time")
-    best = np.array([float(data["best_change"])])
-    yield line(update, (best, CYCLES), (np.array([least]), COST), "points", "least cost")
+    least = float(data["best_rate"])
+
+    def cost(x: str, y: str, look: Look, text: str) -> Series:
+        over, of = (np.atleast_1d(data[name].values) for name in (x, y))
+        return Series(update.key, over, of, CYCLES, COST, look, text).at(of <= DEAREST * least)
+
+    yield cost("change", "cost_rate", "line", "planned change at this time")
+    yield cost("best_change", "best_rate", "points", "least cost")
     if "rate_with_look" in data:
-        looks, rates = data["look"].values, data["rate_with_look"].values
-        near = rates <= DEAREST * least
-        text = "one look at this time, then a change by what is seen"
-        yield line(update, (looks[near], CYCLES), (rates[near], COST), "dashed", text)
+        yield cost("look", "rate_with_look", "dashed", WITH_A_LOOK)
 
 
 LONGEST = 1.8  # times the latest median up to which intervals are drawn
@@ -470,7 +458,7 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
     top = start + LONGEST * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
     answers = [name for name in ANSWERS if name in update.groups]
     for (answer, below), (rank, k) in product(zip(answers, (0.0, BELOW), strict=False), enumerate(order, 1)):
-        own = update.of("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update
+        key = update.keyed("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update.key
         low, quarter, middle, three, high = np.minimum(report_text.ends_of(update[answer])[1][k], top)
         looks: tuple[tuple[Look, list[float], str], ...] = (
             ("hairline", [low, high], ""),
@@ -480,4 +468,4 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
         for look, x, text in looks:
             if np.isfinite(x).all():
                 y = np.full(len(x), rank - below)
-                yield replace(line(own, (np.array(x), across), (y, UNIT), look, text), names=names)
+                yield Series(key, np.array(x), y, across, UNIT, look, text, names=names)
