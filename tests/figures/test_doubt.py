@@ -1,5 +1,6 @@
 """Estimated errors are bars, runs in doubt have hollow marks, and one note says both."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -113,6 +114,16 @@ def test_every_kind_names_the_runs_in_doubt(grid, kind):
     plot = plot_of(grid, kind=kind, **wishes)
     assert any("30 N·m (aperiodic)" in note for note in plot.notes)
     drawn(plot)
+
+
+def test_spectra_in_doubt_are_not_covered_by_their_marks(grid):
+    """Was a mark at every order of every spectrum, which hid the peaks."""
+    plot = plot_of(grid, kind="waterfall", select={"torque": 30})
+    (curve, *_) = plot.panels[0].curves
+    long = replace(curve, x=np.arange(1000.0), y=np.ones(1000), doubtful=np.ones(1000, bool), runs=None)
+    panel = replace(plot.panels[0], curves=(long,))
+    _, marks = drawn(replace(plot, panels=(panel,), rows=1, columns=1)).axes[0].lines[:2]
+    assert len(marks.get_xdata()) < 12
 
 
 def test_a_firm_run_without_estimates_says_nothing(plot):

@@ -26,6 +26,14 @@ def test_the_message_names_the_figure_and_the_choices(plot, wishes, message):
         plot(kind="wear-profile", **wishes)
 
 
+def test_what_does_not_run_along_is_no_abscissa(plot):
+    """Was an IndexError of numpy."""
+    with pytest.raises(FigureError, match=r"x = 'max_wear_depth' does not run along the flank; valid: path_"):
+        plot(kind="wear-profile", x="max_wear_depth")
+    with pytest.raises(FigureError, match="x = 'diameter' is not one number per wear state"):
+        plot(kind="stiffness-harmonics", x="diameter")
+
+
 def test_a_variable_that_no_selected_run_has(plot):
     with pytest.raises(FigureError, match="no selected run has dynamic_mesh_force"):
         plot(kind="mesh-force", select={"case": "static"})

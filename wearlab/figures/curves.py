@@ -66,7 +66,7 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     """
     dims = set(dims)
     apart = [replace(curve, key=without(curve.key, *dims)) for curve in series]
-    groups = grouped(apart, lambda c: (tuple(sorted(c.key.items())), c.look, c.text, c.across, c.up))
+    groups = grouped(apart, lambda c: (c.place, c.look, c.text, c.across, c.up))
     most = max(map(len, groups.values()), default=0)
     if not dims or most < FEWEST_SAMPLES:
         return list(series), []
@@ -147,7 +147,7 @@ def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[
 
 
 def _run_of(curve: Series, dims: set[str]) -> tuple[object, ...]:
-    return tuple(sorted(item for item in curve.key.items() if item[0] in dims))
+    return tuple(item for item in curve.place if item[0] in dims)
 
 
 def _states_of_runs(series: Sequence[Series], dims: set[str]) -> dict[object, set[Label]]:

@@ -51,14 +51,16 @@ def error_of(data: xr.Dataset, name: str) -> xr.Variable | None:
     estimate, variables = ESTIMATES.get(name), data.variables
     if estimate not in variables or name not in variables:
         return None
-    error, sizes = variables[estimate], variables[name].sizes
+    error, of = variables[estimate], variables[name]
     if name in FACTORS:
         if "static_mesh_force" not in variables:
             return None
         error = error / variables["static_mesh_force"]
     elif name == "service_life":
-        error = error * variables[name] / variables["life"]
-    return error.set_dims(sizes) if set(error.dims) <= set(sizes) else None
+        error = error * of / variables["life"]
+    if not set(error.dims) <= set(of.dims):
+        return None
+    return xr.Variable(of.dims, error.set_dims(of.sizes).values, of.attrs)
 
 
 def doubts(data: xr.Dataset) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from wearlab.campaign.campaign import FigureSpec
 from wearlab.figures import curves, doubt, kinds, layout, wording
 from wearlab.figures.kind import Ask, FigureError, Kind, Run, is_of_update, no_kind, read
 from wearlab.figures.kinds import cycles, update
-from wearlab.figures.plot import BESIDE, Plot, Series, grouped, narrow
+from wearlab.figures.plot import BESIDE, Plot, Series, apart_from, grouped, narrow
 from wearlab.figures.published import published
 from wearlab.figures.question import Question, asked_by, embedded, question, texts
 from wearlab.figures.runs import BASE, Point, along_axes, axis_named, pick, read_runs, require
@@ -226,34 +226,28 @@ def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Ser
     return kept, varied, said
 
 
+SPREAD = {"update": "wear states are drawn, spread over the life", SPEED: "speeds are drawn, spread over all"}
+
+
 def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
     """Say how many wear states and speeds are not drawn though nobody chose."""
-    states = max((len(run.states) for run in runs), default=0)
-    speeds = max((run.data.sizes.get(SPEED, 1) for run in runs), default=1)
-    return [
-        f"{drawn} of {most} {words}; select.{dim} names others."
-        for dim, most, words in (
-            ("update", states, "wear states are drawn, spread over the life"),
-            (SPEED, speeds, "speeds are drawn, spread over all"),
-        )
-        if (drawn := _most_places(series, dim)) < most and drawn
-    ]
-
-
-def _most_places(series: Sequence[Series], dim: str) -> int:
-    """Return how many places along a dimension are drawn of the run with most of them, 0: it is no key."""
-    along = [curve for curve in series if dim in curve.key]
-    runs = grouped(along, lambda curve: tuple(item for item in curve.key.items() if item[0] != dim))
-    return max((len({curve.key[dim] for curve in group}) for group in runs.values()), default=0)
+    notes = []
+    for dim, words in SPREAD.items():
+        along = [curve for curve in series if dim in curve.key]
+        groups = grouped(along, apart_from(dim)).values()
+        drawn = max((len({curve.key[dim] for curve in group}) for group in groups), default=0)
+        most = max(run.data.sizes.get(dim, 1) for run in runs)
+        if 0 < drawn < most:
+            notes.append(f"{drawn} of {most} {words}; select.{dim} names others.")
+    return notes
 
 
 def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
     """Name the cases that are not drawn though nobody chose."""
-    told = (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
-    drawn = kind.all_cases or "case" not in grid.dims or "case" in told
-    cases: list[Any] = [] if drawn else grid["case"].values.tolist()
-    others = [str(case) for case in cases if str(case) != BASE]
-    if BASE not in cases or not others:
+    cases = list(map(str, grid["case"].values)) if "case" in grid.dims else []
+    others = [case for case in cases if case != BASE]
+    told = kind.all_cases or "case" in (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
+    if told or BASE not in cases or not others:
         return []
     return [f"The base alone; further cases, for select.case or hue: {wording.first_of(others, MOST_NAMED)}."]
 

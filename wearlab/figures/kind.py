@@ -313,13 +313,6 @@ class Slice(NamedTuple):
         return Series(self.key, x, y, across, self.scale, look, y_error=self.error, **more)
 
 
-def units_of(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str = "y") -> tuple[str, str]:
-    """Return the stored unit of a variable and the one to show."""
-    stored = str(variable.attrs.get("units", "1"))
-    shown = ask.units.get(name) or ask.units.get(axis) or variable.attrs.get("display_units") or stored
-    return stored, str(shown)
-
-
 def lone(values: Array, scale: Scale, name: str, ask: Ask) -> tuple[Array, Scale]:
     """Return the one value (1,) of a run, or refuse several."""
     if values.size != 1:
@@ -337,7 +330,9 @@ def shown(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str =
     """
     if variable.dtype.kind not in "fiub":
         raise ask.wrong(f"{name} holds text, not numbers")
-    stored, wanted = units_of(variable, name, ask, axis)
+    stored = str(variable.attrs.get("units", "1"))
+    asked = ask.units.get(name) or ask.units.get(axis)
+    wanted = str(asked or variable.attrs.get("display_units") or stored)
     try:
         values = wording.converted(variable.values.astype(float), stored, wanted)
     except UnitError as error:
@@ -348,14 +343,11 @@ def shown(variable: xr.Variable | xr.DataArray, name: str, ask: Ask, axis: str =
 
 def slices(run: Run, name: str, ask: Ask, *along: str, axis: str = "y") -> Iterator[Slice]:
     """Yield a variable's pieces along some of its dimensions, one for every place along the others."""
-    variable = run.data[name].variable
+    variable, error = run.data[name].variable, doubt.error_of(run.data, name)
     others = [str(dim) for dim in variable.dims if dim not in along]
     order = (*others, *(dim for dim in along if dim in variable.dims))
-    values, scale = shown(variable, name, ask, axis)
-    values, error = variable.copy(data=values).transpose(*order).values, doubt.error_of(run.data, name)
-    off = None
-    if error is not None:
-        off = wording.converted(error.transpose(*order).values, *units_of(variable, name, ask, axis))
+    values, scale = shown(variable.transpose(*order), name, ask, axis)
+    off = None if error is None else shown(error.transpose(*order), name, ask, axis)[0]
     named = {dim: labels(run, dim, variable.sizes[dim]) for dim in others}
     for point in np.ndindex(values.shape[: len(others)]):
         index = dict(zip(others, point, strict=True))

@@ -86,6 +86,11 @@ class Series(BesidePoints):
     colours: Scale | None = None
 
     @property
+    def place(self) -> tuple[tuple[str, Label], ...]:
+        """Its labels, by the names of their dimensions."""
+        return tuple(sorted(self.key.items()))
+
+    @property
     def is_rising(self) -> bool:
         """Whether no abscissa is less than the one before it."""
         return bool(np.all(np.diff(self.x) >= 0.0))
@@ -110,11 +115,16 @@ def without(key: Mapping[str, Label], *names: str) -> dict[str, Label]:
     return {name: label for name, label in key.items() if name not in names}
 
 
+def apart_from(*names: str) -> Callable[[Series], Any]:
+    """Return a key of series by which they are grouped: their labels along other dimensions."""
+    return lambda curve: tuple(item for item in curve.place if item[0] not in names)
+
+
 def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None) -> dict[Any, list[Series]]:
-    """Return series that have a key in common, by that key: by default their labels."""
+    """Return series that have a key in common, by that key: by default all their labels."""
     groups: dict[Any, list[Series]] = {}
     for curve in series:
-        groups.setdefault(key(curve) if key else tuple(sorted(curve.key.items())), []).append(curve)
+        groups.setdefault(key(curve) if key else curve.place, []).append(curve)
     return groups
 
 

@@ -251,12 +251,12 @@ def _head(figure: Figure, entries: Sequence[LegendEntry], title: Sequence[str], 
     if not (entries or title):
         return 0
     handles, room = [_handle(entry) for entry in entries], figure.get_figwidth() - 2 * MARGIN * unit
-    pad = 72.0 * MARGIN * unit / matplotlib.rcParams["legend.fontsize"]
+    letter = FontProperties(size=matplotlib.rcParams["legend.fontsize"]).get_size_in_points()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     for lines in range(1, len(entries) + 1) or [0]:
         columns = -(-len(entries) // lines) if lines else 1
         by_rows = [handle for column in range(columns) for handle in handles[column::columns]]
-        look: Any = {"ncols": columns, "alignment": "left", "borderaxespad": pad}
+        look: Any = {"ncols": columns, "alignment": "left", "borderaxespad": 72.0 * MARGIN * unit / letter}
         legend = figure.legend(handles=by_rows, loc="outside upper left", **look)
         if columns == 1 or legend.get_window_extent(renderer).width / figure.dpi <= room:
             break
@@ -458,7 +458,7 @@ def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
         ax.errorbar(curve.x[only], curve.y[only], up, across, "none", ecolor=colour, **bars)
     if curve.doubtful is not None and curve.doubtful.any():
         at = np.flatnonzero(curve.doubtful & np.isfinite(curve.x) & np.isfinite(curve.y))
-        at = at[:: max(1, len(at) // HOLLOW_MARKS)] if curve.look == "line" else at
+        at = at[:: max(1, len(at) // HOLLOW_MARKS)] if curve.look in ("line", "hairline") else at
         at = at[1:-1] if curve.look == "horizontal" and len(at) > 2 else at
         hollow: dict[str, Any] = {"ls": "", "mfc": "white", "mec": colour, "mew": 1.0, "zorder": 4.5}
         size = 2.6 if curve.look == "dots" else 4.6

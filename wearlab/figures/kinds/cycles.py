@@ -26,16 +26,25 @@ def pointed(curve: Series) -> Series:
     return replace(curve, look="line-points") if len(curve.x) <= MOST_POINTS else curve
 
 
-def at_states(run: Run, ask: Ask, piece: Slice) -> tuple[arrays.Array, Scale]:
-    """Return what ``x`` names at every wear state, the cycles by default.
+def at_states(
+    run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bool = False
+) -> tuple[arrays.Array, Scale]:
+    """Return what ``x`` names at every wear state, by default the cycles or another.
+
+    Parameters
+    ----------
+    run, ask, piece : of the figure
+    by : the default
+    of_all : whether of several flanks the one that is worn most may stand for all
 
     Raises
     ------
     FigureError
         When it is not one number per wear state.
     """
-    name = ask.x or "cycle"
+    name = ask.x or by
     x, across = companion(run, name, piece.place, ask)
+    x = x.max(axis=1) if of_all and x.ndim > 1 else x
     if x.shape != np.shape(piece.values):
         remedy = "leave it out for the cycles, or name what is, such as operating_hours or max_wear_depth"
         raise ask.wrong(f"x = {name!r} is not one number per wear state; {remedy}")
@@ -101,10 +110,8 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
                     if order > SHOWN and "harmonic" not in ask.select:
                         continue
                     key["quantity"] = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
-                x, across = companion(run, ask.x or by, piece.place, ask)
-                x = x.max(axis=1) if x.ndim > 1 else x  # the flank that is worn most
                 told = piece._replace(key=key, scale=Scale(words, piece.scale.units))
-                yield told.over(x, across, "line-points").known
+                yield told.over(*at_states(run, ask, piece, by, of_all=True), "line-points").known
 
     return series
 
@@ -226,7 +233,7 @@ def joined(series: list[Series], axis: str) -> list[Series]:
         said = f"x = {axis!r} has names, not numbers"
         raise FigureError(f'{said}: kind = "cases" draws a number beside each name')
     curves = []
-    for curve in gathered(series, lambda one: (tuple(sorted(one.key.items())), one.up, one.look)):
+    for curve in gathered(series, lambda one: (one.place, one.up, one.look)):
         mixed = len(curve.x) > FEWEST_DOTS and {-1.0, 1.0} <= set(np.sign(np.diff(curve.x)))
         ordered = curve.at(np.argsort(curve.x, kind="stable"))
         curves.append(replace(ordered, look="dots") if mixed else ordered)

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures.kind import ORBITS, STATES, Ask, Run, companion, kind, over, slices
+from wearlab.figures.kind import ORBITS, STATES, Ask, Run, Slice, companion, kind, over, slices
 from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.wording import Label
+from wearlab.nearest import choices
 
 POSITIONS = ("path_position", "diameter", "roll_angle", "distance_to_pitch_circle")
 QUANTITIES = ("contact_pressure", "sliding_velocity", "lambda_ratio", "effective_wear_coefficient")
@@ -18,9 +19,17 @@ QUANTITIES = ("contact_pressure", "sliding_velocity", "lambda_ratio", "effective
 def along_path(run: Run, name: str, ask: Ask, extra: Mapping[str, Label] | None = None) -> Iterator[Series]:
     """Yield a variable along the flank, over the coordinate that ``x`` names."""
     for piece in slices(run, name, ask, "profile"):
-        x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
+        x, across = _positions(run, piece, ask)
         named = piece._replace(key={**piece.key, **(extra or {})})
         yield named.over(x, across, marks=_marks(run, x, piece.place)).at(np.isfinite(x))
+
+
+def _positions(run: Run, piece: Slice, ask: Ask) -> tuple[Array, Scale]:
+    """Return the coordinate along the flank that ``x`` names."""
+    name = ask.x or POSITIONS[0]
+    if "profile" not in run.data[name].dims:
+        raise ask.wrong(f"x = {name!r} does not run along the flank; {choices(name, POSITIONS)}")
+    return companion(run, name, piece.place, ask)
 
 
 def _marks(run: Run, x: np.ndarray, place: Mapping[str, int]) -> tuple[Mark, ...]:
@@ -175,7 +184,7 @@ MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
     """Yield a variable as maps over profile and face; what has no face is even across it."""
     for piece in slices(run, name, ask, "face", "profile"):
-        x, across = companion(run, ask.x or POSITIONS[0], piece.place, ask)
+        x, across = _positions(run, piece, ask)
         y, up = companion(run, "face_position", piece.place, ask)
         held = np.isfinite(x)
         wide, high = np.meshgrid(x[held], y)

@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures.kind import ORBITS, Ask, Run, Slice, companion, kind, over, shown, slices, spread
-from wearlab.figures.plot import Scale, Series, flat, grouped, without
+from wearlab.figures.plot import Scale, Series, apart_from, flat, grouped, without
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
@@ -245,8 +245,8 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
 def _together(series: list[Series]) -> list[Series]:
     """Return the series of runs without their places where all have the same natural frequencies."""
     natural = (curve for curve in series if curve.text == NATURAL)
-    places = grouped(natural, lambda curve: tuple(sorted(without(curve.key, "order").items())))
-    some = [[float(curve.y[0]) for curve in group] for group in places.values()]
+    places = grouped(natural, apart_from("order")).values()
+    some = [[float(curve.y[0]) for curve in group] for group in places]
     alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
     if not alike and len(some) <= MOST_APART:
         return series

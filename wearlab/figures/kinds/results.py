@@ -46,11 +46,10 @@ def listed(series: list[Series]) -> list[Series]:
     if len(names) > MOST:
         said = f"cases: {len(names)} runs cannot be told by name (at most {MOST})"
         raise FigureError(f"{said}: narrow them with select, or take histogram or scatter")
-    places = [replace(c, y=np.array([1.0 + names.index(c.key["run"].text)]), names=names) for c in series]
-    rows = [
-        merged(group) for group in grouped(places, lambda c: tuple(without(c.key, "run").items())).values()
-    ]
-    rows = [replace(row, key=without(row.key, "run")) for row in rows]
+    places = [np.array([1.0 + names.index(curve.key["run"].text)]) for curve in series]
+    apart = [without(curve.key, "run") for curve in series]
+    told = [replace(c, key=k, y=y, names=names) for c, k, y in zip(series, apart, places, strict=True)]
+    rows = [merged(group) for group in grouped(told).values()]
     if len(rows) == 1 and len(names) > 1:
         first = rows[0]
         level = flat((0.5, len(names) + 0.5), first.x[0])[::-1]
