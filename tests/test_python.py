@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import wearlab as wl
 from wearlab.runner.progress import NotebookBar
@@ -85,7 +86,7 @@ def test_a_figure_of_a_grid_of_a_run_and_of_a_report(report, of, tmp_path):
     shown = {"grid": report.to_xarray(), "run": store.run(report.campaign.cases[0].id), "report": report}[of]
     drawn = wl.figure(shown, "max-wear", title="as asked")
     drawn.savefig(tmp_path / "figure.png")
-    assert any(text.get_text() == "as asked" for text in drawn.texts)
+    assert any(text.get_text() == "as asked" for text in drawn.findobj(Text))
     assert drawn._repr_png_()[:4] == b"\x89PNG"
     with pytest.raises(wl.FigureError, match="no such kind; did you mean 'max-wear'"):
         wl.figure(shown, "max-wea")
