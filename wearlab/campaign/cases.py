@@ -130,20 +130,20 @@ def read_differences(blocks: Any, axes: Axes) -> Differences:
     differences = blocks_of(CaseBlock, blocks, "case")
     sections = (*Scene.model_fields, EXPECT)
     labels = [case.BASE, *(difference.label for difference in differences)]
-    for number, label in enumerate(labels[1:]):
-        if not label:
-            raise CampaignError(f"case[{number}].label: required: a name for the case, such as 'static'")
-        for key in differences[number].model_extra or ():
-            if (section := key.partition(".")[0]) not in sections:
-                said = unknown_key(section, (*sections, *CaseBlock.model_fields))
-                raise CampaignError(f"case[{number}].{key}: {said}")
-        if label in labels[: number + 1]:
-            taken = "is the file without its [[case]] blocks" if label == case.BASE else "stands twice"
-            raise CampaignError(f"case[{number}].label: {label!r} {taken}: choose another")
-    for number, difference in enumerate(differences):
-        swept = [key for axis in axes for key in axis.written if _sets(difference.own, key)]
-        if swept and difference.sweep:
-            raise CampaignError(f"case[{number}].{swept[0]}: is swept already, in a case with sweep = true")
+    for number, block in enumerate(differences):
+        where = f"case[{number}]"
+        unknown = [key for key in block.model_extra or () if key.partition(".")[0] not in sections]
+        swept = [key for axis in axes for key in axis.written if block.sweep and _sets(block.own, key)]
+        if not block.label:
+            raise CampaignError(f"{where}.label: required: a name for the case, such as 'static'")
+        if unknown:
+            said = unknown_key(unknown[0].partition(".")[0], (*sections, *CaseBlock.model_fields))
+            raise CampaignError(f"{where}.{unknown[0]}: {said}")
+        if block.label in labels[: number + 1]:
+            taken = "is the file without its [[case]] blocks" if block.label == case.BASE else "stands twice"
+            raise CampaignError(f"{where}.label: {block.label!r} {taken}: choose another")
+        if swept:
+            raise CampaignError(f"{where}.{swept[0]}: is swept already, in a case with sweep = true")
     return differences
 
 

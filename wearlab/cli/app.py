@@ -63,7 +63,7 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
     A line of its ``Parameters`` is ``name : METAVAR from 0 to 9 [default in words]: help``, with what it
     needs of all before the help. What has no default, or a METAVAR in brackets, is an argument; an option
     that is a word of Python bears an underline behind it. Annotated parameters tell of themselves. What
-    returns an `Findings` takes ``--json``.
+    returns `Findings` takes ``--json``.
     """
 
     def register(function: Function) -> Function:

@@ -83,10 +83,7 @@ def report(file: app.File, store: app.StoreFolder = app.STORE, out: Path | None 
 
 @app.command()
 def profile(
-    file: Path,
-    columns: list[str] | None = None,
-    units: list[str] | None = None,
-    out: Path | None = None,
+    file: Path, columns: list[str] | None = None, units: list[str] | None = None, out: Path | None = None
 ) -> output.Findings:
     """Draw a measured flank as it was understood, and say how the file was read.
 

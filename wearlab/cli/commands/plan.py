@@ -68,10 +68,7 @@ def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
 
 @app.command()
 def check(
-    file: app.File,
-    claims: bool = False,
-    measured: Path | None = None,
-    store: app.StoreFolder = app.STORE,
+    file: app.File, claims: bool = False, measured: Path | None = None, store: app.StoreFolder = app.STORE
 ) -> output.Findings:
     """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
 
@@ -247,10 +244,7 @@ SHOWN = 6
 
 @app.command()
 def plan(
-    file: app.File,
-    store: app.StoreFolder = app.STORE,
-    workers: app.Workers = None,
-    retry: bool = False,
+    file: app.File, store: app.StoreFolder = app.STORE, workers: app.Workers = None, retry: bool = False
 ) -> output.Findings:
     """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
 
