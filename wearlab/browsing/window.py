@@ -3,14 +3,12 @@
 import asyncio
 import secrets
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wearlab.store import Store, StoreError, open_store
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 HOST = "127.0.0.1"
 TALL = 900  # pixels of a notebook's cell
@@ -79,7 +77,7 @@ class Window:
             await served.close_all_connections()
             pool.shutdown(wait=False, cancel_futures=True)
 
-    def run(self, ready: "Callable[[str], None]" = lambda address: None) -> None:
+    def run(self, ready: Callable[[str], None] = lambda address: None) -> None:
         """Answer until Ctrl-C.
 
         Parameters

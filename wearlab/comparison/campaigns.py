@@ -162,8 +162,8 @@ def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], l
     if len(a.members) == len(b.members) == 1:
         return [(a.members[0], b.members[0])], list(a.absent), list(b.absent)
     others = {member.key: member for member in b.members}
-    matched = [(own_member, others[own_member.key]) for own_member in a.members if own_member.key in others]
-    taken = {own_member.key for own_member, _ in matched}
+    matched = [(own, others[own.key]) for own in a.members if own.key in others]
+    taken = {own.key for own, _ in matched}
     left, right = ([m.name for m in s.members if m.key not in taken] + [*s.absent] for s in (a, b))
     return matched, left, right
 

@@ -241,20 +241,18 @@ def answer(
     ended = _ended_otherwise([(case_name(campaign, case), summary) for case, summary in done])
     if not worn:
         return Reply(tuple(ended), limit, ()) if ended else None
-    lives = {case.id: float(s["service_life"]) for case, s in worn if _is_number(s.get("service_life"))}
-    longest = max(lives.values(), default=0.0)
-    first = next(iter(lives.values()), None) if len(worn) > 1 else None
+    lives = [life for _, summary in worn if (life := _life(summary)) is not None]
     given = [getattr(case.scene.wear, "coefficient", None) for case in campaign.cases]
     range_by = factor if all(each == given[0] for each in given) else None  # cases are the range themselves
     told = worn[:MOST_CASES]
     cases = [
-        _case(case_name(campaign, case), own, lives.get(case.id), first, longest, range_by)._replace(
-            **_deepest(store, case)
-        )
+        _case(case_name(campaign, case), own, lives, range_by)._replace(**_deepest(store, case))
         for case, own in told
     ]
+    if len(worn) == 1:
+        cases = [cases[0]._replace(times="")]
     sentences = [
-        *_sentences(cases, list(lives.values()), len(worn), limit, range_by),
+        *_sentences(cases, lives, len(worn), limit, range_by),
         *_deepest_point(cases),
         *ended,
         *_begun(cases, [case for case, _ in told]),
@@ -330,15 +328,15 @@ def _limit(scene: Scene) -> str:
     return "" if depth is None else f"{1e6 * depth:.4g} µm of wear{on}"
 
 
-def _case(
-    name: str,
-    summary: Mapping[str, Any],
-    life: float | None,
-    first: float | None,
-    longest: float,
-    factor: float | None,
-) -> CaseTold:
-    if life is None:
+def _life(summary: Mapping[str, Any]) -> float | None:
+    """Return the time to the limit [s], None where it is not reached."""
+    life: Any = summary.get("service_life")
+    return float(life) if _is_number(life) else None
+
+
+def _case(name: str, summary: Mapping[str, Any], lives: Sequence[float], factor: float | None) -> CaseTold:
+    """Return a case in words, its life beside the first and the longest of all."""
+    if (life := _life(summary)) is None:
         depth = summary.get("max_wear_depth")
         worn = f"not reached: {1e6 * float(depth):.3g} µm after " if depth is not None else "not reached: "
         return CaseTold(name, f"{worn}{hours_text(summary.get('operating_hours'))}", "", "", "", "", 0.0)
@@ -350,8 +348,8 @@ def _case(
         "" if factor is None else f"{hours_text(life / factor)} to {hours_text(life * factor)}",
         f"{cycles:.3g}" if cycles else "",
         "" if relative is None else f"{100 * relative:.2g} %",
-        f"× {life / first:.3g}" if first else "",
-        100.0 * life / longest,
+        f"× {life / lives[0]:.3g}" if lives[0] else "",
+        100.0 * life / max(lives),
     )
 
 
