@@ -1,5 +1,7 @@
 """Two runs or two campaigns side by side: a table, a dataset and a figure."""
 
+from functools import partial
+from itertools import chain
 from json import loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,7 +50,7 @@ def compare(
     left, right = (_meant(side, store) for side in (a, b))
     comparison = compared(left, right, on=on, tolerance=tolerance, store=store)  # type: ignore[arg-type]
     written = _write(comparison, out, figure)
-    return output.Findings(_content(comparison, written), [*_text(comparison), *written])
+    return output.Findings(partial(_content, comparison, written), chain(_text(comparison), written))
 
 
 def _meant(word: str, store: "Store") -> Any:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from json import loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -190,7 +191,7 @@ def show(run: app.Run, store: app.StoreFolder = app.STORE, variables: bool = Fal
         text: output.Text = ["", output.ShownTable(heads, _variables(stored, entry))]
     else:
         text = _results(store, entry, stored, scene)
-    return output.Findings(content, [*_facts(facts, entry), *text])
+    return output.Findings(content, chain(_facts(facts, entry), text))
 
 
 def _results(
