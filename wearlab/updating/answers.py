@@ -207,10 +207,8 @@ def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
     means = [float(np.sum(post.mass * post.log_factor)) for post in each]
     both = zip(each, means, strict=True)
     sds = [float(np.sqrt(np.sum(post.mass * (post.log_factor - mean) ** 2))) for post, mean in both]
-    return max(
-        (abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j)
-        for i, j in combinations(range(len(each)), 2)
-    )
+    pairs = combinations(range(len(each)), 2)
+    return max((abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j) for i, j in pairs)
 
 
 def _widens(answer: Answer, runs: Runs) -> bool:

@@ -91,6 +91,11 @@ class MeasuredCase:
         for point in zip(*self.drawn.values(), strict=True):
             yield lean.replace(dict(zip(self.drawn, point, strict=True)))
 
+    @property
+    def conditions(self) -> dict[str, Scene]:
+        """A scene of each condition of what really ran, under what it is called."""
+        return {} if self.record is None else self.record.scenes(_lengthened(self.scene, self.longer))
+
     def campaign(self, title: str, scenes: Sequence[Scene]) -> Campaign:
         """Return scenes as a campaign with the axis ``draw``."""
         cases = tuple(Case("base", scene, {DRAW: i}) for i, scene in enumerate(scenes))
@@ -285,16 +290,6 @@ def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> 
         if scene.id not in found:
             raise UpdateError(f"{study.label}: {name}: {last_line(store.find(scene.id).reason)}")
     return [found[scene.id] for scene in scenes.values()]
-
-
-def conditions_of(study: MeasuredCase) -> dict[str, Scene]:
-    """Return a scene of each condition of what really ran, under what it is called."""
-    assert study.record is not None
-    base, torques = _lengthened(study.scene, study.longer), study.record.conditions()[0][:, 0]
-    return {
-        f"update.record: its run {n} at {torque:g} N m": scene
-        for n, (scene, torque) in enumerate(zip(study.record.scenes(base), torques, strict=True), 1)
-    }
 
 
 def plain(value: float | str) -> float:

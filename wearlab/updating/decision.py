@@ -56,12 +56,10 @@ def virtual_inspection(outcome: answers.UpdateOutcome, rng: Random) -> xr.Datase
     present = float(np.ptp(grids.weighted_quantiles(rest, np.ones(len(draws)), ENDS)))
     if not present > 0.0:
         return None
-    states = zip(looks, states_at(answer, draws, number, looks, rng), strict=True)
-    widths = [
-        [expected_width(value, life - look, times * sd, rng) / present for times in INSTRUMENTS]
-        for look, (value, life, sd) in states
-    ]
-    expected = np.array(widths).T
+    expected, states = np.empty((len(INSTRUMENTS), len(looks))), states_at(answer, draws, number, looks, rng)
+    for k, (value, life, sd) in enumerate(states):
+        widths = [expected_width(value, life - looks[k], times * sd, rng) for times in INSTRUMENTS]
+        expected[:, k] = np.array(widths) / present
     safe = looks <= max(early, looks[0])
     best = looks[safe][np.argmin(expected[1][safe])]
     found = {"expected_width": expected, "present_width": present, "recommended": best}
@@ -101,8 +99,7 @@ def states_at(
     for look in map(float, looks):
         mean, life = np.empty(n), draws.life.copy()
         if last is not None:
-            spread = np.sqrt(last.variance + rate * (look - last.cycle))
-            w = last.mean + spread * rng.standard_normal(n)
+            w = last.drawn(look, rate, rng)
         for run, mine in runs:
             factor, asked = draws.factor[mine], run.asked[number]
             mean[mine] = asked.curve.at(run.own_cycle(np.array(look), factor, asked.clock))

@@ -88,10 +88,8 @@ class UnitState:
         worn = self.shared.worn(run, run.limit, self.factor)  # what W is told in
         w = (worn * (self.strayed + nodes[:, None] * np.sqrt(self.variance))).ravel()
         weight = np.repeat(heights, len(self.factor))
-        factor, rate, since = (
-            np.tile(each, len(nodes))
-            for each in (self.factor / run.factor, worn**2 * self.shared.rate[:, 0], self.since)
-        )
+        each = self.factor / run.factor, worn**2 * self.shared.rate[:, 0], self.since
+        factor, rate, since = (np.tile(one, len(nodes)) for one in each)
         own = run.start + since * factor
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
         lanes = (weight, run.level - w - run.limit.at(own), mean, rate)
@@ -142,10 +140,8 @@ def joint(found: Population, n: int, rng: Random) -> tuple[Array, Array]:
 def states_now(found: Population, theta: Array, log_factor: Array) -> list[UnitState]:
     """Return the states of all units after all measurements, of some of such draws; they lie in order."""
     some, last = np.linspace(0, len(theta) - 1, min(len(theta), DRAWS)).astype(int), np.array([np.inf])
-    return [
-        states_of(found, unit, theta[None, some], own[None, some], last)[0]
-        for unit, own in zip(found.units, log_factor, strict=True)
-    ]
+    both = zip(found.units, log_factor, strict=True)
+    return [states_of(found, unit, theta[None, some], own[None, some], last)[0] for unit, own in both]
 
 
 def after(

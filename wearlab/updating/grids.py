@@ -134,8 +134,7 @@ class Posterior:
         t = np.clip((s - self.place[:, :1]) / step, 0.0, n - 1.0)
         i = np.minimum(t.astype(np.intp), n - 2)
         t, runs = t - i, self._all[:, None]
-        y0, y1 = self.below[runs, i], self.below[runs, i + 1]
-        d0, d1 = (self.density[runs, j] * step for j in (i, i + 1))
+        (y0, d0), (y1, d1) = ((self.below[runs, j], self.density[runs, j] * step) for j in (i, i + 1))
         cubic = [d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0]
         return np.asarray(np.polyval(cubic, t))
 

@@ -117,7 +117,7 @@ class Runner(NamedTuple):
 
     def run(self, wanted: Sequence[cases.MeasuredCase]) -> list[tuple[run_curves.Runs, Index]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
-        conditions = [{} if study.record is None else cases.conditions_of(study) for study in wanted]
+        conditions = [study.conditions for study in wanted]
         asked = [*(study.scenes for study in wanted), *(scenes.values() for scenes in conditions)]
         self._compute(wanted, [scene for scenes in asked for scene in scenes])
         found = []

@@ -86,6 +86,11 @@ class Filtered:
     cycle: Any = 0.0
     steps: list[Innovation] = field(default_factory=list)
 
+    def drawn(self, cycle: Any, rate: Any, rng: Random) -> Array:
+        """Return a draw of W at a later cycle for each lane."""
+        spread = np.sqrt(self.variance + rate * (cycle - self.cycle))
+        return np.asarray(self.mean + spread * rng.standard_normal(np.shape(self.mean)))
+
 
 def filtered(
     residual: Array,
@@ -291,13 +296,13 @@ def _normal_rule(panels: int) -> tuple[Array, Array]:
     return z, np.log(weight / weight.sum())
 
 
-def smoothed_paths(steps: list[Innovation], cycles: list[float], rate: Array, rng: Random) -> Array:
+def smoothed_paths(steps: list[Innovation], times: Inspections, rate: Array, rng: Random) -> Array:
     """Return draws of W at the inspections given all of them, (inspections, …): drawn backwards."""
     paths = np.empty((len(steps), *np.shape(steps[-1].mean)))
     for t in reversed(range(len(steps))):
         mean, variance = steps[t].mean, steps[t].variance
         if t + 1 < len(steps):
-            ahead = rate * (cycles[t + 1] - cycles[t])
+            ahead = rate * (times[t + 1].cycle - times[t].cycle)
             with np.errstate(divide="ignore", invalid="ignore"):
                 gain = np.where(variance > 0.0, variance / (variance + ahead), 0.0)
             mean, variance = mean + gain * (paths[t + 1] - mean), np.maximum(variance * (1.0 - gain), 0.0)

@@ -116,7 +116,7 @@ def _templates() -> Any:
         "n": lambda value: f"{value:,.0f}",
         "finite": lambda value: isinstance(value, float) and np.isfinite(value),
         "chance": lambda p: (
-            f"chance alone: once in {1.0 / max(p, 1e-6):,.0f} times{' or less' if p < 1e-6 else ''}"
+            f"chance alone: once in {1 / max(p, 1e-6):,.0f} times{' or less' * int(p < 1e-6)}"
         ),
         "spread": _spread,
         "time": lambda seconds: (hours_text(seconds) or "0 h") if np.isfinite(seconds) else NEVER,

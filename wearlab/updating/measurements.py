@@ -331,26 +331,25 @@ class OperatingRecord:
         both = np.stack([self.torque, self.speed], axis=1)[works]
         distinct, index = np.unique(both, axis=0, return_inverse=True)
         if len(distinct) > MOST:
-            classes = [
-                np.minimum((n * (x - x.min()) / max(np.ptp(x), 1e-300)).astype(np.intp), n - 1)
-                for x, n in zip(both.T, (TORQUES, SPEEDS), strict=True)
-            ]
-            _, index = np.unique(SPEEDS * classes[0] + classes[1], return_inverse=True)
+            counts, low = np.array([TORQUES, SPEEDS]), both.min(axis=0)
+            share = (both - low) / np.maximum(np.ptp(both, axis=0), 1e-300)
+            classes = np.minimum((counts * share).astype(np.intp), counts - 1)
+            _, index = np.unique(classes @ [SPEEDS, 1], return_inverse=True)
             weight = (np.diff(self.time) * self.speed)[works]
             sums = [np.bincount(index, weight * column) / np.bincount(index, weight) for column in both.T]
             distinct = np.stack(sums, axis=1)
         which[works] = index.ravel()
         return distinct, which
 
-    def scenes(self, scene: Scene) -> list[Scene]:
-        """Return a scene with each of its conditions."""
+    def scenes(self, scene: Scene) -> dict[str, Scene]:
+        """Return a scene with each of its conditions, under what it is called."""
         assert scene.operation is not None
-        given = scene.operation.model_dump()
+        given, made = scene.operation.model_dump(), {}
         gone = {f"operation.{key}": None for key in ("duty", "power") if given.get(key) is not None}
-        return [
-            scene.replace({**gone, "operation.torque": f"{torque!r} N*m", "operation.speed": f"{n!r} rad/s"})
-            for torque, n in self.conditions()[0].tolist()
-        ]
+        for n, (torque, speed) in enumerate(self.conditions()[0].tolist(), 1):
+            own = {"operation.torque": f"{torque!r} N*m", "operation.speed": f"{speed!r} rad/s"}
+            made[f"update.record: its run {n} at {torque:g} N m"] = scene.replace({**gone, **own})
+        return made
 
     def calendar(self, a_year: float | None) -> Calendar | None:
         """Return its calendar, which goes on at so many hours a year, else at its own; None without dates."""

@@ -74,12 +74,9 @@ class FleetMember:
     @cached_property
     def inspections(self) -> list[tuple[int, kalman.Inspection]]:
         """The inspections and the block of each, in order of time; those of one time in order of blocks."""
-        each = [
-            (n, own)
-            for n, block in enumerate(self.blocks)
-            for own in likelihood.inspections_of(block, self.run, n)
-        ]
-        return sorted(each, key=lambda one: one[1].cycle)
+        each = [likelihood.inspections_of(block, self.run, n) for n, block in enumerate(self.blocks)]
+        told = [(n, own) for n, inspections in enumerate(each) for own in inspections]
+        return sorted(told, key=lambda one: one[1].cycle)
 
     @cached_property
     def cycles(self) -> Array:
@@ -120,10 +117,8 @@ class Shared(NamedTuple):
     @property
     def middle(self) -> "Shared":
         """One lane in the middle of all."""
-        power, straying, *sd = (
-            np.exp(np.mean(np.log(np.maximum(each, 1e-300)), axis=0, keepdims=True))
-            for each in (self.power, self.straying, *self.sd)
-        )
+        each = (np.log(np.maximum(one, 1e-300)) for one in (self.power, self.straying, *self.sd))
+        power, straying, *sd = (np.exp(np.mean(logs, axis=0, keepdims=True)) for logs in each)
         return Shared(power, straying, tuple(sd), self.reference)
 
     def equal(self, cycle: float | Array) -> Array:
@@ -192,10 +187,8 @@ class Law(NamedTuple):
 
     def shared(self, theta: Array) -> Shared:
         """Return what the units share at points (p, parameters)."""
-        columns = {
-            p.name: np.exp(column)[:, None] for p, column in zip(self.parameters, theta.T, strict=True)
-        }
-        one = np.ones((len(theta), 1))
+        names, one = [parameter.name for parameter in self.parameters], np.ones((len(theta), 1))
+        columns = dict(zip(names, np.exp(theta.T)[..., None], strict=True))
         sd = tuple(columns.get(f"sd_{n}", known * one) for n, known in enumerate(self.sd))
         power = columns.get(POWER, np.full((1, 1), self.power))
         return Shared(power, columns.get(STRAYING, self.straying * one), sd, self.reference)
@@ -354,10 +347,8 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
     """
 
     def log_prior(theta: Array) -> Array:
-        each = [
-            likelihood.log_density(p.prior, u, p.scale) for p, u in zip(law.parameters, theta.T, strict=True)
-        ]
-        return np.asarray(sum(each))
+        both = zip(law.parameters, theta.T, strict=True)
+        return np.asarray(sum(likelihood.log_density(p.prior, u, p.scale) for p, u in both))
 
     def log_units(theta: Array, some: Sequence[FleetMember] = units) -> Array:
         nothing = np.zeros(len(theta))

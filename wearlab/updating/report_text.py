@@ -255,10 +255,7 @@ def _fleet(tree: xr.DataTree) -> dict[str, Any]:
     found: dict[str, Any] = {
         "title": str(tree.attrs.get("title", "")),
         "notes": [*filter(None, str(stats["notes"]).split(" | "))],
-        "flagged": [
-            {"unit": name, "hours": hour[name] * cycle, **dict(zip(keys[2:], rest, strict=True))}
-            for name, cycle, *rest in flagged
-        ],
+        "flagged": [dict(zip(keys, row, strict=True)) | {"hours": hour[row[0]] * row[1]} for row in flagged],
         "unlike": [{"unit": predictions["unit"].values[k], "pace": pace[k], "p": p[k]} for k in unlike],
         "table": _table([heads, *told]),
         "about": fleet_about(tree),

@@ -364,9 +364,8 @@ def curve_of(
 
 def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
     """Return the wear rate where the wear is deepest; of unworn flanks, where it is fastest."""
-    each = [
-        run[name] if where is None else run[name].sel(flank=where) for name in ("wear_depth", "wear_rate")
-    ]
+    own = run if where is None else run.sel(flank=where)
+    each = (own["wear_depth"], own["wear_rate"])
     deep, fast = (np.nan_to_num(one.values.reshape(len(one), -1)) for one in each)
     at = np.where(deep.max(axis=1) > 0.0, deep.argmax(axis=1), fast.argmax(axis=1))
     return np.asarray(fast[np.arange(len(at)), at])

@@ -64,6 +64,11 @@ class Draws:
         lanes = likelihood.Lanes(self.factor, self.sd[number], self.drift[number])
         return likelihood.log_likelihood(block, self.by_run(), number, lanes, steps)
 
+    def paths(self, number: int, times: kalman.Inspections, rng: Random) -> Array:
+        """Return draws of how far the wear strays at inspections of a block, given those, (times, n)."""
+        rate = self.drift[number] ** 2 / likelihood.PER
+        return kalman.smoothed_paths(self.seen(number, times).steps, times, rate, rng)
+
 
 def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
     """Return draws of everything unknown, and of the life that follows.
@@ -90,8 +95,7 @@ def drawn(answer: lives.Answer, n: int, rng: Random) -> Draws:
             alive.life[mine] = history.life(alive.factor[mine])
         return alive
     seen, rate = alive.seen(number), drift[number] ** 2 / likelihood.PER
-    spread = np.sqrt(seen.variance + rate * (answer.now - seen.cycle))
-    present = seen.mean + spread * rng.standard_normal(n)
+    present = seen.drawn(answer.now, rate, rng)
     for history, mine in alive.by_run():
         own = alive.factor[mine], present[mine]
         alive.life[mine] = lives.ended(history, *own, answer.now, rate[mine], rng)
@@ -143,7 +147,7 @@ def gains(draws: Draws, number: int, rng: Random, *, known: bool = True) -> Arra
     if not known or not len(block.rows):
         return np.asarray(gain + sd * rng.standard_normal(len(draws)))
     seen = draws.seen(number)
-    return np.asarray(seen.mean + np.sqrt(seen.variance) * rng.standard_normal(len(draws)))
+    return seen.drawn(seen.cycle, 0.0, rng)
 
 
 def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rng: Random) -> Array:
@@ -163,11 +167,9 @@ def over_cycles(draws: Draws, name: str, cycles: Array, drifting: int | None, rn
     if drifting is None:
         return depths
     start = draws.posterior.histories[0].begin(drifting)
-    rate = draws.drift[drifting] ** 2 / likelihood.PER
     looks = [kalman.Inspection(max(float(cycle), start), np.zeros(0, np.intp)) for cycle in cycles]
     times = sorted([*draws.inspections(drifting), *looks], key=lambda one: one.cycle)
-    paths = kalman.smoothed_paths(draws.seen(drifting, times).steps, [one.cycle for one in times], rate, rng)
-    return depths + paths[[not len(one.values) for one in times]]
+    return depths + draws.paths(drifting, times, rng)[[not len(one.values) for one in times]]
 
 
 def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) -> tuple[Array, Array]:
@@ -194,13 +196,13 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
     times = draws.inspections(number) if drifts or offset else []
     if drifts:
-        rate, cycles = draws.drift[number] ** 2 / likelihood.PER, [t.cycle for t in times]
         if block.data.since == PREVIOUS:
-            gone = np.diff(cycles, prepend=run.begin(number))
-            paths = np.sqrt(rate * gone[:, None]) * rng.standard_normal((len(times), n))
+            gone = np.diff([time.cycle for time in times], prepend=run.begin(number))[:, None]
+            rate = draws.drift[number] ** 2 / likelihood.PER
+            paths = np.sqrt(rate * gone) * rng.standard_normal((len(times), n))
         else:
             told = times if known else [time._replace(values=time.values[:0]) for time in times]
-            paths = kalman.smoothed_paths(draws.seen(number, told).steps, cycles, rate, rng)
+            paths = draws.paths(number, told, rng)
         strayed = paths[-1]
         for time, w in zip(times, paths, strict=True):
             values[:, time.values] += w[:, None]

@@ -127,10 +127,9 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
         "replay_interval_score": np.mean(interval_score(rest[0], rest[4], truth) / truth),
     }
     for rule in RULES:
-        off = np.abs(before[rule].values - truth) / truth
-        has = np.isfinite(off)
-        for name, each in (("error", off), ("own", own)):  # of the inspections that have the rule
-            score[f"replay_{name}_{rule}"] = np.mean(each[has]) if has.any() else np.nan
+        off = np.abs(before[rule] - truth) / truth
+        score[f"replay_error_{rule}"] = float(off.mean())
+        score[f"replay_own_{rule}"] = float((own + 0.0 * off).mean())  # of those that have the rule
     return layout.dataset("statistics", score)
 
 
@@ -174,15 +173,13 @@ def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
     each = [model for outcome in outcomes for model in models_of(outcome)]
     if len(each) < 2 or not any(len(block.rows) for block in each[0][2]):
         return None
-    known = [(name, post.by(blocks)) for name, post, blocks in each]
-    found = [(post.evidence, name, left_out(post)) for name, post in known]
-    found.sort(key=lambda one: -one[0])
-    best = found[0][2]
-    evidence, names, each_left = zip(*found, strict=True)
-    off = [alone - best if len(alone) == len(best) else np.full(1, np.nan) for alone in each_left]
+    known = sorted(((post.by(blocks), name) for name, post, blocks in each), key=lambda one: -one[0].evidence)
+    posts, names = zip(*known, strict=True)
+    alone = [left_out(post) for post in posts]
+    off = [one - alone[0] if len(one) == len(alone[0]) else np.full(1, np.nan) for one in alone]
     values = {
-        "log_evidence": evidence,
-        "log_left_out": [float(np.sum(alone)) for alone in each_left],
+        "log_evidence": [post.evidence for post in posts],
+        "log_left_out": [float(np.sum(one)) for one in alone],
         "left_out_difference": [float(np.sum(o)) for o in off],
         "left_out_error": [np.sqrt(len(o)) * float(np.std(o, ddof=1)) if len(o) > 1 else np.nan for o in off],
     }

@@ -113,10 +113,8 @@ def _groups(outcome: answers.UpdateOutcome, replay: bool, check: int) -> dict[st
 def names_of(keys: Sequence[str]) -> dict[str, str]:
     """Return what each unknown is called: its last word; by the whole key where two share it."""
     last = [key.rpartition(".")[2] for key in keys]
-    return {
-        key: word if last.count(word) == 1 else key.replace(".", "_")
-        for key, word in zip(keys, last, strict=True)
-    }
+    both = zip(keys, last, strict=True)
+    return {key: word if last.count(word) == 1 else key.replace(".", "_") for key, word in both}
 
 
 def block_name(outcome: answers.UpdateOutcome, number: int) -> str:
@@ -153,13 +151,12 @@ def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Datas
         "remaining_useful_life": np.maximum(draws.life - outcome.answer.now, 0.0),
     }
     found |= {name: layout.variable("sample", name, one) for name, one in derived.items()}
+    rng = np.random.default_rng([outcome.study.spec.seed, 4])
     for number, block in enumerate(post.blocks):
         for name, spread in (("sd", block.sd), ("drift", block.drift)):
             if spread is not None and spread.prior is not None:
                 values = getattr(draws, name)[number]
                 found[spread.name] = layout.variable("sample", name, values, **_units(block))
-    rng = np.random.default_rng([outcome.study.spec.seed, 4])
-    for number, block in enumerate(post.blocks):
         if block.data.error.gain_sd:
             gains = sampling.gains(draws, number, rng, known=not before)
             found[f"gain_{block.data.label}"] = layout.variable("sample", "gain", gains)
@@ -249,13 +246,11 @@ def _observed_life(outcome: answers.UpdateOutcome) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit, run = outcome.study.limit, outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
-        if not block.measures(limit) or block.seen.censored.any():
-            continue
         order = np.argsort(run.asked[number].cycle, kind="stable")
         cycle, value = run.asked[number].cycle[order], block.seen.value[order]
-        over = np.flatnonzero(value >= limit.value * (1.0 - 1e-9))
-        if len(over):
-            some = slice(max(int(over[0]) - 1, 0), int(over[0]) + 1)
+        over = value >= limit.value * (1.0 - 1e-9)
+        if over.any() and block.measures(limit) and not block.seen.censored.any():
+            some = slice(max(int(np.argmax(over)) - 1, 0), int(np.argmax(over)) + 1)
             return float(np.interp(limit.value, value[some], cycle[some]))
     return float("nan")
 

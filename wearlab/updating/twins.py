@@ -52,10 +52,8 @@ def calibrated(
     foreseen: list[tuple[float, ...]] = []
     for t in range(n):
         made, life = twin(truths[t : t + 1], before, rng)
-        made = tuple(
-            replace(believed, seen=replace(real.seen, data=believed.data))
-            for believed, real in zip(told or made, made, strict=True)
-        )
+        both = zip(told or made, made, strict=True)
+        made = tuple(replace(own, seen=replace(real.seen, data=own.data)) for own, real in both)
         kept = np.ones(len(post.histories), bool)
         kept[truths.run[t]] = not study.costly  # its own run knows too much
         runs = tuple(run for run, held in zip(post.histories, kept, strict=True) if held)
@@ -65,8 +63,7 @@ def calibrated(
         over = life <= answer.now and answer.drifting is not None
         ranks["life"].append(float(rng.random() * answer.passed if over else answer.life_below(life)[0]))
         if np.isfinite(life):
-            both = (answer.life(scores.EVEN), unmeasured)
-            scored.append(tuple(scores.scores_of(each, life) for each in both))
+            scored.append(tuple(scores.scores_of(q, life) for q in (answer.life(scores.EVEN), unmeasured)))
         if answer.now < life < np.inf:
             middle, before_any = (float(one.life(np.array([0.5]))[0]) for one in (answer, before))
             rules = (*scores.simple_rules(study, answer.posterior, answer.now), before_any - answer.now)
