@@ -170,6 +170,8 @@ def _sums(
     def whole(each: Array) -> Array:
         return np.asarray(each.sum(axis=-1) * (n / each.shape[-1]))
 
+    if n == 1 and loading is None:
+        return None, r[..., 0] / v[..., 0], 1.0 / v[..., 0], np.log(v[..., 0]) + LOG_TWO_PI
     square = None if n == 1 else whole(r * r / v)
     return square, whole(a * r / v), whole(a * a / v), whole(np.log(v) + LOG_TWO_PI)
 
@@ -190,8 +192,9 @@ def learned(
     least = np.maximum(precision, 1e-300)
     fits, expected, scale = cross / least, spread + 1.0 / least, 1.0 + spread * precision
     off = fits - mean
-    chi = off * off / expected + (0.0 if square is None else square - cross * fits)
-    likelihood = -0.5 * (chi + logs + np.log(scale))
+    chi = off * off / expected
+    chi = chi if square is None else chi + (square - cross * fits)
+    likelihood = -0.5 * (chi + (logs + np.log(scale)))
     return off / np.sqrt(expected), chi, likelihood, mean + spread / expected * off, spread / scale
 
 
