@@ -128,7 +128,8 @@ class Catalogue(rows.Database):
         """Make the runs of an earlier version anew from their files, as `make_anew` does; all else stays."""
         said = f"written by an older wearlab (catalogue version {version})"
         if self.address is not None:
-            raise files.StoreError(f"{self.address}: {said}; 'wearlab ls' there makes it one of today")
+            remedy = "'wearlab ls' there, or on a copy of it here, makes it one of today"
+            raise files.StoreError(f"{self.address}: {said}; {remedy}")
         remedy = "made anew from the run files; what failed or was refused is computed again"
         logging.getLogger("wearlab").warning("%s: %s: %s", self.path, said, remedy)
         with self._transaction() as connection:
