@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from wearlab.mesh.body import body_coupling
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.profile import lookup, profile_grid
-from wearlab.mesh.series import PotentialEnergy
+from wearlab.mesh.series import InSeries
 from wearlab.mesh.stiffness import (
     ConstantContact,
     GivenStiffness,
@@ -35,17 +35,17 @@ def given(grid, curve, of_mesh=False, **changes):
     )
 
 
-def potential_energy(pair, grid, **changes):
+def potential_energy(pair, grid, *, correction=(1.0, 1.0), coupling=(), partner=(), **changes):
+    """Return the contact of a pair; ``coupling`` (n_apart, 2, n): ratios shared with ``partner`` nodes."""
     n = len(grid.position)
-    parts = {
-        "teeth": tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears)),
-        "hertz": ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width)),
-        "correction": (1.0, 1.0),
-        "coupling": np.zeros((0, 2, n)),
-        "partner": np.zeros((0, n), dtype=np.int64),
-        "scale": 1.0,
-    }
-    return ContactAnalysis(grid, PotentialEnergy(**{**parts, **changes}), np.zeros(n), LOAD)
+    teeth = tuple(tooth_flexibility(g, pair.radius(i, grid.position)) for i, g in enumerate(pair.gears))
+    bodies = np.stack([tooth.foundation / by for tooth, by in zip(teeth, correction, strict=True)])
+    shared = np.zeros((len(partner), n))
+    for out, ratio, node in zip(shared, coupling, partner, strict=True):
+        out[:] = np.where(node < 0, 0.0, (ratio * np.sqrt(bodies * bodies[:, node])).sum(axis=0))
+    hertz = ConstantContact(yang_sun(pair.driving.material, pair.driven.material, pair.face_width))
+    parts = {"hertz": hertz, "rest": bodies, "shared": shared, "teeth": teeth, **changes}
+    return ContactAnalysis(grid, InSeries(**parts), np.zeros(n), LOAD)
 
 
 def some_wear(grid):
@@ -189,7 +189,7 @@ def test_weber_contact_is_solved_for_its_own_load(pair, grid):
     steel = pair.driving.material
     weber = WeberContact(
         pair.equivalent_curvature(grid.position),
-        np.stack([tooth.half_thickness / tooth.cosine for tooth in teeth]),
+        np.stack([tooth.half_thickness / np.cos(tooth.angle) for tooth in teeth]),
         (steel, steel),
         pair.face_width,
     )

@@ -15,7 +15,7 @@ from wearlab.mesh.finite_element.compliance import gear_compliance, solve_gear
 from wearlab.mesh.finite_element.compliance import pair_compliance as compliance
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
-from wearlab.mesh.series import FiniteElement
+from wearlab.mesh.series import InSeries
 from wearlab.mesh.stiffness import ConstantContact, WeberContact
 
 QUICK = Options(refinement=2, samples=11)
@@ -173,8 +173,8 @@ def test_wear_of_micrometres_hardly_matters(pair):
 def test_the_model_adds_up(pair):
     s = np.linspace(pair.path.A, pair.path.E, 5)
     total, shared = compliance(pair, s, 2, QUICK)
-    one = FiniteElement(own=total, shared=shared, hertz=ConstantContact(2e-9))
-    twice = FiniteElement(own=total, shared=shared, hertz=ConstantContact(2e-9), scale=2.0)
+    one = InSeries(rest=total[None], shared=shared, hertz=ConstantContact(2e-9))
+    twice = InSeries(rest=total[None], shared=shared, hertz=ConstantContact(2e-9), scale=2.0)
     wear = np.full((2, 5), 1e-6)
     assert not one.load_dependent
     assert np.array_equal(one.body(wear), total) and one.contact(None) == 2e-9

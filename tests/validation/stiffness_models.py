@@ -20,7 +20,7 @@ from wearlab.mesh.finite_element.compliance import GearCompliance, pair_complian
 from wearlab.mesh.finite_element.elements import Options
 from wearlab.mesh.finite_element.outline import Wear
 from wearlab.mesh.gear_set import PairOfSet
-from wearlab.mesh.series import FiniteElement, plane_of
+from wearlab.mesh.series import InSeries, plane_of
 from wearlab.scene import Scene
 from wearlab.scene.build.mesh import build_analyses
 from wearlab.scene.build.sets import build_set
@@ -130,10 +130,10 @@ def _even(gear: Gear, depth: float) -> Wear | None:
 
 def _worn(
     analysis: ContactAnalysis, pair: GearPair, solved: tuple[GearCompliance, GearCompliance]
-) -> FiniteElement:
-    assert isinstance(analysis.stiffness, FiniteElement)
+) -> InSeries:
+    assert isinstance(analysis.stiffness, InSeries)
     own, shared = pair_compliance(pair, analysis.grid.position, analysis.grid.n_pairs, solved=solved)
-    return replace(analysis.stiffness, own=own, shared=shared, teeth=())
+    return replace(analysis.stiffness, rest=own[None], shared=shared, teeth=())
 
 
 def report(title: str, judged: Sequence[Judgement]) -> str:

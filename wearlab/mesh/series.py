@@ -1,12 +1,11 @@
 """The flexibilities of a pair in series: teeth, bodies and contact, by energy methods or by elements."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh import body, profile, stiffness
@@ -25,14 +24,26 @@ Teeth = tuple[ToothFlexibility, ...]
 class InSeries(stiffness.PairStiffness):
     """Teeth and bodies in series with the contact.
 
+    ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``: beams, and what wear does not change: the
+    foundations, or for elements of the unworn gears what they yield beyond the unworn beams. Wear makes them
+    softer by as much as it does the beams: 100 µm off both flanks of a module of 3 mm by some 2.7 per cent
+    near the tip (:func:`wearlab.mesh.finite_element.compliance.solve_gear` takes a worn outline for
+    comparison). What wear does to gaps and load sharing is not part of a stiffness.
+
     Parameters
     ----------
     hertz : how the contact itself yields
+    rest : (2, n) what yields of each gear beside its beam, or (1, n) of both where nothing tells them apart
+        [m/N]
+    shared : (n_apart, n) compliance shared with the pair 1, 2 … base pitches ahead, 0 where there is none
+        [m/N]
     scale : factor on the stiffness of the whole pair, 1 unless tuned [1]
     teeth : the two teeth as beams, (driving, driven); none: wear takes nothing off their sections
     """
 
     hertz: stiffness.HertzContact
+    rest: Array
+    shared: Array
     scale: float = 1.0
     teeth: Teeth = ()
 
@@ -55,100 +66,37 @@ class InSeries(stiffness.PairStiffness):
         both = zip(self.teeth, depth, strict=False)
         return replace(self, teeth=tuple(tooth._replace(back=np.array(own)) for tooth, own in both))
 
-    def beams(self, wear: Array) -> Array:
-        """Return the compliance of each tooth as a beam, without its body, for wear (2, n), (2, n) [m/N].
-
-        Raises
-        ------
-        SectionVanished
-            When a worn section of a tooth has no thickness left.
-        """
-        each = np.zeros_like(wear)
-        for tooth, depth, out in zip(self.teeth, wear, each, strict=False):
-            out[:] = tooth_compliance(tooth, depth)
-        if np.isnan(each).any():
-            raise stiffness.SectionVanished("section vanished")
-        return each
-
-
-@dataclass(frozen=True, kw_only=True)
-class FiniteElement(InSeries):
-    """Teeth and bodies of both gears by plane finite elements, and the contact in series.
-
-    The elements are those of the unworn gears; what wear takes off their sections makes them softer by as
-    much as it does the beams of the potential-energy method: 100 µm off both flanks of a module of 3 mm by
-    some 2.7 per cent near the tip (:func:`wearlab.mesh.finite_element.compliance.solve_gear` takes a worn
-    outline for comparison). What wear does to gaps and load sharing is not part of a stiffness.
-
-    Parameters
-    ----------
-    hertz, scale, teeth : as of `InSeries`
-    own : (n,) compliance of both gears' teeth and bodies [m/N]
-    shared : (n_apart, n) what it shares with the pair 1, 2 … base pitches ahead, 0 where there is none [m/N]
-    """
-
-    own: Array
-    shared: Array
-
-    @cached_property
-    def _unworn_beams(self) -> Array:
-        unworn = np.zeros((2, len(self.own)))
-        return np.asarray(self.with_worn_backs(unworn).beams(unworn).sum(axis=0))
-
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        return np.asarray(self.own + self.beams(wear).sum(axis=0) - self._unworn_beams) / self.scale
+        each = _beams(self.teeth, wear).sum(axis=0) + self.rest.sum(axis=0)
+        return np.asarray(each / self.scale)
+
+    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
+        """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
+        if len(self.rest) == 1:
+            return self.body(wear)
+        first, second = (_beams(self.teeth, wear) + self.rest) / self.scale
+        return np.asarray(np.interp(driving, nodes, first) + np.interp(driven, nodes, second))
 
     def cross(self, wear: Array) -> Array:
         """Return the compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
         return self.shared / self.scale
 
 
-@dataclass(frozen=True, kw_only=True)
-class PotentialEnergy(InSeries):
-    """Bending, shear and compression of both teeth, their foundations, and the Hertzian contact in series.
+def _beams(teeth: Teeth, wear: Array) -> Array:
+    """Return the compliance of each tooth as a beam, without its body, for wear (2, n), (2, n) [m/N].
 
-    ``1/k = 1/k_h + Σ_gears (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``
-
-    Parameters
-    ----------
-    hertz, scale, teeth : as of `InSeries`
-    correction : λ of each gear's foundation, inf: its body is rigid [1]
-    coupling : (n_apart, 2, n) for each gear the foundation compliance shared with the pair 1, 2 … base
-        pitches ahead, over the geometric mean of the two pairs' own; (0, 2, n): nothing is shared
-    partner : (n_apart, n) node of that pair, −1 when there is none
+    Raises
+    ------
+    SectionVanished
+        When a worn section of a tooth has no thickness left.
     """
-
-    correction: tuple[float, float]
-    coupling: Array
-    partner: Index
-
-    @cached_property
-    def _foundations(self) -> Array:
-        """Compliance of each gear's body, (2, n) [m/N]."""
-        each = zip(self.teeth, self.correction, strict=True)
-        return np.stack([tooth.foundation / factor for tooth, factor in each])
-
-    def body(self, wear: Array) -> Array:
-        """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        return np.asarray(self.bodies(wear).sum(axis=0))
-
-    def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
-        """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
-        first, second = self.bodies(wear)
-        return np.asarray(np.interp(driving, nodes, first) + np.interp(driven, nodes, second))
-
-    def bodies(self, wear: Array) -> Array:
-        """Return the compliance of each gear's tooth and body for wear (2, n), (2, n) [m/N]."""
-        return (self.beams(wear) + self._foundations) / self.scale
-
-    def cross(self, wear: Array) -> Array:
-        """Return the body compliance shared with pairs 1, 2 … base pitches ahead, (n_apart, n) [m/N]."""
-        shared = np.zeros(self.partner.shape)
-        for out, ratios, partner in zip(shared, self.coupling, self.partner, strict=True):
-            out[:] = (ratios * np.sqrt(self._foundations * self._foundations[:, partner])).sum(axis=0)
-            out[partner < 0] = 0.0
-        return shared / self.scale
+    each = np.zeros_like(wear)
+    for tooth, depth, out in zip(teeth, wear, each, strict=False):
+        out[:] = tooth_compliance(tooth, depth)
+    if np.isnan(each).any():
+        raise stiffness.SectionVanished("section vanished")
+    return each
 
 
 def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
@@ -158,18 +106,20 @@ def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
     return plane
 
 
-def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> FiniteElement:
+def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
     """Return the stiffness of a pair at the nodes of its path, from the elements of both gears."""
     plane = plane_of(asked.plane, pair)
     options = elements.Options(plane=plane, refinement=REFINEMENT)
     recess = float(grid.contact_position[-1] - grid.position[-1])
     own, shared = compliance.pair_compliance(pair, grid.position, grid.n_pairs, options, recess=recess)
-    return FiniteElement(
-        own=grid.beyond(own),
-        shared=grid.beyond(shared),
-        teeth=_teeth(in_plane(pair, plane), grid),
+    teeth = _teeth(in_plane(pair, plane), grid)
+    unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
+    return InSeries(
         hertz=CONTACTS[asked.hertz](pair, grid),
+        rest=(grid.beyond(own) - unworn)[None],
+        shared=grid.beyond(shared),
         scale=asked.scale,
+        teeth=teeth,
     )
 
 
@@ -188,7 +138,7 @@ def _radii(pair: GearPair, grid: profile.ProfileGrid) -> list[Array]:
     return [pair.radius(i, grid.loaded) for i in (DRIVING, DRIVEN)]
 
 
-def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> PotentialEnergy:
+def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
     """Return the flexibilities of a pair by the potential-energy method.
 
     References
@@ -196,14 +146,17 @@ def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> P
     L16, W23, Y23: ``1/k = 1/k_h + Σ (1/k_b + 1/k_s + 1/k_a + 1/(λ k_f))``; L16 prints Eq. 16 inverted.
     """
     flat, foundation = in_plane(pair, given.plane), BODIES[given.foundation]
-    coupling, partner = _coupling(given, flat, grid)
-    return PotentialEnergy(
-        teeth=_teeth(flat, grid, shear_factor=given.shear_factor, body=foundation),
+    teeth = _teeth(flat, grid, shear_factor=given.shear_factor, body=foundation)
+    bodies = np.stack([tooth.foundation / by for tooth, by in zip(teeth, given.correction, strict=True)])
+    shared = np.zeros((grid.n_pairs - 1 if given.bodies_shared else 0, len(grid.loaded)))
+    for apart, out in enumerate(shared, start=1):
+        out[:] = _shared(flat, grid, bodies, apart)
+    return InSeries(
         hertz=CONTACTS[given.hertz](pair, grid),
-        correction=given.correction,
-        coupling=coupling,
-        partner=partner,
+        rest=bodies,
+        shared=shared,
         scale=given.scale,
+        teeth=teeth,
     )
 
 
@@ -227,17 +180,14 @@ CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
 BODIES = {"sainsot": body.foundation_compliance, "annulus": body.body_compliance, "none": _rigid}
 
 
-def _coupling(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> tuple[Array, Index]:
-    """Return for each gear what neighbouring pairs share of its body, and who the neighbour is."""
-    each_apart = range(1, grid.n_pairs if given.bodies_shared else 1)
-    ratios = np.zeros((len(each_apart), 2, len(grid.loaded)))
-    partners = np.full((len(each_apart), len(grid.loaded)), -1)
-    pairs, radii = grid.pairs_at_phase_nodes, _radii(pair, grid)
-    for apart, ratio, partner in zip(each_apart, ratios, partners, strict=True):
-        behind, ahead = pairs[:, apart:], pairs[:, :-apart]
-        both = (behind >= 0) & (ahead >= 0)
-        partner[behind[both]] = ahead[both]
-        have = partner >= 0
-        for own, gear, radius in zip(ratio, pair.gears, radii, strict=True):
-            own[have] = body.body_coupling(gear, radius[have], radius[partner[have]], teeth_apart=apart)
-    return ratios, partners
+def _shared(pair: GearPair, grid: profile.ProfileGrid, bodies: Array, apart: int) -> Array:
+    """Return what a pair shares of its bodies (2, n) with the pair some base pitches ahead, (n,) [m/N]."""
+    behind, ahead = grid.pairs_at_phase_nodes[:, apart:], grid.pairs_at_phase_nodes[:, :-apart]
+    both, shared = (behind >= 0) & (ahead >= 0), np.zeros(len(grid.loaded))
+    here, there = behind[both], ahead[both]
+    shared[here] = sum(
+        body.body_coupling(gear, radius[here], radius[there], teeth_apart=apart)
+        * np.sqrt(own[here] * own[there])
+        for gear, radius, own in zip(pair.gears, _radii(pair, grid), bodies, strict=True)
+    )
+    return shared

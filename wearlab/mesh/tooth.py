@@ -16,41 +16,37 @@ sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every contact poin
 
 import math
 from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.compiled import jit
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import involute_point, involute_rise, load_angle, root_curve, root_half_angle
 from wearlab.mesh.body import foundation_compliance
 
-INNER_POINTS = 2  # Gauss points between neighbouring nodes: fourth order in their distance
-ROOT_POINTS = 48  # Gauss points over the root curve, and over the involute below the lowest node
+INNER = leggauss(2)  # places and weights between neighbouring nodes: fourth order in their distance
+ROOT = leggauss(48)  # over the root curve, and over the involute below the lowest node
 
 
 class ToothFlexibility(NamedTuple):
     """Everything about one gear's tooth that wear does not change; nodes in the order of the path.
 
-    Heights are counted from the foot of the root curve towards the tip. Node arrays are (n,), section arrays
-    (n − 1, points) with interval k between the k-th and (k+1)-th node counted from the root upwards.
+    Heights are counted from the foot of the root curve towards the tip.
 
     Parameters
     ----------
     rising : whether contact moves from root to tip along the path (driving gear) or back (driven)
-    root : (4,) ∫dx/t [1], ∫dx/t³ [1/m²], ∫x dx/t³ [1/m], ∫x² dx/t³ [1] from the root to the lowest node
-    height, half_thickness : contact point (x, y) [m]
-    arm : moment of the unit force about the foot of the root curve, r_b − x_0 cosλ (ring: the negative) [m]
-    cosine, sine : of the load angle λ [1]
-    foundation : compliance of the wheel body [m/N]
-    section_height : x [m]
-    section_thickness : healthy 2y [m]
-    section_slope : 1 / cosλ(x), wear along the thickness over wear along the normal [1]
-    section_weight : dx of the Gauss rule [m]
-    section_fraction : (points,) where in an interval the section lies, linear in the path [1]
+    root : (7,) the sums of `_sums` from the root to the lowest node
+    height, half_thickness : (n,) contact point (x, y) [m]
+    arm : (n,) moment of the unit force about the foot of the root curve, r_b − x_0 cosλ (ring: the
+        negative) [m]
+    angle : (n,) λ [rad]
+    foundation : (n,) compliance of the wheel body [m/N]
+    sections : (4, n − 1, points) x [m], healthy thickness 2y [m], 1 / cosλ(x) and dx [m] of the Gauss rule
+        between the k-th and (k+1)-th node counted from the root upwards
     bending, shear, axial : 12/(E B) [m/N], shear_factor/(G B) [m/N], 1/(E B) [m/N]
     minimum_thickness : a section this thin counts as broken [m]
     back : (n,) wear of the back flank along its normal, at the radii of the nodes [m]
@@ -61,14 +57,9 @@ class ToothFlexibility(NamedTuple):
     height: Array
     half_thickness: Array
     arm: Array
-    cosine: Array
-    sine: Array
+    angle: Array
     foundation: Array
-    section_height: Array
-    section_thickness: Array
-    section_slope: Array
-    section_weight: Array
-    section_fraction: Array
+    sections: Array
     bending: float
     shear: float
     axial: float
@@ -113,24 +104,22 @@ def tooth_flexibility(
     lam = load_angle(gear, r)
     foot = gear.root_radius * math.cos(root_half_angle(gear))
     x, y = involute_point(gear, lam)
-    sections = _sections(gear, lam if rising else lam[::-1], foot)
     E, B = gear.material.youngs_modulus, gear.face_width
     tip_thickness = 2.0 * gear.tip_radius * gear.half_angle(gear.tip_radius)
     return ToothFlexibility(
-        rising,
-        _root_integrals(gear, float(lam[0] if rising else lam[-1]), foot),
-        upwards * (x - foot),
-        y,
-        upwards * (gear.base_radius - foot * np.cos(lam)),
-        np.cos(lam),
-        np.sin(lam),
-        np.ascontiguousarray(body(gear, r)),
-        *sections,
-        12.0 / (E * B),
-        shear_factor / (gear.material.shear_modulus * B),
-        1.0 / (E * B),
-        min(0.02 * gear.module, 0.5 * tip_thickness),
-        np.zeros_like(r),
+        rising=rising,
+        root=_root_sums(gear, lam[0 if rising else -1], foot, upwards),
+        height=upwards * (x - foot),
+        half_thickness=y,
+        arm=upwards * (gear.base_radius - foot * np.cos(lam)),
+        angle=lam,
+        foundation=body(gear, r),
+        sections=_sections(gear, lam if rising else lam[::-1], foot, upwards, INNER),
+        bending=12.0 / (E * B),
+        shear=shear_factor / (gear.material.shear_modulus * B),
+        axial=1.0 / (E * B),
+        minimum_thickness=min(0.02 * gear.module, 0.5 * tip_thickness),
+        back=np.zeros_like(r),
     )
 
 
@@ -147,46 +136,34 @@ def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
         )
 
 
-@cache
-def gauss(points: int) -> tuple[Array, Array]:
-    """Return the points and weights of Gauss and Legendre between −1 and 1, each (points,).
-
-    References
-    ----------
-    Abramowitz & Stegun, Handbook of Mathematical Functions, 1964, 25.4.29.
-    """
-    return np.polynomial.legendre.leggauss(points)
-
-
-def _sections(gear: Gear, lam: Array, foot: float) -> tuple[Array, Array, Array, Array, Array]:
-    """Gauss sections between nodes from root to tip: height, thickness, slope, weight; and fractions."""
-    points, weights = gauss(INNER_POINTS)
-    fraction = 0.5 * (points + 1.0)
+def _sections(gear: Gear, lam: Array, foot: float, upwards: float, rule: tuple[Array, Array]) -> Array:
+    """Return Gauss sections between load angles: height, thickness, slope, weight, (4, n − 1, points)."""
+    places, weights = rule
     step = np.diff(lam)[:, None]
-    angle = lam[:-1, None] + step * fraction
+    angle = lam[:-1, None] + 0.5 * step * (places + 1.0)
     x, y = involute_point(gear, angle)
     dx = 0.5 * weights * step * involute_rise(gear, angle)
-    upwards = -1.0 if gear.internal else 1.0
-    return upwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), upwards * dx, fraction
+    return np.stack([upwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), upwards * dx])
 
 
-def _root_integrals(gear: Gear, lowest: float, foot: float) -> Array:
-    """Integrate 1/t, 1/t³, x/t³, x²/t³ from the foot of the root curve to the lowest node, (4,)."""
-    points, weights = gauss(ROOT_POINTS)
-    fraction, half = 0.5 * (points + 1.0), 0.5 * weights
+def _root_sums(gear: Gear, lowest: float, foot: float, upwards: float) -> Array:
+    """Return the sums from the foot of the root curve to the lowest node, (7,)."""
     start = float(load_angle(gear, gear.form_radius))
-    angle = start + (lowest - start) * fraction
-    x1, y1, rise = root_curve(gear, fraction)
-    x2, y2 = involute_point(gear, angle)
-    upwards = -1.0 if gear.internal else 1.0
-    x = upwards * (np.concatenate([x1, x2]) - foot)
-    t = 2.0 * np.concatenate([y1, y2])
-    dx = upwards * np.concatenate([half * rise, half * (lowest - start) * involute_rise(gear, angle)])
-    return np.array([np.sum(dx / t), np.sum(dx / t**3), np.sum(x * dx / t**3), np.sum(x * x * dx / t**3)])
+    above = _sections(gear, np.array([start, lowest]), foot, upwards, ROOT)[:, 0]
+    x, y, rise = root_curve(gear, 0.5 * (ROOT[0] + 1.0))
+    below = upwards * (x - foot), 2.0 * y, upwards * 0.5 * ROOT[1] * rise
+    x, t, dx = (np.concatenate(both) for both in zip(below, above[[0, 1, 3]], strict=True))
+    return _sums(x, t, dx, np.zeros_like(x))
 
 
-@jit
-def tooth_compliance(tooth: ToothFlexibility, wear: np.ndarray) -> np.ndarray:
+def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
+    """Return 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³ summed over sections, (7, …)."""
+    cube = dx / t**3
+    each = [dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]
+    return np.stack(each).sum(axis=-1)
+
+
+def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
     """Return the compliance of a worn tooth at every node, without its body, per whole face width.
 
     ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B t³/12`` and
@@ -206,43 +183,27 @@ def tooth_compliance(tooth: ToothFlexibility, wear: np.ndarray) -> np.ndarray:
     ----------
     W23, whose Eq. 16 has the worn section: here about its own centroid, without the term that stays at h = 0.
     """
-    n, compliance = wear.size, np.full(wear.size, np.nan)
-    J0, J1, J2, K0 = tooth.root[1], tooth.root[2], tooth.root[3], tooth.root[0]
-    H0, H1, HH = 0.0, 0.0, 0.0
-    for k in range(n):
-        i = k if tooth.rising else n - 1 - k
-        if k > 0:
-            below = i - 1 if tooth.rising else i + 1
-            start, change = wear[below], wear[i] - wear[below]
-            start_back, change_back = tooth.back[below], tooth.back[i] - tooth.back[below]
-            for g in range(tooth.section_fraction.size):
-                h = (start + change * tooth.section_fraction[g]) * tooth.section_slope[k - 1, g]
-                b = (start_back + change_back * tooth.section_fraction[g]) * tooth.section_slope[k - 1, g]
-                t = tooth.section_thickness[k - 1, g] - h - b
-                h -= b
-                if t <= tooth.minimum_thickness:
-                    return compliance
-                x, inverse = tooth.section_height[k - 1, g], 1.0 / t
-                area = tooth.section_weight[k - 1, g] * inverse
-                cube = area * inverse * inverse
-                K0 += area
-                J0 += cube
-                J1 += cube * x
-                J2 += cube * x * x
-                H0 += cube * h
-                H1 += cube * h * x
-                HH += cube * h * h
-        cos, sin, arm = tooth.cosine[i], tooth.sine[i], tooth.arm[i]
-        stretch = tooth.shear * cos * cos + tooth.axial * sin * sin
-        bend = arm * arm * J0 - 2.0 * arm * cos * J1 + cos * cos * J2
-        bend += sin * (cos * H1 - arm * H0) + 0.25 * sin * sin * HH
-        # the strip above the worn contact point, at its middle, carries nothing any more
-        strip = wear[i] * sin
-        h, b = wear[i] / cos, tooth.back[i] / cos
-        t = 2.0 * tooth.half_thickness[i] + strip * sin / cos - h - b
-        if t <= tooth.minimum_thickness:
-            return compliance
-        moment = arm - (tooth.height[i] - 0.5 * strip) * cos - 0.5 * (h - b) * sin
-        lost = strip / t
-        compliance[i] = tooth.bending * (bend - lost * moment * moment / (t * t)) + stretch * (K0 - lost)
-    return compliance
+    upwards = slice(None, None, 1 if tooth.rising else -1)
+    x, thickness, slope, dx = tooth.sections
+    between = 0.5 * (INNER[0] + 1.0)
+    h, b = (
+        slope * (depth[upwards][:-1, None] + np.diff(depth[upwards])[:, None] * between)
+        for depth in (wear, tooth.back)
+    )
+    sums = _sums(x, _holding(thickness - h - b, tooth), dx, h - b)
+    K0, J0, J1, J2, H0, H1, HH = np.cumsum(np.column_stack([tooth.root, sums]), axis=1)[:, upwards]
+    cos, sin, arm = np.cos(tooth.angle), np.sin(tooth.angle), tooth.arm
+    stretch = tooth.shear * cos**2 + tooth.axial * sin**2
+    bend = arm**2 * J0 - 2.0 * arm * cos * J1 + cos**2 * J2
+    bend += sin * (cos * H1 - arm * H0) + 0.25 * sin**2 * HH
+    # the strip above the worn contact point, at its middle, carries nothing any more
+    strip, h, b = wear * sin, wear / cos, tooth.back / cos
+    t = _holding(2.0 * tooth.half_thickness + strip * sin / cos - h - b, tooth)
+    moment = arm - (tooth.height - 0.5 * strip) * cos - 0.5 * (h - b) * sin
+    compliance = tooth.bending * (bend - strip / t**3 * moment**2) + stretch * (K0 - strip / t)
+    compliance[np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]] = np.nan
+    return np.asarray(compliance)
+
+
+def _holding(thickness: Array, tooth: ToothFlexibility) -> Array:
+    return np.where(thickness > tooth.minimum_thickness, thickness, np.nan)
