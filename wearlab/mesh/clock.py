@@ -14,7 +14,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.mesh.errors import MeshError
-from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, interpolate, lookup
+from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, distinct, interpolate, lookup
 from wearlab.mesh.stages import StageGrid
 
 INSIDE = 1e-6
@@ -57,11 +57,7 @@ def of_kind(meshes: Sequence[Mesh], kind: int) -> Index:
 def breaks_on_clock(grids: Sequence[ProfileGrid], meshes: Sequence[Mesh]) -> Array:
     """Return the phases of the clock between which every mesh is smooth, 0 first and 1 last [1]."""
     lagged = [(grids[mesh.kind].breaks[:-1] + mesh.lag) % 1.0 for mesh in meshes]
-    kept = [0.0]
-    for phase in np.sort(np.concatenate(lagged)):
-        if phase - kept[-1] > SAME_PHASE and 1.0 - phase > SAME_PHASE:
-            kept.append(float(phase))
-    return np.array([*kept, 1.0])
+    return np.array([*distinct([0.0, *np.concatenate(lagged)]), 1.0])
 
 
 def own_phase(phase: Array, lag: float) -> Array:

@@ -7,6 +7,7 @@ ends after E, load and wear change within a layer about as wide as contact exten
 loads make it narrower than nodes lie apart, so that it has a least number of its own.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -175,12 +176,12 @@ def profile_grid(
     """
     pitch, start, ratio = pair.base_pitch, pair.path.A, pair.contact_ratio
     earliest, latest = -extension.approach / pitch, ratio + extension.recess / pitch
-    jumps = tuple(_distinct([0.0, ratio % 1.0, *jumps]))
+    jumps = tuple(distinct([0.0, ratio % 1.0, *jumps]))
     bends = [((s - start) / pitch) % 1.0 for s in (pair.path.C, *kinks)]
     before_and_after = (earliest, 0.0), (0.0, -earliest), (ratio - (latest - ratio), ratio), (ratio, latest)
     layers = [(low, high) for low, high in before_and_after if high > low]
     bounds = [bound % 1.0 for layer in layers for bound in layer]
-    breaks = np.array([*_distinct([*jumps, *bends, *bounds]), 1.0])
+    breaks = np.array([*distinct([*jumps, *bends, *bounds]), 1.0])
     density = _density(0.5 * (breaks[:-1] + breaks[1:]), points, ratio, layers)
     halves = np.ceil(0.5 * density * np.diff(breaks) - 1e-9)
     intervals = np.maximum(MINIMUM_INTERVALS, 2 * halves.astype(np.int64))
@@ -218,7 +219,7 @@ def _density(phase: Array, points: int, ratio: float, layers: list[tuple[float, 
     return density
 
 
-def _distinct(phases: list[float]) -> list[float]:
+def distinct(phases: Sequence[float]) -> list[float]:
     """Return ascending phases in [0, 1), dropping those that coincide with another or with 1."""
     kept: list[float] = []
     for phase in sorted(phases):

@@ -35,8 +35,7 @@ class Springs(NamedTuple):
 
     def each(self, change: Callable[[Array], Array]) -> "Springs":
         """Return them with every table changed alike."""
-        stiffness, gap = change(self.stiffness), change(self.gap)
-        pair_rate, lead_rate = change(self.pair_rate), change(self.lead_rate)
+        stiffness, gap, pair_rate, lead_rate = map(change, self[:4])
         part = None if self.part is None else change(self.part)
         return Springs(stiffness, gap, pair_rate, lead_rate, part)
 

@@ -69,7 +69,7 @@ def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], stat
     deepest = float(state.wear.max())
     if deepest > 0.0:  # how far the first-order form is off, and the depth beyond which it is by 5 %
         depth = relation.depth_of_disagreement(meeting.flanks, state.wear / deepest)
-        of_mesh["first_order_excess"] = relation.errors_in_both_forms(meeting.flanks, state.wear).excess
+        of_mesh["first_order_excess"] = relation.first_order_excess(meeting.flanks, state.wear)
         of_mesh["first_order_depth"] = depth if np.isfinite(depth) else np.nan
     for name, value in of_mesh.items():
         values[name][(update, mesh, *map(slice, np.shape(value)))] = value

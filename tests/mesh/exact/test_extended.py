@@ -5,7 +5,7 @@ import pytest
 from exact_extension import Deflections, extension
 
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.exact.gaps import DisplacementBeyond, ExactGaps, WornFlanks
+from wearlab.mesh.exact.gaps import DisplacementBeyond, MeetingGaps, WornFlanks
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension, lookup, profile_grid
 from wearlab.mesh.stiffness import GivenStiffness, constant
@@ -13,7 +13,7 @@ from wearlab.mesh.stiffness import GivenStiffness, constant
 STIFFNESS, LOAD = 2.4e8, 2000.0
 
 
-def analysis(pair, reach, gaps=ExactGaps, points=151):
+def analysis(pair, reach, gaps=MeetingGaps, points=151):
     grid = profile_grid(pair, points, extension=reach)
     none = np.zeros((2, len(grid.position)))
     return ContactAnalysis(
@@ -52,7 +52,7 @@ def test_the_grid_reaches_beyond_and_keeps_its_flank(make, name):
     assert plain.contact_position is plain.position or len(plain.contact_position) == len(plain.position)
 
 
-@pytest.mark.parametrize("gaps", [ExactGaps, DisplacementBeyond])
+@pytest.mark.parametrize("gaps", [MeetingGaps, DisplacementBeyond])
 def test_forces_have_no_jump_and_balance(make, gaps):
     pair = make.pairs["external"]
     found = analysis(pair, reach_of(pair), gaps)
@@ -64,7 +64,7 @@ def test_forces_have_no_jump_and_balance(make, gaps):
     steps = [np.abs(np.diff(state.force, axis=0)).max()]
     steps.append(np.abs(state.force[0, :-1] - state.force[-1, 1:]).max())
     assert max(steps) < 0.01 * LOAD
-    jump = analysis(pair, Extension(0.0, 0.0), gaps) if gaps is ExactGaps else None
+    jump = analysis(pair, Extension(0.0, 0.0), gaps) if gaps is MeetingGaps else None
     if jump is not None:
         plain = jump.quasistatic(jump.nodes(worn(jump)), lookup(jump.grid, phase))
         assert np.abs(np.diff(plain.force, axis=0)).max() > 0.3 * LOAD

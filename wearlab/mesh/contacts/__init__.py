@@ -1,5 +1,6 @@
 """``[mesh.contact]``: where the gaps of worn flanks come from."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from annotated_types import Ge
@@ -77,9 +78,9 @@ class ExactContact(ContactModel):
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return the smallest rotation gaps."""
-        from wearlab.mesh.exact.gaps import ExactGaps
+        from wearlab.mesh.exact.gaps import MeetingGaps
 
-        return ExactGaps(flanks)
+        return MeetingGaps(flanks)
 
 
 class AlgorithmOneContact(ContactModel):
@@ -94,9 +95,9 @@ class AlgorithmOneContact(ContactModel):
 
     def build(self, flanks: "WornFlanks", extended: bool) -> "Gaps | None":
         """Return the gaps that the search finds."""
-        from wearlab.mesh.exact.gaps import AlgorithmOneGaps
+        from wearlab.mesh.exact.gaps import MeetingGaps, searched
 
-        return AlgorithmOneGaps(flanks, self.points)
+        return MeetingGaps(flanks, partial(searched, flanks.pair, self.points))
 
     def flags(self) -> tuple[str, ...]:
         """Return by how much it errs."""

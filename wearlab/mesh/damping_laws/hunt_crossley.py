@@ -33,11 +33,6 @@ def in_contact(
     return force * factor, stiffness * factor, force * law.loss[m]
 
 
-def apart(law: Any, m: Any, clearance: float, rate: float) -> tuple[float, float, float]:
-    """Return nothing."""
-    return 0.0, 0.0, 0.0
-
-
 class HuntCrossleyDamping(DampingLaw):
     """Damping in proportion to the elastic force.
 
@@ -58,9 +53,9 @@ class HuntCrossleyDamping(DampingLaw):
         GearError
             When χ is to follow from a static force of nought.
         """
-        from wearlab.mesh.damping import register
+        from wearlab.mesh.damping import nothing, register
 
-        register(HuntCrossley, in_contact, apart)
+        register(HuntCrossley, in_contact, nothing)
         if self.loss is not None:
             return HuntCrossley(np.full(len(meshes.damping), self.loss))
         if not meshes.force.all():

@@ -191,14 +191,7 @@ def shift_at(flank: Flank, k: int, s: float) -> tuple[float, float]:
 @jit
 def interval_of(flank: Flank, s: float) -> int:
     """Return the interval that contains s, the first or last one beyond the ends."""
-    low, high = 0, len(flank.start)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if flank.start[middle] <= s:
-            low = middle
-        else:
-            high = middle
-    return low
+    return max(0, int(np.searchsorted(flank.start, s, side="right")) - 1)
 
 
 def contact_angle(pair: GearPair, gear: int, position: ArrayLike) -> Array:

@@ -1,6 +1,6 @@
 """Gaps of the pairs as a contact analysis asks for them: exact, to first order, or by Y23's Algorithm 1."""
 
-from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -128,8 +128,62 @@ class WornFlanks:
 
 
 @dataclass(frozen=True)
-class Gaps(ABC):
-    """Where the gaps of worn flanks come from.
+class MeetingGaps:
+    """Gaps from the points of both flanks that meet, beyond A and E against the tip corners.
+
+    Parameters
+    ----------
+    flanks : the flanks
+    find : where (driving, driven) touch when the driving gear has turned to x (m,) [m]: first of all, or
+        where :func:`searched` finds them
+    """
+
+    flanks: WornFlanks
+    find: Callable[[flank.Flank, flank.Flank, Array], kinematics.FlankContact] = minimum_gap.minimum_gap
+
+    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
+        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
+        return self.find(*self.flanks.worn(wear), x)
+
+    def at(self, wear: Array) -> Array:
+        """Return the gap at every touching node for wear (2, n), (n_contact,) [m]."""
+        return self.contact(wear, self.flanks.grid.contact_position).gap
+
+
+def searched(
+    pair: GearPair, points: int, driving: flank.Flank, driven: flank.Flank, x: Array
+) -> kinematics.FlankContact:
+    """Return where flanks touch by Y23's Algorithm 1, to half a step of its search.
+
+    Between the points found it is interpolated; beyond the last of them their points and gap are kept.
+
+    Parameters
+    ----------
+    pair : the gears
+    points : NUM, points searched on each flank
+    driving, driven : worn flanks
+    x : (m,) positions to which the driving gear has turned [m]
+
+    References
+    ----------
+    Y23, Algorithm 1.
+    """
+    contact = algorithm_1(pair, driving, driven, points)
+    have = np.flatnonzero(np.isfinite(contact.gap))
+    order = have[np.argsort(contact.x_driving[have])]
+    first, second, gap = (
+        np.interp(x, contact.x_driving[order], values[order])
+        for values in (contact.driving, contact.driven, contact.gap)
+    )
+    return kinematics.FlankContact(first, second, x, x - gap)
+
+
+@dataclass(frozen=True)
+class DisplacementBeyond:
+    """First-order gaps on A–E, carried on beyond by those of the tip corners.
+
+    Beyond A and E the corner's gap is shifted by the difference of the two forms at that end, so that the gap
+    is continuous there. To first order flanks meet on the line of action.
 
     Parameters
     ----------
@@ -137,38 +191,6 @@ class Gaps(ABC):
     """
 
     flanks: WornFlanks
-
-    @abstractmethod
-    def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_contact,) [m]."""
-
-
-class MeetingGaps(Gaps):
-    """Gaps from the points of both flanks that meet."""
-
-    @abstractmethod
-    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
-        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
-
-    def at(self, wear: Array) -> Array:
-        """Return the gap at every touching node for wear (2, n), (n_contact,) [m]."""
-        return self.contact(wear, self.flanks.grid.contact_position).gap
-
-
-class ExactGaps(MeetingGaps):
-    """Gaps by the smallest rotation gap of the worn flanks, beyond A and E against the tip corners."""
-
-    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
-        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m]."""
-        return minimum_gap.minimum_gap(*self.flanks.worn(wear), x)
-
-
-class DisplacementBeyond(Gaps):
-    """First-order gaps on A–E, carried on beyond by those of the tip corners.
-
-    Beyond A and E the corner's gap is shifted by the difference of the two forms at that end, so that the gap
-    is continuous there. To first order flanks meet on the line of action.
-    """
 
     @cached_property
     def corners(self) -> tuple[tuple[slice, Corner], ...]:
@@ -202,28 +224,5 @@ class DisplacementBeyond(Gaps):
         return gap
 
 
-@dataclass(frozen=True)
-class AlgorithmOneGaps(MeetingGaps):
-    """Gaps by Y23's Algorithm 1, to half a step of its search.
-
-    Parameters
-    ----------
-    flanks : the flanks
-    points : NUM, points searched on each flank
-    """
-
-    points: int
-
-    def contact(self, wear: Array, x: Array) -> kinematics.FlankContact:
-        """Return where a pair touches for wear (2, n) when the driving gear has turned to x (m,) [m].
-
-        Between the points found it is interpolated; beyond the last of them their points and gap are kept.
-        """
-        contact = algorithm_1(self.flanks.pair, *self.flanks.worn(wear), self.points)
-        have = np.flatnonzero(np.isfinite(contact.gap))
-        order = have[np.argsort(contact.x_driving[have])]
-        at = contact.x_driving[order]
-        first, second, gap = (
-            np.interp(x, at, values[order]) for values in (contact.driving, contact.driven, contact.gap)
-        )
-        return kinematics.FlankContact(first, second, x, x - gap)
+Gaps = MeetingGaps | DisplacementBeyond
+"""Where the gaps of worn flanks come from."""

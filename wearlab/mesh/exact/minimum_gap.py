@@ -36,7 +36,10 @@ def minimum_gap(driving: Flank, driven: Flank, position: ArrayLike) -> FlankCont
     FlankContact; its ``gap`` is inf, and the points NaN, where the flanks cannot meet at all
     """
     x = np.array(position, float).ravel()
-    first, second, gap = _search(driving, driven, gap_curvature(driving, driven), x)
+    removed = (-driving.shift).min(axis=1)  # on the intervals up to, and from, each one at least
+    sides = np.minimum.accumulate(removed), np.minimum.accumulate(removed[::-1])[::-1]
+    deepest = np.stack(sides, axis=1) + driven.shift.min()
+    first, second, gap = _search(driving, driven, gap_curvature(driving, driven), deepest, x)
     return FlankContact(first, second, x, x - gap)
 
 
@@ -54,46 +57,32 @@ def gap_curvature(driving: Flank, driven: Flank) -> float:
 
 
 @jit
-def _search(driving, driven, parts, x):  # type: ignore[no-untyped-def]
+def _search(driving, driven, parts, deepest, x):  # type: ignore[no-untyped-def]
     m = len(driving.start)
     s1, s2, gaps = np.empty(len(x)), np.empty(len(x)), np.empty(len(x))
-    left, right = np.empty(m), np.empty(m)
-    below, above = _deepest(driving, driven)
+    ends, reached = np.empty((m, 2)), np.empty(2, np.int64)
     for i in range(len(x)):
         middle = interval_of(driving, x[i])
-        left[middle] = _at_end(driving, driven, x[i], middle, 0)
-        right[middle] = _at_end(driving, driven, x[i], middle, 1)
-        best = min(left[middle], right[middle])
-        low, high = middle, middle
-        while low > 0 and may_lie_lower(driving.start[low] - x[i], parts, below[low - 1], best):
-            low -= 1
-            same = driving.shift[low, 1] == driving.shift[low + 1, 0]
-            right[low] = left[low + 1] if same else _at_end(driving, driven, x[i], low, 1)
-            left[low] = _at_end(driving, driven, x[i], low, 0)
-            best = min(best, left[low], right[low])
-        while high < m - 1 and may_lie_lower(driving.start[high + 1] - x[i], parts, above[high + 1], best):
-            high += 1
-            same = driving.shift[high, 0] == driving.shift[high - 1, 1]
-            left[high] = right[high - 1] if same else _at_end(driving, driven, x[i], high, 0)
-            right[high] = _at_end(driving, driven, x[i], high, 1)
-            best = min(best, left[high], right[high])
-        gap, where, partner = _refined(driving, driven, x[i], low, high, left, right, best)
+        ends[middle, 0] = _at_end(driving, driven, x[i], middle, 0)
+        ends[middle, 1] = _at_end(driving, driven, x[i], middle, 1)
+        best = min(ends[middle, 0], ends[middle, 1])
+        for far in range(2):  # towards A, then towards E
+            k, near, onwards = middle, 1 - far, 2 * far - 1
+            while 0 <= k + onwards < m:
+                away = driving.start[k] + far * driving.width[k] - x[i]
+                if not may_lie_lower(away, parts, deepest[k + onwards, far], best):
+                    break
+                before, k = k, k + onwards
+                same = driving.shift[k, near] == driving.shift[before, far]
+                ends[k, near] = ends[before, far] if same else _at_end(driving, driven, x[i], k, near)
+                ends[k, far] = _at_end(driving, driven, x[i], k, far)
+                best = min(best, ends[k, 0], ends[k, 1])
+            reached[far] = k
+        low, high = reached
+        gap, where, partner = _refined(driving, driven, x[i], low, high, ends, best)
         span = max(x[i] - driving.start[low], driving.start[high] + driving.width[high] - x[i])
         s1[i], s2[i], gaps[i] = _at_corners(driving, driven, x[i], span, where, partner, gap)
     return s1, s2, gaps
-
-
-@jit_inner
-def _deepest(driving, driven):  # type: ignore[no-untyped-def]
-    """Return the least material removed from both flanks on the intervals up to, and from, each one [m]."""
-    m = len(driving.start)
-    below, above = np.empty(m), np.empty(m)
-    mate, up_to, from_here = driven.shift.min(), np.inf, np.inf
-    for k in range(m):
-        up_to = min(up_to, -driving.shift[k, 0], -driving.shift[k, 1])
-        from_here = min(from_here, -driving.shift[m - 1 - k, 0], -driving.shift[m - 1 - k, 1])
-        below[k], above[m - 1 - k] = up_to + mate, from_here + mate
-    return below, above
 
 
 @jit_inner
@@ -109,16 +98,14 @@ def _at_end(driving, driven, x, k, end):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _refined(driving, driven, x, low, high, left, right, best):  # type: ignore[no-untyped-def]
+def _refined(driving, driven, x, low, high, ends, best):  # type: ignore[no-untyped-def]
     """Return the smallest gap and its points, searching every interval whose ends are nearly as low."""
     gap, where, partner = math.inf, math.nan, math.nan
     for k in range(low, high + 1):
-        ends = min(left[k], right[k])
-        if ends == left[k] and ends < gap:
-            gap, where = left[k], driving.start[k]
-        if ends == right[k] and ends < gap:
-            gap, where = right[k], driving.start[k] + driving.width[k]
-        if not ends <= best + _sag(left, right, low, high, k):
+        for end in range(2):
+            if ends[k, end] < gap:
+                gap, where = ends[k, end], driving.start[k] + end * driving.width[k]
+        if not min(ends[k, 0], ends[k, 1]) <= best + _sag(ends, low, high, k):
             continue
         inner, s = smallest_within(driving, driven, x, k)
         if inner < gap:
@@ -147,17 +134,17 @@ def _at_corners(driving, driven, x, span, where, partner, gap):  # type: ignore[
 
 
 @jit_inner
-def _sag(left, right, low, high, k):  # type: ignore[no-untyped-def]
+def _sag(ends, low, high, k):  # type: ignore[no-untyped-def]
     """Return how far the gap may sink inside interval k below its ends, from the bend at both of them.
 
     A parabola sinks by an eighth of its second difference at most; all of it is allowed for.
     """
-    if not (left[k] < math.inf and right[k] < math.inf):
+    rise = ends[k, 1] - ends[k, 0]
+    if not (ends[k, 0] < math.inf and ends[k, 1] < math.inf):
         return math.inf
-    rise = right[k] - left[k]
     if k == low or k == high:
         return abs(rise)
-    bend = max(abs(rise - (right[k - 1] - left[k - 1])), abs(right[k + 1] - left[k + 1] - rise))
+    bend = max(abs(rise - ends[k - 1, 1] + ends[k - 1, 0]), abs(ends[k + 1, 1] - ends[k + 1, 0] - rise))
     return bend if bend < math.inf else math.inf
 
 

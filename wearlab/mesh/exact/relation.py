@@ -196,26 +196,13 @@ SHALLOWEST, DEEPEST = 1e-8, 1e-3
 BISECTIONS = 30
 
 
-class Errors(NamedTuple):
-    """Unloaded transmission error of one wear state in both forms, over the phase nodes [m].
+def first_order_excess(flanks: WornFlanks, wear: Array) -> float:
+    """Return by how much first-order gaps overestimate the largest unloaded error, over the exact one [1].
 
     Parameters
     ----------
-    displacement : (n_phase_nodes,) ``min_j (h1 + h2)`` at s_j
-    exact : (n_phase_nodes,) smallest rotation gap of the pairs
-    """
-
-    displacement: Array
-    exact: Array
-
-    @property
-    def excess(self) -> float:
-        """By how much the first-order form overestimates the largest error, over the exact one [1]."""
-        return float(self.displacement.max() / self.exact.max() - 1.0)
-
-
-def errors_in_both_forms(flanks: WornFlanks, wear: Array) -> Errors:
-    """Return the unloaded transmission error of wear (2, n) [m] in both forms.
+    flanks : the pair and its nodes
+    wear : (2, n) [m]
 
     References
     ----------
@@ -225,7 +212,10 @@ def errors_in_both_forms(flanks: WornFlanks, wear: Array) -> Errors:
     displacement = grid.beyond((wear + flanks.modification).sum(axis=0))
     exact = minimum_gap.minimum_gap(*flanks.worn(wear), grid.contact_position).gap
     pairs = grid.pairs_at_phase_nodes
-    return Errors(*(np.where(pairs >= 0, gap[pairs], np.inf).min(axis=1) for gap in (displacement, exact)))
+    first, true = (
+        np.where(pairs >= 0, gap[pairs], np.inf).min(axis=1).max() for gap in (displacement, exact)
+    )
+    return float(first / true - 1.0)
 
 
 def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREEMENT) -> float:
@@ -245,7 +235,7 @@ def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREE
 
     def excess(depth: float) -> float:
         try:
-            return abs(errors_in_both_forms(flanks, depth * shape).excess)
+            return abs(first_order_excess(flanks, depth * shape))
         except SectionVanished:
             return np.inf
 
