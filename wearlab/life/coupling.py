@@ -118,7 +118,7 @@ class Coupling(OneCondition):
         weight = np.repeat(1.0 / (len(responses) * rows), rows)
         motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*each, strict=True)))
         dashpot = dashpot_of_mesh(vibration.system, int(kind.meshes[0]))
-        acting = flank_forces(flanks, clock.repeated(where, len(weight)), motion, dashpot, vibration.period)
+        acting = flank_forces(flanks, clock.joined([where] * len(weight)), motion, dashpot, vibration.period)
         pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
         return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))
 

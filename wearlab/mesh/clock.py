@@ -86,11 +86,6 @@ def joined(lookups: Sequence[Lookup]) -> Lookup:
     return Lookup(*(np.concatenate(parts) for parts in zip(*lookups, strict=True)))
 
 
-def repeated(where: Lookup, times: int) -> Lookup:
-    """Return a look-up of own phases, once for each of several meshes."""
-    return where if times == 1 else joined([where] * times)
-
-
 def instants(edges: Array, phase: Array) -> Instants:
     """Return clock phases (n,) with their segments, each the one that begins at or before the phase."""
     segment = np.searchsorted(edges, phase + SAME_PHASE, side="right") - 1

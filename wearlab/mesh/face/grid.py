@@ -140,6 +140,12 @@ def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
     return min(choices, key=lambda m: (round(max((ratio * m) % 1.0 for ratio in contact_ratios), 9), m))
 
 
+def equal_slices(face_width: float, slices: int) -> tuple[Array, Array]:
+    """Return the middles and widths of slices alike, each (slices,) [m]."""
+    width = np.full(slices, face_width / slices)
+    return (np.arange(slices) - 0.5 * (slices - 1)) * width, width
+
+
 def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
     """Return the face of a spur pair: slices alike, that all meet the same node at a time.
 
@@ -151,8 +157,7 @@ def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
     """
     phase, weight = profile.phase_nodes
     node = np.repeat(profile.pairs_at_phase_nodes[:, :, None], slices, axis=2)
-    width = np.full(slices, face_width / slices)
-    position = (np.arange(slices) - 0.5 * (slices - 1)) * face_width / slices
+    position, width = equal_slices(face_width, slices)
     filled = np.ones(len(profile.contact_position))
     return FaceGrid(profile, position, width, weight / weight.sum(), phase, node, filled, even=False)
 
@@ -176,8 +181,7 @@ def helical_face(profile: ProfileGrid, pair: GearPair, turned: Helix, slices: in
     b, slope = pair.face_width, math.tan(turned.base_angle)
     nodes = b * slope / step
     if nodes < 0.5 * slices:
-        width = np.full(slices, b / slices)
-        position = (np.arange(slices) - 0.5 * (slices - 1)) * b / slices
+        position, width = equal_slices(b, slices)
         shift = np.round(position * slope / step).astype(np.int64)
     else:
         apart = max(1, round(nodes / slices))

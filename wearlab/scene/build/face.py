@@ -14,7 +14,7 @@ from wearlab.life.face import FaceKind
 from wearlab.mesh import gear_set
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.face.contact import FaceContact
-from wearlab.mesh.face.grid import helical_face, spur_face
+from wearlab.mesh.face.grid import equal_slices, helical_face, spur_face
 from wearlab.scene import Scene
 from wearlab.scene.build.wear import KindParts, build_law
 from wearlab.scene.face import face_coupling, face_keys, hands
@@ -118,7 +118,7 @@ def sliced_flank(
         return None
     pair = gears.kinds[of[0]].pair
     if isinstance(slices, int):
-        slices = (np.arange(slices) - 0.5 * (slices - 1)) * pair.face_width / slices
+        slices, _ = equal_slices(pair.face_width, slices)
     own: Any = getattr(scene.gears, pair.gears[of[1]].name)
     return SlicedFlank(slices, pair.face_width, lead(own), helix_of(scene, gears).cosine)
 
