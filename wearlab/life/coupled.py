@@ -195,11 +195,9 @@ class Coupled(ABC):
 
     def split(self, flat: Array) -> Wear:
         """Return one array of depths or rates as those of every kind, each (2, n)."""
-        shapes = [kind.shape for kind in self.kinds]
-        ends = np.cumsum([2 * math.prod(shape) for shape in shapes])[:-1]
-        return tuple(
-            part.reshape(2, *shape) for part, shape in zip(np.split(flat, ends), shapes, strict=True)
-        )
+        ends = [self.entries(number, 1).stop for number in range(len(self.kinds) - 1)]
+        parts = zip(np.split(flat, ends), self.kinds, strict=True)
+        return tuple(part.reshape(2, *kind.shape) for part, kind in parts)
 
     def entries(self, kind: int, gear: int) -> slice:
         """Return where a flank of a kind of mesh, 0 driving or 1 driven, lies in the flat array."""

@@ -85,17 +85,15 @@ class FaceCoupling(OneCondition):
             found = self._in_contact(wear)
         with self.account.timed("dynamics"):
             responses = self._respond([state.flanks for state in found], start)
-            if responses and self.load.moving:
-                found = [
-                    state._replace(line_load=self._moving_load(kind, state, responses[0]))
-                    for kind, state in zip(self.kinds, found, strict=True)
-                ]
+            for number, kind in enumerate(self.kinds if responses and self.load.moving else ()):
+                moving = self._moving_load(kind, found[number], responses[0])
+                found[number] = found[number]._replace(line_load=moving)
         with self.account.timed("wear"):
-            states = [
-                state if kind.law is None else state._replace(rate=face_rate(kind, kind.law, state))
-                for kind, state in zip(self.kinds, found, strict=True)
-            ]
-        return WearState(cast("tuple[KindState, ...]", tuple(states)), responses, 0.0)
+            for number, kind in enumerate(self.kinds):
+                if kind.law is not None:
+                    rate = face_rate(kind, kind.law, found[number])
+                    found[number] = found[number]._replace(rate=rate)
+        return WearState(cast("tuple[KindState, ...]", tuple(found)), responses, 0.0)
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
         """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
@@ -103,23 +101,18 @@ class FaceCoupling(OneCondition):
 
     def _in_contact(self, wear: Wear) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
-        worn = [felt(kind.patch, depth) for kind, depth in zip(self.kinds, wear, strict=True)]
-        contacts = [kind.contact for kind in self.kinds]
-        near: Sequence[LineLoads | None] = self._last or [None] * len(contacts)
-        try:
-            static = [
-                contact.solve(own, last) for contact, own, last in zip(contacts, worn, near, strict=True)
-            ]
-        except SectionVanished as error:
-            raise StopWear(str(error)) from error
-        self._last[:] = static
-        self.account.counts["contact_analyses"] += 1
+        near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
         found: list[FaceState] = []
-        for contact, depth, own, loads in zip(contacts, wear, worn, static, strict=True):
-            flanks = None
-            if self.vibration is not None:
-                flanks = face_flanks(contact, own, loads)
+        for kind, depth, last in zip(self.kinds, wear, near, strict=True):
+            own, contact = felt(kind.patch, depth), kind.contact
+            try:
+                loads = contact.solve(own, last)
+            except SectionVanished as error:
+                raise StopWear(str(error)) from error
+            flanks = None if self.vibration is None else face_flanks(contact, own, loads)
             found.append(FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks))
+        self._last[:] = [state.loads for state in found]
+        self.account.counts["contact_analyses"] += 1
         return found
 
     def _moving_load(self, kind: FaceKind, state: FaceState, response: Response) -> Array:

@@ -222,10 +222,8 @@ def worn(
     for name, (flank, depth) in flanks.items():
         if depth == 0.0:
             continue
-        limits = Limits(depth=depth, flank=flank)
-        life = integrate.integrate(
-            rate, h0, limits=limits, tolerance=tolerance, scale=scale, most_work=most_work
-        )
+        bounds: dict[str, Any] = {"tolerance": tolerance, "scale": scale, "most_work": most_work}
+        life = integrate.integrate(rate, h0, limits=Limits(depth=depth, flank=flank), **bounds)
         if not life.worn_out:
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]

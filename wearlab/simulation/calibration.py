@@ -1,7 +1,7 @@
 """The constant wear coefficient with which a scene has one given life."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from wearlab.life.limits import WORN_OUT
 from wearlab.options import Stored
@@ -52,9 +52,8 @@ def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
             f"their life ends before, by {life.end_reason}"
         )
     value = UNCALIBRATED * life.cycles / given.life
-    constant = ConstantCoefficient(
-        model="constant", value=Stored(value), film=given.film, factor=given.factor
-    )
+    kept: dict[str, Any] = {"film": given.film, "factor": given.factor}
+    constant = ConstantCoefficient(model="constant", value=Stored(value), **kept)
     told = (
         f"wear coefficient {value:.4g} m²/N calibrated on a life of {given.life:.4g} cycles to "
         f"{1e6 * given.depth:g} µm on the {given.flank} at {given.torque:g} N·m and "

@@ -130,7 +130,7 @@ def not_estimated(lived: history.History) -> Estimates:
 def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tuple[str, ...]:
     """Return what speaks against the estimates of a life."""
     stage, lived, loudest = looked.stage, looked.lived, _loudest(looked.lived, force)
-    states = (*lived.samples.state, *lived.state)
+    states = *lived.samples.state, *lived.state
     conditions = list(zip(*(state.conditions for state in states), strict=True))
     responses = [response for each in conditions for state in each for response in state.responses]
     missing = sum(state is None for state in looked.worn)

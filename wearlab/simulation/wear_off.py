@@ -199,14 +199,13 @@ def _is_levelled(joint: Rougher, step: float, error: Array, off: Array, answer: 
 
 def _answer(joint: Rougher, worse: Sequence[WearState | None]) -> Array | None:
     """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
-    total: Array | None = None
+    each = []
     for share, twin, moved in zip(joint.shares, joint.conditions, worse, strict=True):
         if moved is None or not (moved.wears and twin.state.wears):
             return None
-        coupling = twin.parts.coupling
-        own = share * (coupling.flat(moved.rate) - coupling.flat(twin.state.rate))
-        total = own if total is None else total + own
-    return total
+        flat = twin.parts.coupling.flat
+        each.append(share * (flat(moved.rate) - flat(twin.state.rate)))
+    return np.sum(each, axis=0)
 
 
 def _further(joint: Rougher, error: Array, stepping: float) -> Array:
@@ -218,13 +217,11 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
 
 def _worn_by(joint: Rougher, off: Array) -> tuple[WearState | None, ...]:
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
+    if not np.isfinite(off).all():
+        return (None,) * len(joint.conditions)
     states: list[WearState | None] = []
     for twin in joint.conditions:
-        worse: WearState | None = twin.state
-        if not np.isfinite(off).all():
-            worse = None
-        elif off.any():
-            worn = twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
-            worse = alike(twin.parts, worn, twin.state.responses, twin.state.responses)
-        states.append(worse)
+        worn = twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
+        own = twin.state.responses
+        states.append(alike(twin.parts, worn, own, own) if off.any() else twin.state)
     return tuple(states)

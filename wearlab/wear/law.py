@@ -101,9 +101,8 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     Archard 1953.
     """
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
-    powers = [
-        flank.coefficient if isinstance(flank.coefficient, PowerOfLoad) else unknown for flank in law.flanks
-    ]
+    given = [flank.coefficient for flank in law.flanks]
+    powers = [own if isinstance(own, PowerOfLoad) else unknown for own in given]
     projection = law.projection.factor(path)
     return PreparedLaw(
         law=law,

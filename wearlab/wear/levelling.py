@@ -169,9 +169,8 @@ def levelling(half_width: Array, sliding: Array, path: WearPath) -> Levelling:
     Johnson 1985, §2.7 and Appendix 1.
     """
     length = np.tile(path.arc_weight, (1, len(np.atleast_2d(half_width))))
-    return Levelling(
-        squares(half_width, path), sliding * length, -path.contact_modulus / np.pi / length.ravel()
-    )
+    collect = -path.contact_modulus / np.pi / length.ravel()
+    return Levelling(squares(half_width, path), sliding * length, collect)
 
 
 def looking_ahead(levelling: Levelling, lag: float) -> SuperLU:

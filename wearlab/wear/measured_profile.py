@@ -214,12 +214,10 @@ def continued(where: Array, depth: Array, begin: float, end: float, how: Continu
     how : leave it as it is, hold the last value, go on with the straight line through the last `END_SHARE`,
         or jump to zero
     """
-    pieces = [np.stack([where, depth])]
-    if how != "refuse" and where[0] > begin:
-        pieces.insert(0, _beyond(where, depth, 0, begin, how)[:, ::-1])
-    if how != "refuse" and where[-1] < end:
-        pieces.append(_beyond(where, depth, -1, end, how))
-    x, y = np.concatenate(pieces, axis=1)
+    profile, goes_on = np.stack([where, depth]), how != "refuse"
+    before = _beyond(where, depth, 0, begin, how) if goes_on and where[0] > begin else profile[:, :0]
+    after = _beyond(where, depth, -1, end, how) if goes_on and where[-1] < end else profile[:, :0]
+    x, y = np.concatenate([before[:, ::-1], profile, after], axis=1)
     return x, y
 
 

@@ -86,9 +86,8 @@ def wear_path(
     rho = np.ascontiguousarray(curvature, float)
     z, r_b = np.asarray(teeth, float), np.asarray(base_radius, float)
     if not rho.min() > 0.0:
-        raise ValueError(
-            f"radius of curvature {rho.min():.3g} m on the path: contact at or below the base circle"
-        )
+        least = f"radius of curvature {rho.min():.3g} m on the path"
+        raise ValueError(f"{least}: contact at or below the base circle")
     omega, per_tooth = driving_speed * z[0] / z, rho / z[:, None]
     arc = rho**2 / (2.0 * r_b[:, None])
     step = np.abs(np.diff(arc, axis=1))
