@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array
 from wearlab.dynamics.orbits.response import Response, coordinates_at, deflection_at
 from wearlab.dynamics.system import System
-from wearlab.mesh import clock, excitations, force, stages
+from wearlab.mesh import clock, excitations, stages
 from wearlab.mesh.excitation import Between, MeshFlanks, stage_tables
+from wearlab.mesh.force import Deflections
 
 Responses = tuple[Response, ...]
 
@@ -68,37 +70,24 @@ class Vibration:
         """Return phases of the clock (n,) as instants."""
         return clock.instants(self.sampling.edges, phase)
 
-    def motions(
-        self, response: Response, when: clock.Instants, meshes: slice = slice(None)
-    ) -> force.Deflections:
+    def motions(self, response: Response, when: clock.Instants, meshes: slice = slice(None)) -> Deflections:
         """Return deflections of some meshes and their rates, (n_periods, n_mesh, n_instants) [m], [m/s]."""
-        flat = deflection_at(response, *self._over_periods(when), meshes=meshes)
-        return force.Deflections(*(self._by_period(values, len(when.phase)) for values in flat))
+        return Deflections(*self.read(partial(deflection_at, meshes=meshes), response, when))
 
     def coordinates(self, response: Response, when: clock.Instants) -> tuple[Array, Array]:
         """Return q and q̇, (n_periods, n, n_instants) [m], [m/s]."""
-        flat = coordinates_at(response, *self._over_periods(when))
-        position, velocity = (self._by_period(values, len(when.phase)) for values in flat)
+        position, velocity = self.read(coordinates_at, response, when)
         return position, velocity
 
-    def _over_periods(self, when: clock.Instants) -> tuple[stages.StageGrid, Array, Index]:
-        segments = int(self.sampling.grid.segment[-1]) + 1
-        turns = np.repeat(np.arange(self.hunting), len(when.phase))
-        return (
-            hunting_grid(self.sampling.grid, self.hunting),
-            np.tile(when.phase, self.hunting) + turns,
-            np.tile(when.segment, self.hunting) + segments * turns,
-        )
-
-    def read(self, of: Callable[..., Array], response: Response, when: clock.Instants) -> Array:
-        """Return what ``of(response, grid, phase, segment)`` tells, (n_periods, k, n_instants)."""
-        return self._by_period(of(response, *self._over_periods(when)), len(when.phase))
-
-    def _by_period(self, values: Array, count: int) -> Array:
-        """Turn (n_kept, k, hunting · n_instants) into (n_kept · hunting, k, n_instants)."""
-        kept, rows = values.shape[:2]
-        apart = values.reshape(kept, rows, self.hunting, count).transpose(0, 2, 1, 3)
-        return np.ascontiguousarray(apart).reshape(-1, rows, count)
+    def read(self, of: Callable[..., Any], response: Response, when: clock.Instants) -> Array:
+        """Return what ``of(response, grid, phase, segment)`` tells, (…, n_periods, k, n_instants)."""
+        grid, turns = self.sampling.grid, np.repeat(np.arange(self.hunting), len(when.phase))
+        phase, segment = np.tile(when.phase, self.hunting) + turns, np.tile(when.segment, self.hunting)
+        segment += (int(grid.segment[-1]) + 1) * turns
+        told = np.asarray(of(response, hunting_grid(grid, self.hunting), phase, segment))
+        *before, kept, rows, _ = told.shape
+        by_period = told.reshape(*before, kept, rows, self.hunting, len(when.phase)).swapaxes(-2, -3)
+        return np.ascontiguousarray(by_period).reshape(*before, -1, rows, len(when.phase))
 
 
 def hunting_grid(grid: stages.StageGrid, periods: int) -> stages.StageGrid:

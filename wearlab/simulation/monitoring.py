@@ -16,7 +16,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces.mesh_forces import NODES, mesh_acceleration_at, within_steps
-from wearlab.dynamics.orbits.response import Response, deflection_at, step_of
+from wearlab.dynamics.orbits.response import Response, step_of
 from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, stages
@@ -66,7 +66,7 @@ def of_response(parts: build.Parts, response: Response, lines: Array) -> label.V
         elif name in spectra:
             signal = acceleration
             if name == f"{DEFLECTION}_orders":
-                signal = vibration.read(lambda *at: deflection_at(*at)[0], response, when)
+                signal = vibration.motions(response, when).deflection
             values[name] = np.where(beyond, np.nan, np.abs(order_lines(signal, when.phase, weight, lines)))
         else:
             values[name] = STATISTICS[what](acceleration, weight)
