@@ -255,16 +255,16 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
         table = build.build_modes(build.build(scene))
     except GearError as error:
         raise label.Refused(str(error)) from error
-    modes, rows = table.modes, []
-    excited, share = modes.excited(), modes.participation.max(axis=-1)
-    for mode, shape in enumerate(np.abs(modes.shape)):
-        large = zip(table.coordinates, shape > 0.3 * shape.max(), strict=True)
-        row: dict[str, Any] = {"mode": mode + 1, "natural_frequency [Hz]": float(modes.frequency[mode])}
-        if table.kinds is not None:
-            row["kind"] = table.kinds[mode]
-        row["moves"] = ", ".join(name for name, moves in large if moves)
-        row["excited by the mesh"], row["participation"] = bool(excited[mode]), float(share[mode])
-        for order, speeds in enumerate(table.critical_speed, 1):
-            row[f"critical speed, order {order} [rpm]"] = float(speeds[mode] * 30.0 / np.pi)
-        rows.append(row)
-    return rows
+    modes, size = table.modes, np.abs(table.modes.shape)
+    moves = [np.asarray(table.coordinates)[own > 0.3 * own.max()] for own in size]
+    columns: dict[str, Any] = {
+        "mode": range(1, len(size) + 1),
+        "natural_frequency [Hz]": modes.frequency.tolist(),
+    }
+    if table.kinds is not None:
+        columns["kind"] = table.kinds
+    columns |= {"moves": map(", ".join, moves), "excited by the mesh": map(bool, modes.excited())}
+    columns["participation"] = modes.participation.max(axis=-1).tolist()
+    for order, speeds in enumerate(table.critical_speed, 1):
+        columns[f"critical speed, order {order} [rpm]"] = (speeds * 30.0 / np.pi).tolist()
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]

@@ -9,19 +9,8 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Discriminator, Tag
 
+from wearlab import options
 from wearlab.arrays import Array
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Depth,
-    Hardness,
-    Number,
-    Speed,
-    Switch,
-    Torque,
-    WearCoefficient,
-    named,
-)
 from wearlab.slots import Slot, Variant
 from wearlab.wear.films import FilmModel
 from wearlab.wear.path import WearPath
@@ -42,7 +31,8 @@ def _model(value: Any) -> Any:
 
 
 Film = Annotated[
-    Annotated[Switch, Tag("switch")] | Annotated[Annotated[FilmModel, *named()], Tag("model")],
+    Annotated[options.Switch, Tag("switch")]
+    | Annotated[Annotated[FilmModel, *options.named()], Tag("model")],
     Discriminator(_switch_or_model),
     BeforeValidator(_model),
 ]
@@ -70,7 +60,7 @@ class CoefficientModel(Variant):
     film: Film = False
     """whether the oil film lowers the coefficient: by the model named, or by Dowson and Higginson's. Source:
     L16 after Ding & Kahraman 2007"""
-    factor: Annotated[Number, NOT_NEGATIVE] = 1.0
+    factor: Annotated[options.Number, options.NOT_NEGATIVE] = 1.0
     """factor on the coefficient, for scatter"""
 
     @property
@@ -99,7 +89,7 @@ class ConstantCoefficient(CoefficientModel):
 
     model: Literal["constant"]
     """constant coefficient. Source: Archard 1953"""
-    value: Annotated[WearCoefficient, NOT_NEGATIVE]
+    value: Annotated[options.WearCoefficient, options.NOT_NEGATIVE]
     """k of Archard's law dh = k p ds: volume worn per force and sliding distance, 1 mm^3/(N*m) = 1e-9 m^2/N;
     what catalogues and tribometers print in mm^3/(N*m) is this k. Source: L16 Eq. 19"""
 
@@ -118,9 +108,9 @@ class HardnessCoefficient(CoefficientModel):
 
     model: Literal["hardness"]
     """Archard's K over the hardness. Source: B23"""
-    k: Annotated[Number, NOT_NEGATIVE]
+    k: Annotated[options.Number, options.NOT_NEGATIVE]
     """Archard's dimensionless K. Source: B23"""
-    hardness: Annotated[Hardness, POSITIVE] | None = None
+    hardness: Annotated[options.Hardness, options.POSITIVE] | None = None
     """hardness H of the wearing flank, such as '60 HRC', '300 HV' or '7 GPa' [that of the gear's material].
     Source: B23; HRC by ASTM E140, HB by ISO 18265"""
 
@@ -164,15 +154,15 @@ class CalibratedCoefficient(CoefficientModel):
 
     model: Literal["calibrated"]
     """the constant that reproduces one life; all other lives are predicted with it. Source: W23"""
-    life: Annotated[Number, POSITIVE]
+    life: Annotated[options.Number, options.POSITIVE]
     """life, in cycles. Source: W23 Fig. 12: 1.637e7"""
-    depth: Annotated[Depth, POSITIVE]
+    depth: Annotated[options.Depth, options.POSITIVE]
     """wear depth that ends it. Source: W23: 400 µm"""
     flank: str
     """flank on which it is reached. Source: W23: sun"""
-    torque: Annotated[Torque, POSITIVE]
+    torque: Annotated[options.Torque, options.POSITIVE]
     """torque on the input member during that life"""
-    speed: Annotated[Speed, POSITIVE]
+    speed: Annotated[options.Speed, options.POSITIVE]
     """speed of the input member during that life"""
 
     def build(self, setting: Setting) -> PowerOfLoad:
