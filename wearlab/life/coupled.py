@@ -5,11 +5,10 @@ One wear state, wholly evaluated: the flanks of every kind of mesh, and the stea
 
 import math
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -152,7 +151,7 @@ class MeshKind:
 
 
 @dataclass(frozen=True)
-class Coupled(ABC):
+class Coupled(Protocol):
     """Flanks that wear together.
 
     Parameters
@@ -162,7 +161,6 @@ class Coupled(ABC):
 
     kinds: tuple[MeshKind, ...]
 
-    @abstractmethod
     def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
         """Evaluate wear of every kind of mesh, each (2, n) [m], from responses of a neighbouring state."""
 
@@ -172,20 +170,16 @@ class Coupled(ABC):
         return sum(account.counts["right_hand_sides"] for account in self.accounts)
 
     @property
-    @abstractmethod
     def accounts(self) -> "tuple[Account, ...]":
         """Where time and work are written down."""
 
     @property
-    @abstractmethod
     def shared(self) -> tuple[Any, ...]:
         """What responses belong to and is told apart by identity: moving system, its stages, the contact."""
 
-    @abstractmethod
     def wearing(self) -> "Coupled":
         """Return what the wear rate needs of it: no response where the static force wears."""
 
-    @abstractmethod
     def resting(self) -> "Coupled | None":
         """Return what wears under the static load alone, None where it does so already."""
 
