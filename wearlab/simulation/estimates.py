@@ -212,13 +212,10 @@ def _forces(looked: Looked) -> tuple[twins.ForceErrors, ...] | None:
         for state, further in zip(lived.samples.state, looked.worn, strict=True):
             worse = None if further is None else further.worse[block]
             if further is not None and worse is not None:
-                mesh, largest, bearing = twins.force_errors(
-                    parts, state, further.twin.conditions[block], worse
-                )
-                least = TOLERATED * parts.scene.numerics.tolerance * _largest(state)
-                known += (
-                    [(further.twin.cycle, mesh, max(largest, least), bearing)] if np.isfinite(mesh) else []
-                )
+                twin, least = further.twin, TOLERATED * parts.scene.numerics.tolerance * _largest(state)
+                off = twins.force_errors(parts, state, twin.conditions[block], worse)
+                if np.isfinite(off.mesh):
+                    known.append((twin.cycle, off.mesh, max(off.largest, least), off.bearing))
         periodic = np.array([twins.is_periodic(state) for state in lived.state])
         cycle, *each = np.array(known).T if known else np.full((4, 1), np.nan)
         errors = (np.where(periodic, np.interp(lived.cycle, cycle, error), np.nan) for error in each)

@@ -1,7 +1,5 @@
 """The exact mesh relationship of a run's states: where pairs touch, which are engaged, how gears lag."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from wearlab import schema
@@ -9,12 +7,10 @@ from wearlab.life import coupled
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.exact import gaps, relation
 from wearlab.scene import build
-from wearlab.simulation import label
+from wearlab.simulation import label, static
 
 
-def exact_values(
-    parts: build.Parts, states: Sequence[coupled.WearState], failures: list[str]
-) -> label.Values:
+def exact_values(parts: build.Parts, states: static.States, failures: list[str]) -> label.Values:
     """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
 
     All variables of its group in the table of variables; NaN for members not in a mesh, and for what fails.

@@ -234,12 +234,10 @@ def _integrated(
     )
 
 
-def _joined(
-    histories: list[history.History], stages: Sequence[operating.Stage], reason: str
-) -> history.History:
+def _joined(each: list[history.History], stages: Sequence[operating.Stage], reason: str) -> history.History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
-    lives = [lived.life for lived in histories if lived.life is not None]
-    whole, cycle, clock, error = histories[0]._replace(stages=tuple(histories)), 0.0, 0.0, 0.0
+    lives = [lived.life for lived in each if lived.life is not None]
+    whole, cycle, clock, error = each[0]._replace(stages=tuple(each)), 0.0, 0.0, 0.0
     cycles, seconds, later = list[Array](), list[Array](), list[record.Life]()
     for number, (stage, life) in enumerate(zip(stages, lives, strict=False)):
         kept = whole.kept(number).cycle

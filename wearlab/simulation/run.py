@@ -93,7 +93,7 @@ def _dataset(
         for stage, own in zip(reached, lived.stages, strict=True)
     ]
     each = [
-        [_with_errors(values, own, block, lived.kept(k)) for block, values in enumerate(by_condition[k])]
+        [_with_errors(values, own, b, len(lived.kept(k).cycle)) for b, values in enumerate(by_condition[k])]
         for k, own in enumerate(errors)
     ]
     conditions = each[0][0]
@@ -162,12 +162,10 @@ def _of_condition(
     return values
 
 
-def _with_errors(
-    values: label.Values, errors: estimates.Estimates, block: int, kept: history.History
-) -> label.Labelled:
-    """Return the values of the kept states in one condition with the errors of their forces."""
+def _with_errors(values: label.Values, errors: estimates.Estimates, block: int, kept: int) -> label.Labelled:
+    """Return the values of so many kept states in one condition with the errors of their forces."""
     if errors.force is not None:
-        mesh, largest, bearing = (error[-len(kept.cycle) :] for error in errors.force[block])
+        mesh, largest, bearing = (error[-kept:] for error in errors.force[block])
         values |= {"error_estimate_mesh_force": mesh, "error_estimate_mesh_force_max": largest}
         if "bearing_force" in values:
             values["error_estimate_bearing_force"] = bearing

@@ -89,15 +89,13 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
     return depths[:, rough.on_flank]
 
 
-def alike(
-    parts: Parts, wear: Wear, start: vibration.Responses, wanted: vibration.Responses
-) -> WearState | None:
-    """Return a wear state, None where it does not respond with the periods that are wanted."""
+def alike(parts: Parts, wear: Wear, start: vibration.Responses, other: WearState) -> WearState | None:
+    """Return a wear state, None where it does not respond with the periods of another."""
     try:
         found = parts.coupling.evaluate(wear, start)
     except (limits.StopWear, GearError):  # or its steps are too rough for any motion
         return None
-    periods = [[response.period for response in each] for each in (found.responses, wanted)]
+    periods = [[response.period for response in each] for each in (found.responses, other.responses)]
     return found if periods[0] == periods[1] else None
 
 
@@ -153,7 +151,7 @@ def _of_share(parts: Parts, own: history.History, share: float, weight: float = 
         if near is not None and _permanent_contact(start) and _permanent_contact(near):
             start = near
         wear = tuple(np.maximum(0.0, depth) for depth in _carried(parts, state.wear, rough))
-        again = alike(rough, wear, start, state.responses)
+        again = alike(rough, wear, start, state)
         if again is not None:
             near, rate = again.responses, None
             if state.wears and again.wears:

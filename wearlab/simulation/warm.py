@@ -83,19 +83,10 @@ def _change_contact(scene: Scene) -> None:
 
 def _kernels(scene: Scene) -> tuple[object, ...]:
     """Return what decides which kernels a scene calls."""
-    meshes = list(scene.meshes.values())
-    dynamics = scene.dynamics and (
-        scene.dynamics.chosen,
-        scene.dynamics.method,
-        scene.dynamics.friction is None,
-        meshes[0].excitation.by_pairs,
-        not scene.operation.fluctuation,
-    )
-    law = scene.wear and (
-        scene.wear.contact_patch.chosen,
-        _choices(scene.wear.coefficient),
-        _choices(scene.wear.law),
-    )
+    meshes, moves, wear = list(scene.meshes.values()), scene.dynamics, scene.wear
+    forces = meshes[0].excitation.by_pairs, not scene.operation.fluctuation
+    dynamics = moves and (moves.chosen, moves.method, moves.friction is None, *forces)
+    law = wear and (wear.contact_patch.chosen, _choices(wear.coefficient), _choices(wear.law))
     return dynamics, tuple((mesh.stiffness.chosen, mesh.contact.chosen) for mesh in meshes), law
 
 

@@ -222,6 +222,6 @@ def _worn_by(joint: Rougher, off: Array) -> tuple[WearState | None, ...]:
     states: list[WearState | None] = []
     for twin in joint.conditions:
         worn = twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
-        own = twin.state.responses
-        states.append(alike(twin.parts, worn, own, own) if off.any() else twin.state)
+        further = alike(twin.parts, worn, twin.state.responses, twin.state) if off.any() else twin.state
+        states.append(further)
     return tuple(states)

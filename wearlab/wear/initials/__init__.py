@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import ConfigDict, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from wearlab import arrays, table_options
+from wearlab import table_options
+from wearlab.arrays import Array
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Alternatives, Depth, Length, Part, option
 from wearlab.slots import Slot, Variant
 
@@ -50,7 +51,7 @@ class InitialModel(Variant):
                 "shape or a file"
             )
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return its depth along the flank normal, (n,) [m].
 
         Parameters
@@ -65,9 +66,7 @@ class InitialModel(Variant):
         """
         raise NotImplementedError(f"{type(self).__name__} has no at_nodes")
 
-    def over_face(
-        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
-    ) -> arrays.Array:
+    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
         """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
 
         Parameters
@@ -112,7 +111,7 @@ class UniformWear(ShapedWear):
     shape: Literal["uniform"] = "uniform"
     """the same everywhere. Source: W23"""
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return the depth, (n,) [m]."""
         return np.full(np.shape(position), self.depth)
 
@@ -123,12 +122,12 @@ class QuadraticWear(ShapedWear):
     shape: Literal["quadratic"] = "quadratic"
     """depth·(s/s_far)² from the pitch point. Source: W23"""
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
         return quadratic(position, self.depth)
 
 
-def quadratic(position: arrays.Array, depth: float) -> arrays.Array:
+def quadratic(position: Array, depth: float) -> Array:
     """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
     return np.asarray(depth * (position / np.abs(position).max()) ** 2)
 
@@ -212,15 +211,13 @@ class MeasuredWear(InitialModel):
         """Whether it was measured over the face: a lead or a topography."""
         return self.across is not None or self.x == "face_position"
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
         from wearlab.wear.measured_profile import measured
 
         return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
 
-    def over_face(
-        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
-    ) -> arrays.Array:
+    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
         """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
         from wearlab.wear.measured_profile import nodal, over_face
 
