@@ -15,8 +15,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.integrate import LOCATED
 from wearlab.dynamics.orbits.periodic import Periodic, periods_of
-from wearlab.dynamics.orbits.response import Response, Verdict, step_forces
-from wearlab.dynamics.orbits.shooting import RHS_PER_STEP, Orbit, Shooting
+from wearlab.dynamics.orbits.response import Response, step_forces
+from wearlab.dynamics.orbits.shooting import RHS_PER_STEP, Shooting
 from wearlab.dynamics.rigid import rigid_modes
 
 BLOCK = 50
@@ -116,7 +116,7 @@ class _Hunt(Shooting):
     """Attractors beside a response, found with a bounded number of mesh periods."""
 
     def __init__(self, response: Response, method: Periodic, most: int) -> None:
-        super().__init__(response.system, response.tables, response.mesh_period)
+        super().__init__(response.system, response.tables, response.mesh_period, method)
         self.known, self.method, self.most = Attractor(response, self.rate), method, most
         self.patience = sum(method.transients(self))
 
@@ -131,7 +131,7 @@ class _Hunt(Shooting):
             raise _CutOff
         return super().integrate(state, count, keep)
 
-    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Orbit | None:
+    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Response | None:
         """Shoot as `Shooting.shoot` does, with as many passes as the bound allows."""
         passes = min(most, int(self.most - self.spent) // periods)
         if passes < 1:
@@ -175,14 +175,14 @@ class _Hunt(Shooting):
         orbit = self.shoot(periods, state.copy(), most=PASSES)
         if orbit is None or orbit.largest >= 1.0 - self.method.margin or self.known.is_at(orbit.state[0, 0]):
             return None
-        return self._periodic(orbit) if self._attracts(orbit) else None
+        return self.counted(orbit) if self._attracts(orbit) else None
 
-    def _attracts(self, orbit: Orbit) -> bool:
+    def _attracts(self, orbit: Response) -> bool:
         """Whether a motion pushed off an orbit stays near it."""
         pushed, n = orbit.state[0, 0].copy(), self.rows // 2
         pushed[:n] += PUSHED * self.known.deflection * np.sign(self.system.direction.sum(axis=0))
-        count = WATCHED // orbit.periods + 1
-        strobe, _ = self.integrate(pushed, count * orbit.periods)
+        count = WATCHED // orbit.period + 1
+        strobe, _ = self.integrate(pushed, count * orbit.period)
         limit = 10.0 * PUSHED * self.known.deflection
         return self.distance(strobe[-1], orbit.state[0, 0]) <= limit
 
@@ -193,12 +193,8 @@ class _Hunt(Shooting):
         for periods in periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
-                return None if self.known.is_at(orbit.state[0, 0]) else self._periodic(orbit)
+                return None if self.known.is_at(orbit.state[0, 0]) else orbit
         return None if self.known.is_at(strobe[-1]) else self.aperiodic(path, 0.0)
-
-    def _periodic(self, orbit: Orbit) -> Response:
-        attracting = orbit.largest < 1.0 - self.method.margin
-        return self.response(orbit, Verdict(True, attracting, orbit.unique, True))
 
 
 AMPLITUDE = (4.0, 120.0)

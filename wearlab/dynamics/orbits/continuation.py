@@ -13,8 +13,8 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.periodic import Periodic, periods_of
-from wearlab.dynamics.orbits.response import Response, Verdict
-from wearlab.dynamics.orbits.shooting import Orbit, Shooting
+from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -96,16 +96,15 @@ class Continuation:
 
     def at(self, mesh_at: MeshAt, speed: float, start: Array) -> Point:
         """Return the response that a motion from ``start`` (2n,) settles on, at a speed [rad/s]."""
-        shooting = Shooting(*mesh_at(speed))
         method, state = self.method, start.copy()
+        shooting = Shooting(*mesh_at(speed), method)
         for most in (self.transient, self.transient, 4 * self.transient):
             strobe = _settled_strobe(shooting, state, most, method.longest)
             orbit = _orbit_of(shooting, strobe, method)
             if orbit is not None:
-                verdict = Verdict(True, orbit.largest < 1.0 - method.margin, orbit.unique, True)
-                response = shooting.response(orbit, verdict)
-                turns = -(-self.strobe // orbit.periods)
-                return Point(speed, response, np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe])
+                turns = -(-self.strobe // orbit.period)
+                strobe = np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe]
+                return Point(speed, shooting.counted(orbit), strobe)
         count = max(self.strobe, method.averaged)
         strobe, path = shooting.integrate(state, count, method.averaged)
         return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
@@ -148,15 +147,12 @@ def _settled_strobe(shooting: Shooting, state: Array, most: int, longest: int) -
             return strobe
 
 
-def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Orbit | None:
+def _orbit_of(shooting: Shooting, strobe: Array, method: Periodic) -> Response | None:
     """Return the attracting orbit that the strobed states approach, None when there is none."""
     n = shooting.rows // 2
     size = float(np.abs(strobe[-1, :n]).max()) or 1.0
     for m in _periods(strobe, method, shooting.rate):
-        orbit = shooting.shoot(m, strobe[-1].copy())
-        if orbit is None and shooting.singular and m == 1:
-            orbit = shooting.family(strobe[-1])
-        if orbit is None or orbit.largest > 1.0 + method.margin:
+        if (orbit := shooting.near(m, strobe[-1])) is None:
             continue
         apart = np.abs(orbit.state[:, 0, :n] - strobe[-1, :n]).max(axis=1).min()
         if apart <= SAME * size:

@@ -162,7 +162,7 @@ class OnTables:
     ) -> None:
         tangents = memory is None and (tangents or is_small(system))
         self.kernel = kernel_of(system, tables, period, tangents=tangents, exact=exact, memory=memory)
-        self.by_method, self.right_hand_sides, self.changes = memory is not None, 0, 0
+        self.by_method, self.maps, self.right_hand_sides, self.changes = memory is not None, 0, 0, 0
 
     @property
     def steps(self) -> int:
@@ -193,6 +193,7 @@ class OnTables:
         states, strobe = self.states(keep), np.empty((count + 1, len(state)))
         states[0], strobe[0] = 0.0, state
         counted = self._over_periods(states, strobe, False, LOCATED, balanced=True)
+        self.maps += count
         self.changes += 0 if self.by_method else counted
         self.right_hand_sides += counted if self.by_method else 4 * self.steps * count
         state[:] = strobe[-1]
@@ -240,16 +241,14 @@ class UntilSteady:
         integrator = self.integrator(system, tables, period)
         state = np.zeros(2 * len(system.load)) if start is None else start.end.copy()
         rate = unit_of_speed(tables, period)
-        maps = 0
 
         def response(m: int, kept: Array, residual: float, verdict: Verdict) -> Response:
-            counts = Counts(maps, integrator.right_hand_sides, 0)
+            counts = Counts(integrator.maps, integrator.right_hand_sides, 0)
             loaded = solved_load(system, integrator.kernel.balance)
             return Response(m, kept, np.empty(0, complex), verdict, counts, residual, loaded, tables, period)
 
-        while maps < self.most:
+        while integrator.maps < self.most:
             strobe, _ = integrator.integrate(state, BLOCK, 1)
-            maps += BLOCK
             if not np.isfinite(state).all():
                 break
             for m in range(1, self.longest + 1):
@@ -257,10 +256,8 @@ class UntilSteady:
                 if left <= self.tolerance:
                     m = _least_period(strobe, m, rate, self.tolerance)
                     _, kept = integrator.integrate(state, m, m)
-                    maps += m
                     return response(m, kept, left, Verdict(True, None, True, True))
         _, kept = integrator.integrate(state, self.averaged, self.averaged)
-        maps += self.averaged
         if np.isfinite(kept).all():
             kept = under_one_load(integrator, kept, period)
         n = len(system.load)

@@ -1,15 +1,14 @@
 """The default method: Newton shooting on the period map; integration where no simple orbit attracts."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, in_one_unit
-from wearlab.dynamics.orbits.response import Response, Verdict
-from wearlab.dynamics.orbits.shooting import CLOSED, Orbit, Shooting
+from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.orbits.shooting import Shooting, Wanted
 from wearlab.dynamics.steps.count import settling_periods
 from wearlab.dynamics.system import System
 from wearlab.gears.specification import GearError
@@ -36,30 +35,15 @@ class Unbounded(GearError):
     """The motion grows without bound, as that of undamped flanks that never part can."""
 
 
-@dataclass(frozen=True)
-class Periodic:
+class Periodic(Wanted):
     """Newton shooting on the period map; its derivative is the exact one of the map computed.
 
     The first pass takes the affine map of a mesh that never changes contact: where that is what happens, it
     is exact. Else passes locate every change. Where no orbit over a mesh period attracts, the motion is
     integrated, and an orbit over m ≤ ``longest`` periods looked for where it shows one; if none attracts, the
     response is aperiodic and its last ``averaged`` periods are returned. (Parker & Chua 1989, ch. 5; Leine &
-    Nijmeijer 2004, ch. 7.)
-
-    Parameters
-    ----------
-    margin : an orbit attracts when max |μ| < 1 − margin
-    transient : mesh periods to integrate before a period is looked for
-    longest : the longest period tried [mesh periods]
-    averaged : mesh periods kept of an aperiodic response
-    closed : size of the last step by a neighbour's derivative, over that of the state [1]
+    Nijmeijer 2004, ch. 7.) Parameters: see `wearlab.dynamics.orbits.shooting.Wanted`.
     """
-
-    margin: float = 1e-3
-    transient: int = 500
-    longest: int = 24
-    averaged: int = 200
-    closed: float = CLOSED
 
     def solve(
         self, system: System, tables: StageTables, period: float, start: Response | None = None
@@ -73,22 +57,21 @@ class Periodic:
         period : duration of a mesh period [s]
         start : response of a neighbouring case to start from
         """
-        shooting = Shooting(system, tables, period, self.closed)
+        shooting = Shooting(system, tables, period, self)
         if start is not None and start.state.shape[2] != shooting.rows:
             start = None
-        if start is not None and start.period == 0 and not shooting.small:
-            return self._integrated(shooting, None, start)
-        orbit = None if start is None or start.period == 0 else self._near(shooting, start)
-        if orbit is None:
-            # Near whose neighbour no orbit attracts, a large system is integrated from there.
-            if start is not None and not shooting.small and shooting.loaded and not shooting.singular:
-                return self._integrated(shooting, None, start)
+        aperiodic = start is not None and start.period == 0
+        orbit = None if start is None or aperiodic else self._near(shooting, start)
+        # Near whose neighbour no orbit attracts, a large system is integrated from there.
+        lost = start is not None and not shooting.small
+        lost = lost and (aperiodic or (shooting.loaded and not shooting.singular))
+        if orbit is None and not lost:
             orbit = self._from_rest(shooting)
-        if orbit is not None and orbit.largest <= 1.0 + self.margin:
-            return self._respond(shooting, orbit)
-        return self._integrated(shooting, orbit, start)
+        if orbit is None or orbit.largest > 1.0 + self.margin:
+            orbit = self._integrated(shooting, start)
+        return shooting.counted(orbit)
 
-    def _near(self, shooting: Shooting, start: Response) -> Orbit | None:
+    def _near(self, shooting: Shooting, start: Response) -> Response | None:
         """Return the orbit that attracts near a neighbour's, None where there is none."""
         permanent = start.period == 1 and start.counts.newton_iterations == 1
         if not permanent and start.verdict.unique and abs(start.multipliers[0]) < 1.0 - CLEAR:
@@ -100,7 +83,7 @@ class Periodic:
                 return orbit
         return None
 
-    def _from_rest(self, shooting: Shooting) -> Orbit | None:
+    def _from_rest(self, shooting: Shooting) -> Response | None:
         """Shoot from the loaded mesh, then from a state that has been integrated."""
         state = np.zeros(shooting.rows)
         orbit = shooting.shoot(1, state, contact=PERMANENT)
@@ -112,7 +95,7 @@ class Periodic:
         shooting.integrate(state, 50 if shooting.small else TRANSIENT_LARGE)
         return shooting.shoot(1, state)
 
-    def _integrated(self, shooting: Shooting, simple_orbit: Orbit | None, start: Response | None) -> Response:
+    def _integrated(self, shooting: Shooting, start: Response | None) -> Response:
         """Integrate until a period shows, shoot on it; otherwise return the aperiodic response.
 
         Raises
@@ -126,27 +109,22 @@ class Periodic:
         longest, candidates = (LONGEST_LARGE, 1) if large else (self.longest, CANDIDATES)
         for count in (transients[0] // 5,) if settled else transients:
             shooting.integrate(state, count)
-            strobe, orbit = shooting.integrate(state, max(averaged, 2 * longest), averaged)
+            strobe, kept = shooting.integrate(state, max(averaged, 2 * longest), averaged)
             deflection = strobe[:, :n] @ shooting.system.direction.T
             if not (np.abs(deflection) < FURTHEST).all():
                 raise Unbounded("scene.dynamics: the motion grows without bound")
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
-                orbit_m = shooting.shoot(m, strobe[-1].copy())
-                if orbit_m is None and shooting.singular and m == 1:
-                    orbit_m = shooting.family(strobe[-1])
-                if orbit_m is not None and orbit_m.largest <= 1.0 + self.margin:
-                    return self._respond(shooting, orbit_m)
+                if (orbit := shooting.near(m, strobe[-1])) is not None:
+                    return orbit
             early, late = (np.ptp(half, axis=0).max() for half in np.array_split(strobe[:, :n], 2))
             if large and settled and late > DYING * early:
                 continue
             # A motion that dies out slowly shows no period; it may be on its way to an orbit that attracts.
             simple = shooting.shoot(1, strobe[-1].copy(), most=12)
             if simple is not None and simple.largest < 1.0 - self.margin:
-                return self._respond(shooting, simple)
-        if simple_orbit is not None and simple_orbit.largest <= 1.0 + self.margin:
-            return self._respond(shooting, simple_orbit)
+                return simple
         size = float(np.abs(strobe[:, :n]).max()) or 1.0
-        return shooting.aperiodic(orbit, float(np.ptp(strobe[:, :n], axis=0).max()) / size)
+        return shooting.aperiodic(kept, float(np.ptp(strobe[:, :n], axis=0).max()) / size)
 
     def transients(self, shooting: Shooting) -> list[int]:
         """Return the mesh periods to integrate between looks for a period, until a motion has died out.
@@ -163,11 +141,6 @@ class Periodic:
         wanted = min(wanted, MOST_STEPS / shooting.steps)
         left = int(wanted) - sum(planned)
         return planned if left <= 0 else [*planned, -(-left // 3), 2 * -(-left // 3)]
-
-    def _respond(self, shooting: Shooting, orbit: Orbit) -> Response:
-        unique = orbit.unique and (shooting.loaded or shooting.grounded)
-        verdict = Verdict(True, orbit.largest < 1.0 - self.margin, unique, True)
-        return shooting.response(orbit, verdict)
 
 
 def periods_of(strobe: Array, longest: int, rate: float) -> Iterable[int]:

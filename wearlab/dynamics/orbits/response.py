@@ -152,6 +152,11 @@ class Response:
         return modes(self.system, self.tables.mean_stiffness)
 
     @property
+    def largest(self) -> float:
+        """Modulus of the largest multiplier."""
+        return float(abs(self.multipliers[0]))
+
+    @property
     def within(self) -> Within:
         """The meshes between the stages of their tables: parabolas where nothing else is known."""
         return self.tables if self.between is None else self.between

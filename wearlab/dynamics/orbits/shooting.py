@@ -1,7 +1,8 @@
 """Orbits of one system on one set of tables: integrate, shoot, follow a chord, and the account of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.linalg.lapack import dgeev, dgetrf, dgetrs
@@ -28,7 +29,6 @@ SHRINKS = 0.2
 NEARLY = 1e-4
 """Size of a last Newton step over that of the state with which a large system is as good as periodic: where a
 flank grazes, its map has steps that no pass gets below."""
-CLOSED = 1e-8
 SMALL_STEP = 1e-7
 """Size of the last step over that of the state."""
 SAME_PATH = 1e-9
@@ -52,23 +52,26 @@ def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Orbit:
-    """An orbit over ``periods`` mesh periods, (periods, n_steps + 1, 2n), with its multipliers.
+class Wanted:
+    """Which orbits are wanted.
 
-    ``derivative`` (2n, 2n): that of the period map, as the shooting solved with it.
+    Parameters
+    ----------
+    margin : an orbit attracts when max |μ| < 1 − margin
+    transient : mesh periods to integrate before a period is looked for
+    longest : the longest period tried [mesh periods]
+    averaged : mesh periods kept of an aperiodic response
+    closed : size of the last step by a neighbour's derivative, over that of the state [1]
     """
 
-    periods: int
-    state: Array
-    multipliers: Complex
-    residual: float
-    unique: bool = True
-    derivative: Array | None = None
+    margin: float = 1e-3
+    transient: int = 500
+    longest: int = 24
+    averaged: int = 200
+    closed: float = 1e-8
 
-    @property
-    def largest(self) -> float:
-        """Modulus of the largest multiplier."""
-        return float(abs(self.multipliers[0]))
+
+WANTED = Wanted()
 
 
 class Shooting:
@@ -77,18 +80,18 @@ class Shooting:
     Parameters
     ----------
     system, tables, period : what moves, the mesh at the stages, the duration of a mesh period [s]
-    closed : size of the last chord step over that of the state [1]
+    wanted : margin and closure of the orbits
     """
 
-    def __init__(self, system: System, tables: StageTables, period: float, closed: float = CLOSED) -> None:
-        self.system, self.tables, self.period, self.closed = system, tables, period, closed
+    def __init__(self, system: System, tables: StageTables, period: float, wanted: Wanted = WANTED) -> None:
+        self.system, self.tables, self.period, self.wanted = system, tables, period, wanted
         self.small = is_small(system)
         self.integrator = OnTables(system, tables, period)
         self.balance = self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = unit_of_speed(tables, period)
         self.scale = np.repeat([1.0, self.rate], self.rows // 2)
-        self.maps, self.located, self.iterations, self.singular = 0.0, 0, 0, False
+        self.passed, self.changes, self.iterations, self.singular = 0.0, 0, 0, False
         self.beside = 0.0  # what tangents of a large system were worth, in passes
 
     @cached_property
@@ -110,7 +113,7 @@ class Shooting:
         """Whether every coordinate is held without the mesh, so that nothing can float in the backlash."""
         return bool(np.linalg.matrix_rank(self.system.total_stiffness) == self.rows // 2)
 
-    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Orbit | None:
+    def shoot(self, periods: int, state: Array, *, contact: int = LOCATED, most: int = 25) -> Response | None:
         """Return the orbit near ``state`` (moved to it), in its least number of periods; None: not found.
 
         Newton's step solves ``(I − P) x = P(y) − y``; steps that lead away are halved. While contact does not
@@ -164,13 +167,20 @@ class Shooting:
         self.balance.size[:] = state[self.balance.held]
         state[self.balance.held] = self.balance.position
         more = rows / ROWS_PER_PASS
-        self.maps += (passes + checks) * periods
+        self.passed += (passes + checks) * periods
         self.beside += more * passes * periods
-        self.located += int((1.0 + more) * passes * changes)
+        self.changes += int((1.0 + more) * passes * changes)
         self.iterations += passes
         if not (converged or self.singular or self.small):
             converged = error <= NEARLY * self.distance(state)
-        return self._orbit(periods, path, derivative) if converged else None
+        return self._orbit(path, derivative) if converged else None
+
+    def near(self, periods: int, state: Array) -> Response | None:
+        """Return the orbit near ``state``, or one of a family of them; None where no orbit attracts."""
+        orbit = self.shoot(periods, state.copy())
+        if orbit is None and self.singular and periods == 1:
+            orbit = self.family(state)
+        return None if orbit is None or orbit.largest > 1.0 + self.wanted.margin else orbit
 
     def _follows(self, path: Array, start: Array) -> bool:
         """Whether the motion from ``start`` takes a ``path`` (n_states, 2n) without a change of contact."""
@@ -179,7 +189,7 @@ class Shooting:
             return False
         return self.distance(states[:, :, 0], path) <= SAME_PATH * self.distance(path)
 
-    def chord(self, neighbour: Response) -> Orbit | None:
+    def chord(self, neighbour: Response) -> Response | None:
         """Return the orbit near a neighbour's from trajectories alone, None when they don't lead there.
 
         Newton's steps with the neighbour's derivative: as long as they shrink fast, that derivative is nearly
@@ -193,35 +203,43 @@ class Shooting:
         states, last = self.integrator.states(1), np.inf
         exchange(balance, state)
         for _ in range(MOST_CHORDS):
-            self.located += self.integrator.advance(states, state, tangents=False)
-            self.maps += 1.0
+            self.changes += self.integrator.advance(states, state, tangents=False)
+            self.passed += 1.0
             path = states[:, :, 0]
             missed = path[-1] - path[0]
             step, bad = dgetrs(factors, pivots, missed)
             size, error = self.distance(path[0]), self.distance(step)
             if failed or bad or not error <= SHRINKS * last:
                 return None
-            if error <= self.closed * size:
+            if error <= self.wanted.closed * size:
                 self.iterations += 2  # one would say that a single pass was exact: that contact never changes
-                closure = self.distance(missed) / (size or 1.0)
-                return Orbit(1, path[None].copy(), neighbour.multipliers, closure, True, derivative)
+                return self._orbit(path.copy(), derivative, multipliers=neighbour.multipliers)
             state, last = state + step, error
         return None
 
-    def _orbit(self, periods: int, orbit: Array, monodromy: Array, unique: bool = True) -> Orbit | None:
-        strobe = orbit[:: self.steps]
+    def _orbit(
+        self, path: Array, derivative: Array, *, unique: bool = True, multipliers: Complex | None = None
+    ) -> Response | None:
+        """Return the orbit of a path (n_states, 2n), in its least number of periods."""
+        strobe = path[:: self.steps]
+        periods, size = len(strobe) - 1, self.distance(strobe[0])
         for m in range(1, periods):
-            if periods % m == 0 and self.distance(strobe[m], strobe[0]) <= 1e-6 * self.distance(strobe[0]):
+            if periods % m == 0 and self.distance(strobe[m], strobe[0]) <= 1e-6 * size:
                 return self.shoot(m, strobe[0].copy())
-        multipliers = multipliers_of(self.system, self.balance, monodromy)
-        closure = self.distance(strobe[-1], strobe[0]) / (self.distance(strobe[0]) or 1.0)
-        return Orbit(periods, split_periods(orbit, periods), multipliers, closure, unique, monodromy)
+        if multipliers is None:
+            multipliers = multipliers_of(self.system, self.balance, derivative)
+        attracting = bool(abs(multipliers[0]) < 1.0 - self.wanted.margin)
+        verdict = Verdict(True, attracting, unique and (self.loaded or self.grounded), True)
+        closure = self.distance(strobe[-1], strobe[0]) / (size or 1.0)
+        return self._response(
+            periods, split_periods(path, periods), multipliers, verdict, closure, derivative
+        )
 
     def distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of states (…, 2n), velocities measured in units of ``rate``."""
         return float(np.abs((state - other) / self.scale).max())
 
-    def family(self, state: Array) -> Orbit | None:
+    def family(self, state: Array) -> Response | None:
         """Return one member of a family of orbits near ``state``, by least-squares Newton steps, or None."""
         scale = self.scale
         for _ in range(25):
@@ -231,7 +249,7 @@ class Shooting:
             if not np.isfinite(missed).all():
                 return None
             if self.distance(missed) <= 1e-9 * size:
-                return self._orbit(1, path, derivative, unique=False)
+                return self._orbit(path, derivative, unique=False)
             matrix = np.eye(self.rows) - derivative * scale / scale[:, None]
             state = state + scale * np.linalg.lstsq(matrix, missed / scale, rcond=1e-10)[0]
         return None
@@ -240,16 +258,22 @@ class Shooting:
         """Return the path (n_steps + 1, 2n) over a mesh period and the derivative of its end by its start."""
         states = self.shooter.states(1)
         self.shooter.advance(states, state)
-        self.maps += 1
+        self.passed += 1
         return states[:, :, 0].copy(), states[-1, :, 1 : 1 + self.rows].copy()
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate ``count`` periods; return strobed states (count + 1, 2n), the last ``keep`` in full."""
-        self.maps += count
-        before = self.integrator.changes
-        motion = self.integrator.integrate(state, count, keep)
-        self.located += self.integrator.changes - before
-        return motion
+        return self.integrator.integrate(state, count, keep)
+
+    @property
+    def maps(self) -> float:
+        """Mesh periods that were integrated."""
+        return self.passed + self.integrator.maps
+
+    @property
+    def located(self) -> int:
+        """Changes of contact that were located."""
+        return self.changes + self.integrator.changes
 
     @property
     def right_hand_sides(self) -> int:
@@ -265,27 +289,23 @@ class Shooting:
     def aperiodic(self, kept: Array, residual: float) -> Response:
         """Return the aperiodic response of which some periods are kept, (n_kept, n_steps + 1, 2n)."""
         verdict = Verdict(periodic=False, attracting=None, unique=True, converged=True)
-        before = self.integrator.changes
         motion = under_one_load(self.integrator, kept, self.period)
-        if motion is not kept:  # twice as many periods once more
-            self.maps += 2 * len(kept)
-            self.located += self.integrator.changes - before
-        return self.response(Orbit(0, motion, np.empty(0, complex), residual), verdict)
+        return self._response(0, motion, np.empty(0, complex), verdict, residual)
 
-    def response(self, orbit: Orbit, verdict: Verdict) -> Response:
-        """Put a response together, with the work done so far and the loads found."""
-        return Response(
-            orbit.periods,
-            orbit.state,
-            orbit.multipliers,
-            verdict,
-            Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations),
-            orbit.residual,
-            solved_load(self.system, self.balance),
-            self.tables,
-            self.period,
-            orbit.derivative,
-        )
+    def _response(self, *found: Any) -> Response:
+        """Put a response together: with the work so far, what it is of, and the loads found."""
+        period, state, multipliers, verdict, residual, *derivative = found
+        known = multipliers, verdict, self.counts, residual, solved_load(self.system, self.balance)
+        return Response(period, state, *known, self.tables, self.period, *derivative)
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return Counts(int(np.ceil(self.maps)), self.right_hand_sides, self.iterations)
+
+    def counted(self, found: Response) -> Response:
+        """Return a response with all the work done so far."""
+        return replace(found, counts=self.counts)
 
 
 def multipliers_of(system: System, balance: Balance, derivative: Array) -> Complex:
