@@ -6,7 +6,8 @@ from scipy.integrate import solve_ivp
 
 from wearlab.compiled import jit
 from wearlab.dynamics.orbits.integrate import OnTables
-from wearlab.dynamics.steps.contact_change import begin_series, expand
+from wearlab.dynamics.steps.contact_change import series_over
+from wearlab.dynamics.steps.kernel import kernel_of
 from wearlab.dynamics.system import System
 
 
@@ -31,23 +32,22 @@ def test_a_short_separation_inside_one_step() -> None:
     exact = solve_ivp(rate, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-14, max_step=1e-5)
     assert (exact.y[:3].T @ system.direction[0]).min() < -5e-5
     tables = pair.tables(pair.grid(4))
-    marcher = OnTables(system, tables, duration / tables.width[0])
+    marcher = OnTables(kernel_of(system, tables, duration / tables.width[0]))
     _, kept = marcher.integrate(start.copy(), 1, 1)
     np.testing.assert_allclose(kept[0, 1, 3:], exact.y[3:, -1], atol=1.5e-4)
 
 
 @jit(counted=False)
 def terms_of_flight(kernel, h, state):
-    begin_series(kernel, 0, 0.0, 1.0, h, state)
-    return expand(kernel, h)
+    return series_over(kernel, 0, 0.0, 1.0, h, state)
 
 
 def test_the_series_of_a_free_flight_ends_soon() -> None:
     pair, system = pushed_pair()
-    flying = OnTables(system, pair.tables(pair.grid(4)), 1e-3)
-    series, h = flying.kernel.series, 1e-6
+    flying = kernel_of(system, pair.tables(pair.grid(4)), 1e-3)
+    series, h = flying.series, 1e-6
     state = np.zeros((6, series.terms.shape[2]))
     state[:, 0] = 0.0, 0.0, 1e-3, 0.0, 0.0, -2.0
-    terms = terms_of_flight(flying.kernel, h, state)
+    terms = terms_of_flight(flying, h, state)
     assert terms <= 8
     np.testing.assert_allclose(series.terms[:3, 2, 0], [1e-3, -2.0 * h, 0.5 * 1800.0 * h * h], rtol=1e-6)

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from wearlab.accuracy.steady import Reference, Steady
 from wearlab.dynamics.orbits.integrate import OnTables
 from wearlab.dynamics.orbits.periodic import Periodic
+from wearlab.dynamics.steps.kernel import kernel_of
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ def transient(problem: Steady, reference: Reference, start: Array) -> Array:
     decay = min(reference.multiplier, 1.0 - 1e-9) or 0.5
     settled = int(min(MOST_PERIODS, np.ceil(np.log(SMALLEST) / np.log(decay)) + 30 * orbit.period))
     count = -(-settled // orbit.period) * orbit.period
-    marcher = OnTables(vibration.system, orbit.tables, orbit.mesh_period, exact=True)
+    marcher = OnTables(kernel_of(vibration.system, orbit.tables, orbit.mesh_period))
     _, path = marcher.integrate(start.copy(), count, count)
     path = path[..., : len(start) // 2] @ vibration.system.direction.T
     apart = np.abs(path.reshape(-1, orbit.period, *path.shape[1:]) - path[-orbit.period :])

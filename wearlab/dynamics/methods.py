@@ -14,7 +14,7 @@ from wearlab.arrays import Array
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.orbits.integrate import STEPS, RungeKutta4, UntilSteady
 from wearlab.dynamics.orbits.periodic import Periodic
-from wearlab.dynamics.steps import damping_law, mesh_law
+from wearlab.dynamics.steps import damping_law, mesh_law, rk4
 from wearlab.dynamics.steps.kernel import write
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -28,51 +28,20 @@ LEAST_FRACTION = 1e-9
 
 
 @jit_inner(counted=False)
-def free_acceleration(kernel: Any, state: Any, out: Any) -> None:
-    """Write ``M⁻¹ (F − C q̇ − K q)`` with the loads of unknown size into ``out`` (n,) for ``state`` (2n,)."""
-    n, given, balance = len(out), kernel.series, kernel.balance
-    for row in range(n):
-        out[row] = given.push[row]
-        for col in range(n):
-            out[row] -= given.stiffness[row, col] * state[col] + given.damping[row, col] * state[n + col]
-        for b in range(len(balance.held)):
-            out[row] += balance.size[b] * balance.push[b, row]
-
-
-@jit_inner(counted=False)
 def see_within(kernel: Any, step: int, x: float, state: Any) -> None:
-    """Set what touches and pushes at fraction ``x`` of a step, and the law of the channels there."""
+    """Set what touches and pushes at fraction ``x`` of a step, channels and loads there."""
     for m in range(len(kernel.flanks.meshes.damping)):
         place, speed = mesh_law.motion_of(kernel.structure, m, np.uint64(1), state, np.uint64(0))
         damping_law.see_flanks(kernel.flanks.meshes.law, kernel.flanks, step, x, m, place, speed)
     mesh_law.channel_law(kernel.flanks, mesh_law.THIS, 1)
-
-
-@jit_inner(counted=False)
-def channel_at(kernel: Any, c: int, state: Any) -> tuple[float, float, float]:
-    """Return stiffness, damping and force of a channel whose law `see_within` filled, for ``state`` (2n,)."""
-    s, channels = kernel.flanks.scratch, len(kernel.flanks.meshes.channels)
-    k, b = s.mesh[0, c], s.mesh[0, 3 * channels + c]
-    place, speed = mesh_law.motion_of(
-        kernel.structure, c % len(kernel.flanks.meshes.damping), np.uint64(1), state, np.uint64(0)
-    )
-    return k, b, k * place + b * speed - s.force[c]
+    mesh_law.fill_loads(kernel, step, x, x, mesh_law.THIS)
 
 
 @jit_inner(counted=False)
 def acceleration(kernel: Any, step: int, x: float, state: Any, out: Any) -> None:
     """Write q̈ (n,) at fraction ``x`` of ``step`` for ``state`` (2n,)."""
-    n, given = len(out), kernel.series
-    free_acceleration(kernel, state, out)
-    if kernel.fluctuates:
-        factor = mesh_law.within(kernel.flanks.tables.fluctuation[step], x)
-        for row in range(n):
-            out[row] += factor * given.fluctuation[row]
     see_within(kernel, step, x, state)
-    for c in range(len(kernel.flanks.meshes.channels)):
-        _, _, force = channel_at(kernel, c, state)
-        for row in range(n):
-            out[row] -= given.per_force[c, row] * force
+    rk4.acceleration(kernel, mesh_law.START, state, out)
 
 
 @dataclass(frozen=True)
@@ -229,21 +198,16 @@ def newmark_step(memory: Any, kernel: Any, step: int, state: Any) -> int:
 def _end_equation(kernel: Any, step: int, predicted: Array, right: Array, matrix: Array) -> None:
     """Fill matrix and right-hand side of the equation for a₁: what a₁ itself adds goes to the left."""
     n, given, h = len(right), kernel.series, kernel.flanks.tables.width[step] * kernel.flanks.period
+    mesh, channels = kernel.flanks.scratch.mesh[0], len(kernel.flanks.meshes.channels)
     count, square, half = len(kernel.flanks.meshes.damping), 0.25 * h * h, 0.5 * h
-    free_acceleration(kernel, predicted, right)
+    rk4.acceleration(kernel, mesh_law.START, predicted, right)
     for row in range(n):
-        if kernel.fluctuates:
-            right[row] += kernel.flanks.tables.fluctuation[step, 2] * given.fluctuation[row]
         for col in range(n):
             matrix[row, col] = square * given.stiffness[row, col] + half * given.damping[row, col]
+            for c in range(channels):
+                felt = given.direction[c % count, col] * (square * mesh[c] + half * mesh[3 * channels + c])
+                matrix[row, col] += given.enters[c, row] * felt
         matrix[row, row] += 1.0
-    for c in range(len(kernel.flanks.meshes.channels)):
-        k, b, force = channel_at(kernel, c, predicted)
-        for row in range(n):
-            right[row] -= given.per_force[c, row] * force
-            for col in range(n):
-                felt = given.direction[c % count, col] * (square * k + half * b)
-                matrix[row, col] += given.per_force[c, row] * felt
 
 
 STEPS |= {AdaptiveMemory: adaptive_step, NewmarkMemory: newmark_step}

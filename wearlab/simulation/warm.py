@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from wearlab.dynamics.orbits import integrate, periodic
-from wearlab.dynamics.steps import contact_change
+from wearlab.dynamics.steps import contact_change, kernel
 from wearlab.gears.specification import GearError
 from wearlab.life.limits import StopWear
 from wearlab.options import Part
@@ -74,7 +74,8 @@ def _change_contact(scene: Scene) -> None:
     moves = coupling.vibration
     if moves is None or not isinstance(moves.method, periodic.Periodic):
         return
-    steps = integrate.OnTables(moves.system, moves.tables(coupling.flanks(coupling.unworn())), moves.period)
+    tables = moves.tables(coupling.flanks(coupling.unworn()))
+    steps = integrate.OnTables(kernel.kernel_of(moves.system, tables, moves.period))
     states = np.zeros_like(steps.states(1))
     width, size = np.uint64(states.shape[2]), np.uint64(states[0].size)
     places = states.reshape(-1), np.uint64(0), size

@@ -14,7 +14,7 @@ from wearlab.compiled import by_type, jit
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.rigid import rebalance, solved_load
 from wearlab.dynamics.steps import contact_change, damping_law, mesh_law, propagator, rk4
-from wearlab.dynamics.steps.kernel import Propagated, Stepped, is_small, kernel_of, structure_of, write
+from wearlab.dynamics.steps.kernel import Kernel, Propagated, Stepped, kernel_of, structure_of, write
 from wearlab.dynamics.steps.mesh_law import NEXT, THIS
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
@@ -34,10 +34,9 @@ def _two(kernel: Any, step: int, w: Any, states: Any, i: Any, contact: Any) -> b
         return False
     mesh_law.flank_law(kernel.flanks, step + 1, 0.0, 1.0, NEXT)
     mesh_law.channel_law(kernel.flanks, NEXT)
-    rk4.fill_load(kernel, step + 1, w, NEXT)
-    if not propagator.exact_pair(kernel, step, w, states, i):
-        return False
-    j = i + np.uint64(2 * len(kernel.structure.push)) * w
+    mesh_law.fill_loads(kernel, step + 1, 0.0, 1.0, NEXT)
+    propagator.exact_steps(kernel, step, kernel.structure.tables.double, propagator.OF_TWO, w, states[i:])
+    j = i + np.uint64(2 * len(kernel.structure.coordinates)) * w
     return contact == PERMANENT or (
         mesh_law.contact_holds(kernel, step, w, states, i, j, THIS)
         and mesh_law.contact_holds(kernel, step + 1, w, states, j, j + j - i, NEXT)
@@ -59,7 +58,7 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
     contact : `LOCATED`, or `PERMANENT`, the affine map of a loaded mesh
     """
     w = np.uint64(len(kernel.width))
-    size = np.uint64(2 * len(kernel.structure.push)) * w
+    size = np.uint64(2 * len(kernel.structure.coordinates)) * w
     i = np.uint64(first) * size
     changes, done = 0, 0
     for step in range(len(kernel.flanks.tables.width)):
@@ -77,7 +76,7 @@ def over_period(kernel: Any, columns: Any, states: Any, first: Any, contact: int
         else:
             mesh_law.see_start(kernel, step, w, states, i)
         mesh_law.channel_law(kernel.flanks, THIS)
-        rk4.fill_load(kernel, step, w, THIS)
+        mesh_law.fill_loads(kernel, step, 0.0, 1.0, THIS)
         if two_steps(kernel, step, w, states, i, contact):
             done = step + 2
         else:
@@ -96,7 +95,7 @@ single_step = by_type(lambda memory, *rest: STEPS[memory.instance_class], counte
 
 def by_method(kernel: Any, columns: Any, states: Any, first: Any, contact: int) -> int:
     """Do what `over_period` does by the steps of a method; return the number of evaluations."""
-    rows, evaluations = 2 * len(kernel.structure.push), 0
+    rows, evaluations = 2 * len(kernel.structure.coordinates), 0
     for step in range(len(kernel.flanks.tables.width)):
         i = (first + step) * rows
         after = states[i + rows : i + 2 * rows]
@@ -140,29 +139,11 @@ def over_periods(kernel: Any, columns: Any, states: Any, strobe: Any, contact: i
 
 
 class OnTables:
-    """Integrates the tabulated map: exactly where a system is not small, by Runge–Kutta or a method's steps.
+    """Integrates the tabulated map of a kernel by the steps of its structure."""
 
-    Parameters
-    ----------
-    system, tables, period : what moves
-    tangents : states have columns for their tangents (of a small system always: one compiled code)
-    exact : systems that are not small go by exact steps of their linear part
-    memory : of a method that moves a single state, see `STEPS`
-    """
-
-    def __init__(
-        self,
-        system: System,
-        tables: StageTables,
-        period: float,
-        *,
-        tangents: bool = False,
-        exact: bool = True,
-        memory: Any = None,
-    ) -> None:
-        tangents = memory is None and (tangents or is_small(system))
-        self.kernel = kernel_of(system, tables, period, tangents=tangents, exact=exact, memory=memory)
-        self.by_method, self.maps, self.right_hand_sides, self.changes = memory is not None, 0, 0, 0
+    def __init__(self, kernel: Kernel) -> None:
+        self.kernel, self.by_method = kernel, isinstance(kernel.structure, Stepped)
+        self.maps, self.right_hand_sides, self.changes = 0, 0, 0
 
     @property
     def steps(self) -> int:
@@ -172,7 +153,7 @@ class OnTables:
     def states(self, periods: int) -> Array:
         """Return memory for the states of so many periods, (periods · n_steps + 1, 2n, width)."""
         kernel = self.kernel
-        return np.empty((periods * self.steps + 1, 2 * len(kernel.series.push), len(kernel.width)))
+        return np.empty((periods * self.steps + 1, 2 * len(kernel.structure.coordinates), len(kernel.width)))
 
     def advance(self, states: Array, start: Array, contact: int = LOCATED, *, tangents: bool = True) -> int:
         """Fill ``states`` from ``start`` (2n,) on, unknown loads in it, and count the changes of contact."""
@@ -229,7 +210,7 @@ class UntilSteady:
 
     def integrator(self, system: System, tables: StageTables, period: float) -> OnTables:
         """Return what integrates a system over mesh periods."""
-        return OnTables(system, tables, period, exact=False, memory=self.memory(system, tables))
+        return OnTables(kernel_of(system, tables, period, exact=False, memory=self.memory(system, tables)))
 
     def solve(
         self, system: System, tables: StageTables, period: float, start: Response | None = None

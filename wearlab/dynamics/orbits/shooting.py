@@ -11,7 +11,7 @@ from wearlab.arrays import Array, Complex
 from wearlab.dynamics.orbits.integrate import LOCATED, PERMANENT, OnTables, under_one_load, unit_of_speed
 from wearlab.dynamics.orbits.response import Counts, Response, Verdict, split_periods
 from wearlab.dynamics.rigid import Balance, solved_load, true_derivative
-from wearlab.dynamics.steps.kernel import is_small
+from wearlab.dynamics.steps.kernel import is_small, kernel_of
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -86,7 +86,7 @@ class Shooting:
     def __init__(self, system: System, tables: StageTables, period: float, wanted: Wanted = WANTED) -> None:
         self.system, self.tables, self.period, self.wanted = system, tables, period, wanted
         self.small = is_small(system)
-        self.integrator = OnTables(system, tables, period)
+        self.integrator = OnTables(kernel_of(system, tables, period))
         self.balance = self.integrator.kernel.balance
         self.rows, self.steps = 2 * len(system.load), len(tables.width)
         self.rate = unit_of_speed(tables, period)
@@ -99,7 +99,7 @@ class Shooting:
         """What integrates with tangents: chords do without."""
         if self.small:
             return self.integrator
-        made = OnTables(self.system, self.tables, self.period, tangents=True)
+        made = OnTables(kernel_of(self.system, self.tables, self.period, tangents=True))
         made.kernel = made.kernel._replace(balance=self.balance)
         return made
 

@@ -43,19 +43,15 @@ def parabola(first: float, middle: float, last: float) -> tuple[float, float, fl
 
 
 @jit_inner(counted=False)
-def begin_series(kernel: Any, step: int, a: float, end: float, h: float, state: Any) -> None:
-    """Write the first two terms of the motion over the part a…end, and the factor of the fluctuating load."""
-    terms, factor = kernel.series.terms, kernel.series.factor
-    n, w = terms.shape[1], terms.shape[2]
-    if kernel.fluctuates:
-        for stage in range(3):
-            factor[stage] = mesh_law.within(
-                kernel.flanks.tables.fluctuation[step], a + 0.5 * stage * (end - a)
-            )
+def series_over(kernel: Any, step: int, a: float, end: float, h: float, state: Any) -> int:
+    """Fill the series of the motion from ``state`` on over the part a…end, which lasts ``h``; count terms."""
+    terms, n, w = kernel.series.terms, kernel.series.terms.shape[1], kernel.series.terms.shape[2]
+    mesh_law.fill_loads(kernel, step, a, end, THIS)
     for row in range(n):
         for col in range(np.uint64(0), np.uint64(w)):
             terms[0, row, col] = state[row, col]
             terms[1, row, col] = h * state[n + row, col]
+    return int(expand(kernel, h))
 
 
 @jit(counted=False)
@@ -64,13 +60,13 @@ def expand(kernel: Any, h: float) -> int:
 
     Parameters
     ----------
-    kernel : the system, the law of its channels in the scratch
+    kernel : the system, the law of its channels and the inputs in the scratch
     h : duration [s]
     """
-    given, balance, factor = kernel.series, kernel.balance, kernel.series.factor
-    mesh, force = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.force
+    given, held, enters = kernel.series, kernel.balance.held, kernel.series.enters
+    mesh, inputs = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.inputs[0]
     terms, sensed, product, total = given.terms, given.sensed, given.product, given.force
-    n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.per_force)
+    n, w, meshes, channels = terms.shape[1], terms.shape[2], sensed.shape[1], len(given.jump)
     square = h * h
     multiply(given.direction, terms[0], sensed[0])
     multiply(given.direction, terms[1], sensed[1])
@@ -95,17 +91,14 @@ def expand(kernel: Any, h: float) -> int:
                 for col in range(np.uint64(0), np.uint64(w)):
                     total[col] += square * k[power] * sensed[j - power, m, col]
                     total[col] += slower * sensed[j + 1 - power, m, col]
-            if j < 3:
-                total[0] -= square * parabola(force[c], force[channels + c], force[2 * channels + c])[j]
-            add_along(term, -1.0, given.per_force[c], total)
-        if j == 0:
+            add_along(term, -1.0, enters[c], total)
+        for x in range(len(enters) if j < 3 else 0):
+            value = square * parabola(inputs[0, x], inputs[1, x], inputs[2, x])[j]
+            column = 1 + held[x - len(enters)] if x >= len(enters) - len(held) else 0
             for row in range(n):
-                term[row, 0] += square * given.push[row]
-            push_by_balance(balance, square, term)
-        if j < 3 and kernel.fluctuates:
-            value = square * parabola(factor[0], factor[1], factor[2])[j]
-            for row in range(n):
-                term[row, 0] += value * given.fluctuation[row]
+                term[row, 0] += value * enters[x, row]
+                if j == 0 and 0 < column < w:  # a tangent, by a load of one
+                    term[row, column] += square * enters[x, row]
         for row in range(n):
             for col in range(np.uint64(0), np.uint64(w)):
                 term[row, col] /= (j + 1.0) * (j + 2.0)
@@ -116,17 +109,6 @@ def expand(kernel: Any, h: float) -> int:
         if small >= 2 and j >= 3:
             return j + 3
     return TERMS
-
-
-@jit_inner(counted=False)
-def push_by_balance(balance: Any, square: float, term: Any) -> None:
-    """Push by the loads of unknown size, and the tangents by them by loads of one."""
-    for b in range(len(balance.held)):
-        column = 1 + balance.held[b]
-        for row in range(len(term)):
-            term[row, 0] += square * balance.size[b] * balance.push[b, row]
-            if column < term.shape[1]:
-                term[row, column] += square * balance.push[b, row]
 
 
 @jit_inner(counted=False)
@@ -311,7 +293,7 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
     """
     flanks, jump = kernel.flanks, kernel.series.jump
     meshes, tables, s = flanks.meshes, flanks.tables, flanks.scratch
-    n, count, channels = len(kernel.structure.push), len(meshes.damping), len(meshes.channels)
+    n, count, channels = len(kernel.structure.coordinates), len(meshes.damping), len(meshes.channels)
     law, mesh = s.law[1, 0, m], s.mesh[1]
     place, speed = mesh_law.motion_of(kernel.structure, m, w, states, j)
     for after in range(2):
@@ -322,7 +304,7 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
             mesh_law.see_push(flanks, m, place, speed, law)
         mesh_law.channel_law(flanks, NEXT, 1)
         for c in range(m, channels, count):
-            force = mesh[c] * place + mesh[3 * channels + c] * speed - s.force[c]
+            force = mesh[c] * place + mesh[3 * channels + c] * speed - s.inputs[1, 0, c]
             jump[c] = force - jump[c] if after == 1 else force
     length = tables.width[step] * flanks.period
     approach = speed - mesh_law.slope_within(tables.error[step, :, m], x) / length
@@ -335,7 +317,7 @@ def renew_contact(kernel: Any, step: int, x: float, m: int, p: int, w: Any, stat
         for c in range(m, channels, count):
             for row in range(n):
                 at = j + np.uint64(n + row) * w + col
-                states[at] -= kernel.series.per_force[c, row] * jump[c] * moved / approach
+                states[at] -= kernel.series.enters[c, row] * jump[c] * moved / approach
 
 
 @jit(counted=False)
@@ -354,8 +336,7 @@ def step_with_changes(kernel: Any, step: int, columns: Any, w: Any, states: Any,
         h = (end - a) * kernel.flanks.tables.width[step] * kernel.flanks.period
         mesh_law.flank_law(kernel.flanks, step, a, end, THIS)
         mesh_law.channel_law(kernel.flanks, THIS)
-        begin_series(kernel, step, a, end, h, state)
-        terms = expand(kernel, h)
+        terms = series_over(kernel, step, a, end, h, state)
         if terms == TERMS and part > SHORTEST and diverges(series):
             part = 0.5 * min(part, end - a)
             continue

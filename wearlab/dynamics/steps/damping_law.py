@@ -150,8 +150,7 @@ def in_parts(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, 
         terms = 0
         for _ in range(ROUNDS):
             tangents_of_step(kernel.flanks, step, a, end)
-            contact_change.begin_series(kernel, step, a, end, h, state)
-            terms = contact_change.expand(kernel, h)
+            terms = contact_change.series_over(kernel, step, a, end, h, state)
             for stage in range(1, 3):
                 for m in range(motion.shape[1]):
                     place, rise = contact_change.horner(series.sensed[:, m, 0], terms, 0.5 * stage)
@@ -177,7 +176,7 @@ def step_by_law(law: Any, kernel: Any, step: int, columns: Any, w: Any, states: 
     for _ in range(ROUNDS):
         if not tangents_of_step(kernel.flanks, step, 0.0, 1.0):
             return in_parts(kernel, step, columns, w, states, i, j)
-        rk4.fill_load(kernel, step, w, THIS)
+        mesh_law.fill_loads(kernel, step, 0.0, 1.0, THIS)
         rk4.step_of(kernel, step, columns, w, states, i, j)
         if correct_motion(kernel, h, w, states, j) <= AGREES:
             break

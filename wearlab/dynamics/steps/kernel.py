@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numba.cpython.unsafe.tuple import tuple_setitem
 
-from wearlab.arrays import Array, Flags
+from wearlab.arrays import Array, Flags, Index
 from wearlab.compiled import jit_inner
 from wearlab.dynamics.rigid import Balance, balance_of, rigid_modes
 from wearlab.dynamics.steps.propagator import Propagator, propagator_of
@@ -38,14 +38,14 @@ class Diagonal(NamedTuple):
     stiffness, damping : (n,) K/M [1/s²], C/M [1/s]
     direction : (n_channel · n,) rows of d [1]
     per_force : (n_channel · n,) rows of M⁻¹ d, acceleration per force [1/kg]
-    push : (n,) acceleration by the constant load, M⁻¹ F [m/s²]
+    coordinates : (n,) as long as there are coordinates, values unused
     """
 
     stiffness: Row
     damping: Row
     direction: Row
     per_force: Row
-    push: Row
+    coordinates: Row
 
 
 class Dense(NamedTuple):
@@ -53,13 +53,12 @@ class Dense(NamedTuple):
 
     Parameters
     ----------
-    direction, per_force, push : as in `Diagonal`
+    direction, coordinates : as in `Diagonal`
     work : (8 n,) scratch of the step
     """
 
     direction: Array
-    per_force: Array
-    push: Array
+    coordinates: Array
     work: Any
 
 
@@ -72,16 +71,17 @@ class Propagated(NamedTuple):
 
     Parameters
     ----------
-    direction, per_force, push : as in `Diagonal`
+    direction, coordinates : as in `Diagonal`
     tables : what the exact steps are made of
-    paired : (n_steps,) whether a step and the next are equal and smooth across
+    slot, paired : (n_steps,) which of the tables a step takes, and whether it and the next are equal and
+        smooth across
     sense, feed, force, moved : scratch (8 n_mesh, w), (8 n_mesh, w), (5 n_input, w), (2n, w)
     """
 
     direction: Array
-    per_force: Array
-    push: Array
+    coordinates: Array
     tables: Propagator
+    slot: Index
     paired: Flags
     sense: Array
     feed: Array
@@ -116,28 +116,24 @@ class PowerSeries(NamedTuple):
     Parameters
     ----------
     stiffness, damping : (n, n) M⁻¹ K, M⁻¹ C without the meshes
-    direction, per_force : (n_mesh, n), (n_channel, n)
-    push, fluctuation : (n,) accelerations by the constant load and by the fluctuating one of factor 1
+    direction : (n_mesh, n)
+    enters : (n_input, n) accelerations by the inputs, see `Scratch`
     terms, sensed : (TERMS, n, w) of the motion, (TERMS, n_mesh, w) of d·q
     product, force : (n, w), (w,) scratch
     polynomial : (TERMS + 2,) of one flank
     jump : (n_channel,) change of the channels' forces where contact changes
-    factor : (3,) of the fluctuating load at start, middle and end of a part
     """
 
     stiffness: Array
     damping: Array
     direction: Array
-    per_force: Array
-    push: Array
-    fluctuation: Array
+    enters: Array
     terms: Array
     sensed: Array
     product: Array
     force: Array
     polynomial: Array
     jump: Array
-    factor: Array
 
 
 class Scratch(NamedTuple):
@@ -146,8 +142,9 @@ class Scratch(NamedTuple):
     Parameters
     ----------
     mesh : (2, 6 n_channel) stiffness of the channels at start, middle and end of a step, then damping
-    force : (3 n_channel,) offsets of the channels' forces, ``Q = k d·q + b d·q̇ − w``
-    load : (2, 3 n width) accelerations by them and by the loads, of an exact step (3 n_input,) inputs
+    inputs : (2, 3, n_input) what acts beside springs and dampers: offsets of the channels' forces,
+        ``Q = k d·q + b d·q̇ − w``, the constant load, the fluctuating one, loads of unknown size
+    load : (3 n width,) accelerations by the inputs, of small systems
     touch : (n_mesh, n_pairs + 1) springs that touch, last the back flank
     pushes : (n_mesh, n_pairs + 1) pairs that push, last the back flank
     law : (2, 3, n_mesh, n_pairs + 2, 3) normal forces of the flanks, and a dashpot that always acts
@@ -156,7 +153,7 @@ class Scratch(NamedTuple):
     """
 
     mesh: Array
-    force: Array
+    inputs: Array
     load: Array
     touch: Flags
     pushes: Flags
@@ -188,7 +185,6 @@ class Kernel(NamedTuple):
     ----------
     structure : `Diagonal`, `Dense`, `Stepped` or `Propagated`
     flanks, series : see there
-    fluctuates : whether there is a fluctuating load
     balance : loads of unknown size of a system free to turn
     width : as long as a state has columns: a tuple for a small system
     """
@@ -196,7 +192,6 @@ class Kernel(NamedTuple):
     structure: Any
     flanks: Flanks
     series: PowerSeries
-    fluctuates: bool
     balance: Balance
     width: Any
 
@@ -295,17 +290,19 @@ def kernel_of(
     memory : of a method that moves a single state by steps of its own, None: none
     """
     tables, n, (meshes, pairs) = tables.filled, len(system.load), tables.stiffness.shape[2:]
-    width = -(-(1 + 2 * n) // 4) * 4 if tangents else 1
+    small = memory is None and is_small(system)
+    width = -(-(1 + 2 * n) // 4) * 4 if tangents or small else 1
     matrices, balance = _matrices(system), balance_of(system, period)
-    channels = len(matrices.per_force)
+    direction, enters = system.force_vectors[0].ravel(), np.vstack([matrices.enters, balance.push])
+    channels, inputs, loads = len(system.force_vectors[0]), len(enters), len(balance.held)
     series = matrices._replace(
+        enters=enters,
         terms=np.zeros((TERMS, n, width)),
         sensed=np.zeros((TERMS, meshes, width)),
         product=np.zeros((n, width)),
         force=np.zeros(width),
         polynomial=np.zeros(TERMS + 2),
         jump=np.zeros(channels),
-        factor=np.zeros(3),
     )
     of_meshes = Meshes(
         np.ascontiguousarray(system.mesh_damping, float),
@@ -315,55 +312,49 @@ def kernel_of(
         np.zeros(channels),
         system.damping_law,
     )
-    vectors = system.force_vectors[0].ravel(), series.per_force.ravel(), series.push
     columns: Any = np.zeros(width)
     if memory is not None:
-        structure: Any = Stepped(*vectors, memory)
-    elif is_small(system):
-        rows = (series.stiffness.diagonal(), series.damping.diagonal(), *vectors)
-        structure, columns = Diagonal(*(tuple(row.tolist()) for row in rows)), (0,) * width
+        structure: Any = Stepped(direction, np.zeros(n), memory)
+    elif small:
+        rows = series.stiffness.diagonal(), series.damping.diagonal(), direction, enters[:channels].ravel()
+        structure, columns = Diagonal(*(tuple(row.tolist()) for row in (*rows, np.zeros(n)))), (0,) * width
     elif exact:
-        propagator = propagator_of(system, balance, tables, period)
-        inputs, loads = propagator.single.inputs.shape[2] // 3, len(balance.held)
         force = np.zeros((5, inputs, width))
         if width > 1:
             # The tangent by a load of unknown size starts from rest and is pushed by a load of one.
             force[:, inputs - loads + np.arange(loads), 1 + balance.held] = 1.0
         sense, feed = np.zeros((2, 8 * meshes, width))
         structure = Propagated(
-            *vectors, propagator, paired_steps(tables), sense, feed,
-            force.reshape(5 * inputs, width), np.zeros((2 * n, width)),
+            direction, np.zeros(n), *propagator_of(system, enters, tables, period), paired_steps(tables),
+            sense, feed, force.reshape(5 * inputs, width), np.zeros((2 * n, width)),
         )  # fmt: skip
     else:
-        structure = Dense(*vectors, np.zeros(8 * n))
+        structure = Dense(direction, np.zeros(n), np.zeros(8 * n))
     memory_of_step = Scratch(
         np.zeros((2, 6 * channels)),
-        np.zeros(3 * channels),
-        np.zeros((2, 3 * max(n * width, channels + 2 + n))),
+        np.zeros((2, 3, inputs)),
+        np.zeros(3 * n * width),
         np.zeros((meshes, pairs + 1), np.bool_),
         np.zeros((meshes, pairs + 1), np.bool_),
         np.zeros((2, 3, meshes, pairs + 2, COEFFICIENTS)),
         np.zeros((2, 3, meshes, pairs, 2)),
         np.zeros((3, meshes, 2)),
     )
-    fluctuates = system.fluctuation_direction is not None
     flanks = Flanks(of_meshes, tables, period, memory_of_step)
-    return Kernel(structure, flanks, series, fluctuates, balance, columns)
+    return Kernel(structure, flanks, series, balance, columns)
 
 
 @lru_cache(maxsize=16)
 def _matrices(system: System) -> PowerSeries:
-    """Return what the series of a system is made of, without its memory."""
-    inverse, nothing = np.linalg.inv(system.mass), np.empty(0)
-    pushed = system.fluctuation_direction
+    """Return what the series of a system is made of, without loads of unknown size and its memory."""
+    inverse, nothing, pushed = np.linalg.inv(system.mass), np.empty(0), system.fluctuation_direction
+    loads = system.load, np.zeros(len(system.load)) if pushed is None else pushed
     return PowerSeries(
         np.ascontiguousarray(inverse @ system.total_stiffness),
         np.ascontiguousarray(inverse @ system.total_damping),
         np.ascontiguousarray(system.direction, float),
-        np.ascontiguousarray(system.force_vectors[1] @ inverse.T),
-        inverse @ system.load,
-        np.zeros(len(system.load)) if pushed is None else inverse @ pushed,
-        *(nothing,) * 7,
+        np.vstack([system.force_vectors[1], *loads]) @ inverse.T,
+        *(nothing,) * 6,
     )
 
 

@@ -62,7 +62,7 @@ def in_path(tables: Any, step: int, m: int, p: int) -> bool:
 @jit_inner(counted=False, forceinline=True)
 def motion_of(structure: Any, m: int, w: Any, states: Any, i: Any) -> tuple[float, float]:
     """Return ``d_m·q`` and ``d_m·q̇`` of the state (2n, w) at ``states[i:]``."""
-    n, place, speed = len(structure.push), 0.0, 0.0
+    n, place, speed = len(structure.coordinates), 0.0, 0.0
     for row in range(n):
         at = i + np.uint64(row) * w
         place += structure.direction[m * n + row] * states[at]
@@ -183,7 +183,7 @@ def flank_law(flanks: Any, step: int, a: float, b: float, half: int) -> None:
 
 @jit_inner(counted=False)
 def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
-    """Fill the law of the channels, ``mesh`` and ``force`` of the scratch, from which pairs push.
+    """Fill the law of the channels, ``mesh`` and first ``inputs`` of the scratch, from which pairs push.
 
     Of fewer ``stages`` the first ones.
 
@@ -191,7 +191,7 @@ def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
     ----------
     B23, rederived: friction with the sign of the sliding, at the arms ``ρ``.
     """
-    meshes, pushes, force = flanks.meshes, flanks.scratch.pushes, flanks.scratch.force
+    meshes, pushes, inputs = flanks.meshes, flanks.scratch.pushes, flanks.scratch.inputs
     law, rub, mesh = flanks.scratch.law[half], flanks.scratch.rub[half], flanks.scratch.mesh[half]
     count, pairs, channels = len(meshes.damping), len(meshes.pairs), len(meshes.channels)
     for stage in range(stages):
@@ -212,7 +212,20 @@ def channel_law(flanks: Any, half: int, stages: int = 3) -> None:
                 b += law[stage, m, pairs + 1, 1]
                 w += law[stage, m, pairs + 1, 2]
             at = stage * channels + c
-            mesh[at], mesh[3 * channels + at], force[at] = k, b, w
+            mesh[at], mesh[3 * channels + at], inputs[half, stage, c] = k, b, w
+
+
+@jit_inner(counted=False)
+def fill_loads(kernel: Any, step: int, a: float, b: float, half: int) -> None:
+    """Fill the inputs beside those of the channels at start, middle and end of a part a…b of a step."""
+    tables, balance, inputs = kernel.flanks.tables, kernel.balance, kernel.flanks.scratch.inputs
+    at = len(kernel.flanks.meshes.channels)
+    for stage in range(3):
+        inputs[half, stage, at], inputs[half, stage, at + 1] = 1.0, 0.0
+        if len(tables.fluctuation) > 0:
+            inputs[half, stage, at + 1] = within(tables.fluctuation[step], a + 0.5 * stage * (b - a))
+        for x in range(len(balance.held)):
+            inputs[half, stage, at + 2 + x] = balance.size[x]
 
 
 @jit_inner(counted=False, forceinline=True)

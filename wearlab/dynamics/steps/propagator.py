@@ -18,9 +18,8 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.special import factorial
 
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.compiled import jit_inner
-from wearlab.dynamics.rigid import Balance
 from wearlab.dynamics.system import System
 from wearlab.mesh.stages import StageTables
 
@@ -53,37 +52,35 @@ class Propagator(NamedTuple):
 
     Parameters
     ----------
-    length : (n_lengths,) h [s]
     single, double : tables of one step, and of two equal steps in a row
     stiffness, damping : (n_channel,) k̄, c̄ that the linear part holds [N/m], [N s/m]
     """
 
-    length: Array
     single: Steps
     double: Steps
     stiffness: Array
     damping: Array
 
 
-def propagator_of(system: System, balance: Balance | None, tables: StageTables, period: float) -> Propagator:
-    """Return the tables.
+def propagator_of(
+    system: System, enters: Array, tables: StageTables, period: float
+) -> tuple[Propagator, Index]:
+    """Return the tables, and which of them each step takes, (n_steps,).
 
-    Inputs are ordered channels, load, fluctuating load, loads of unknown size; what is absent is left out.
+    Parameters
+    ----------
+    system, tables, period : what moves, the mesh at the stages, the duration of a mesh period [s]
+    enters : (n_input, n) accelerations by the inputs, those of the channels first
 
     References
     ----------
     Hochbruck & Ostermann 2010, §2.2.
     """
-    loads = [
-        system.load,
-        system.fluctuation_direction,
-        *(() if balance is None else balance.push @ system.mass),
-    ]
-    matrices = (system.mass, system.total_stiffness, system.total_damping, system.force_vectors[1])
+    matrices = system.mass, system.total_stiffness, system.total_damping, system.direction, enters
     rounded = np.exp(GRID * np.round(np.log(np.maximum(tables.mean_stiffness, 1e-300)) / GRID))
-    numbers = (system.mesh_damping, rounded, np.unique(tables.width * period))
-    given = (*matrices, np.array([load for load in loads if load is not None]), *numbers)
-    return _propagator(*((np.shape(x), np.asarray(x, float).tobytes()) for x in given))
+    lengths, slot = np.unique(tables.width * period, return_inverse=True)
+    given = (*matrices, system.mesh_damping, rounded, lengths, len(system.force_vectors[0]))
+    return _propagator(*((np.shape(x), np.asarray(x, float).tobytes()) for x in given)), slot
 
 
 @lru_cache(maxsize=16)
@@ -98,25 +95,21 @@ def _propagator(*given: tuple[tuple[int, ...], bytes]) -> Propagator:
     Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring, as SciPy has it.
     """
     arrays = (np.frombuffer(content).reshape(shape) for shape, content in given)
-    mass, stiffness, damping, vector, load, mesh_damping, mean, h = arrays
-    meshes, half = len(mean), 0.5 * h[:, None, None]
-    d, inverse = vector[:meshes], np.linalg.inv(mass)
+    mass, stiffness, damping, d, enters, mesh_damping, mean, h, channels = arrays
+    (inputs, n), half = enters.shape, 0.5 * h[:, None, None]
     k, c = normalised(mass, stiffness, damping, d, mesh_damping, mean)
-    # A channel's force acts against its vector, a load along it; both as inputs of size one.
-    enters = inverse @ np.vstack([vector, load]).T
-    n, inputs = enters.shape
     whole = np.zeros((len(h), 2 * n + 5 * inputs, 2 * n + 5 * inputs))
     whole[:, :n, n : 2 * n] = np.eye(n)
     whole[:, n : 2 * n, :n], whole[:, n : 2 * n, n : 2 * n] = -(half**2) * k, -half * c
-    whole[:, n : 2 * n, 2 * n : 2 * n + inputs] = half**2 * enters
+    whole[:, n : 2 * n, 2 * n : 2 * n + inputs] = half**2 * enters.T
     whole[:, 2 * n : -inputs, 2 * n + inputs :] = np.eye(4 * inputs)
     whole = expm(whole)
     moved = list(accumulate(repeat(whole, 3), np.matmul, initial=whole[:, : 2 * n]))
     for table in moved:  # in metres per second
         table[:, n:] /= half
         table[:, :, n : 2 * n] *= half
-    held = np.pad([mean, mesh_damping], ((0, 0), (0, len(vector) - meshes)))
-    return Propagator(h, _steps(moved[:2], d), _steps(moved, d), *held)
+    held = np.pad([mean, mesh_damping], ((0, 0), (0, int(channels) - len(mean))))
+    return Propagator(_steps(moved[:2], d), _steps(moved, d), *held)
 
 
 def _steps(moved: list[Array], direction: Array) -> Steps:
@@ -173,60 +166,42 @@ def times(matrix: Any, x: Any, out: Any) -> None:
         np.dot(matrix, x, out)
 
 
-@jit_inner
-def slot_of(length: Any, h: float) -> int:
-    """Return which tabulated length a step has, −1: none."""
-    for k in range(len(length)):
-        if length[k] == h:
-            return k
-    return -1
-
-
 def exact_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any, j: Any) -> None:
-    """Advance the state at ``states[i:]`` by one step into ``states[j:]``.
+    """Advance the state at ``states[i:]`` by one step into the state after it, ``states[j:]``.
 
     Parameters
     ----------
     kernel, step, w, states, i, j : as in `wearlab.dynamics.steps.rk4.diagonal_step`, the structure
-        `wearlab.dynamics.steps.kernel.Propagated`; the scratch has inputs (3, n_input) at the start, middle
-        and end
+        `wearlab.dynamics.steps.kernel.Propagated`
     columns : all
     """
-    structure = kernel.structure
-    single, rows = structure.tables.single, np.uint64(2 * len(structure.push))
-    slot = slot_of(structure.tables.length, kernel.flanks.tables.width[step] * kernel.flanks.period)
-    old, new = states[i : i + rows * w].reshape((rows, w)), states[j : j + rows * w].reshape((rows, w))
-    solve_forces(structure, kernel.flanks.scratch, single, slot, OF_ONE, old)
-    force = structure.force[: 3 * (len(structure.force) // 5)]
-    advance(single.transition[slot], single.inputs[slot], old, force, structure.moved, new)
+    exact_steps(kernel, step, kernel.structure.tables.single, OF_ONE, w, states[i:])
 
 
 @jit_inner
-def exact_pair(kernel: Any, step: int, w: Any, states: Any, i: Any) -> bool:
-    """Advance ``states[i:]`` over two equal steps, into the two states after it.
+def exact_steps(kernel: Any, step: int, steps: Any, later: int, w: Any, states: Any) -> None:
+    """Advance the first of some states over one step, or two equal ones, into those after it.
 
-    The scratch has channels and inputs of both. Return whether it was done: not for a length that is not
-    tabulated.
+    Parameters
+    ----------
+    kernel, step, w : as in `exact_step`; the scratch has channels and inputs of both steps
+    steps, later : tables, and stages after the first, `OF_ONE` or `OF_TWO`
+    states : flat, from the state at the start on
     """
-    structure = kernel.structure
-    double, rows = structure.tables.double, np.uint64(2 * len(structure.push))
-    slot = slot_of(structure.tables.length, kernel.flanks.tables.width[step] * kernel.flanks.period)
-    if slot < 0:
-        return False
-    size, force = rows * w, structure.force
-    j, k = i + size, i + size + size
-    old, middle = states[i:j].reshape((rows, w)), states[j:k].reshape((rows, w))
-    solve_forces(structure, kernel.flanks.scratch, double, slot, OF_TWO, old)
-    advance(double.between[slot], double.between_inputs[slot], old, force, structure.moved, middle)
-    end = states[k : k + size].reshape((rows, w))
-    advance(double.transition[slot], double.inputs[slot], old, force, structure.moved, end)
-    return True
+    structure, slot = kernel.structure, kernel.structure.slot[step]
+    rows, after = np.uint64(2 * len(structure.coordinates)), later // 2
+    force = structure.force[: (later + 1) * (len(structure.force) // 5)]
+    state = states[: np.uint64(1 + after) * rows * w].reshape((np.uint64(1 + after), rows, w))
+    solve_forces(structure, kernel.flanks.scratch, steps, slot, later, state[0])
+    if later == OF_TWO:
+        advance(steps.between[slot], steps.between_inputs[slot], state[0], force, structure.moved, state[1])
+    advance(steps.transition[slot], steps.inputs[slot], state[0], force, structure.moved, state[after])
 
 
 @jit_inner
 def solve_forces(structure: Any, s: Any, steps: Any, slot: int, later: int, old: Any) -> None:
     """Find the inputs at all stages of a step, or of two; ``later``: stages after the first."""
-    tables, n, meshes = structure.tables, len(structure.push), len(structure.sense) // 8
+    tables, n, meshes = structure.tables, len(structure.coordinates), len(structure.sense) // 8
     rates = damping_differs(tables, s.mesh[0]) or (later > OF_ONE and damping_differs(tables, s.mesh[1]))
     sensed = 2 * later * meshes if rates else later * meshes
     sense, feed = structure.sense[:sensed], structure.feed[:sensed]
@@ -274,7 +249,7 @@ def fill_force(structure: Any, s: Any, at: int, first: int, below: int, sensed: 
     """
     tables, force, sense, feed = structure.tables, structure.force, structure.sense, structure.feed
     half, stage = (0, at) if at <= OF_ONE else (1, at - OF_ONE)
-    mesh, load = s.mesh[half], s.load[half]
+    mesh, given = s.mesh[half], s.inputs[half, stage]
     channels, inputs, meshes = len(tables.stiffness), len(force) // 5, len(sense) // 8
     for c in range(inputs):
         row, m = force[at * inputs + c], first + c % meshes
@@ -285,6 +260,6 @@ def fill_force(structure: Any, s: Any, at: int, first: int, below: int, sensed: 
                 row[col] = k * (sensed * sense[m, col] + feed[m, col])
                 if rates:
                     row[col] += b * (sensed * sense[m + below, col] + feed[m + below, col])
-            row[0] += load[stage * inputs + c]
+            row[0] += given[c]
         else:
-            row[0] = load[stage * inputs + c]
+            row[0] = given[c]

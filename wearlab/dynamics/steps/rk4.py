@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.compiled import by_type, jit_inner
-from wearlab.dynamics.steps.kernel import Dense, Diagonal, Propagated, add, put, structure_of, take
+from wearlab.dynamics.steps.kernel import Dense, Diagonal, Propagated, add, put, structure_of, take, write
 from wearlab.dynamics.steps.mesh_law import END, MIDST, START, motion_of
 from wearlab.dynamics.steps.propagator import exact_step
 
@@ -25,8 +25,7 @@ def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: 
     Parameters
     ----------
     kernel : the system, its structure `wearlab.dynamics.steps.kernel.Diagonal`; the scratch has stiffness and
-        damping of the channels, and the inhomogeneous acceleration (3, n, width) at start, middle and end,
-        in column 0 [m/s²]
+        damping of the channels, and the inputs
     step : of the tables
     columns, w : how many columns to advance, and how many a state has (uint64)
     states, i, j : flat arrays of states and offsets into them (uint64)
@@ -35,8 +34,9 @@ def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: 
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    structure, like = kernel.structure, kernel.structure.push
-    mesh, load = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load[0]
+    structure, like = kernel.structure, kernel.structure.coordinates
+    mesh, load = kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load
+    _accelerate(kernel, w)
     zero, n, h = np.uint64(0), len(like), kernel.flanks.tables.width[step] * kernel.flanks.period
     below, half, h6 = np.uint64(n) * w, 0.5 * h, h / 6.0
     for col in range(zero, columns):
@@ -56,6 +56,19 @@ def diagonal_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: 
             to = j + np.uint64(row) * w + col
             states[to] = q_end[row] + h * h6 * (a1[row] + middles)
             states[to + below] = v[row] + h6 * (a1[row] + 2.0 * middles + a4[row])
+
+
+@jit_inner(counted=False)
+def _accelerate(kernel: Any, w: Any) -> None:
+    """Write the accelerations by the inputs, at start, middle and end, into column 0 of the load."""
+    scratch, enters = kernel.flanks.scratch, kernel.series.enters
+    n, inputs, load = len(kernel.structure.coordinates), scratch.inputs, scratch.load
+    for stage in range(3):
+        for row in range(n):
+            total = 0.0
+            for x in range(len(enters)):
+                total += inputs[0, stage, x] * enters[x, row]
+            load[np.uint64(stage * n + row) * w] = total
 
 
 @jit_inner(counted=False, forceinline=True)
@@ -87,72 +100,43 @@ def dense_step(kernel: Any, step: int, columns: Any, w: Any, states: Any, i: Any
     ----------
     Kutta, Z. Math. Phys. 46 (1901) 435–453.
     """
-    rows, h = 2 * len(kernel.structure.push), kernel.flanks.tables.width[step] * kernel.flanks.period
-    work = kernel.structure.work.reshape((4, rows))
+    n, h = len(kernel.structure.coordinates), kernel.flanks.tables.width[step] * kernel.flanks.period
+    work = kernel.structure.work.reshape((4, 2 * n))
     first, trial, slope, after = work[0], work[1], work[2], work[3]
-    for row in range(rows):
+    for row in range(2 * n):
         first[row] = after[row] = states[i + np.uint64(row) * w]
         slope[row] = 0.0
     for evaluation in range(4):
         stage = (evaluation + 1) // 2
-        for row in range(rows):
+        for row in range(2 * n):
             trial[row] = first[row] + 0.5 * stage * h * slope[row]
-        _dense_slope(kernel, stage, trial, slope, w)
-        for row in range(rows):
+        write(trial[n:], slope)
+        acceleration(kernel, stage, trial, slope[n:])
+        for row in range(2 * n):
             after[row] += (h / 3.0 if stage == MIDST else h / 6.0) * slope[row]
-    for row in range(rows):
+    for row in range(2 * n):
         states[j + np.uint64(row) * w] = after[row]
 
 
-@jit_inner
-def _dense_slope(kernel: Any, stage: int, y: Any, slope: Any, w: Any) -> None:
-    """Write ẏ (2n,) of a state at a stage into ``slope``."""
-    given, mesh, load = kernel.series, kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.load[0]
-    n, channels = len(given.push), len(given.per_force)
+@jit_inner(counted=False)
+def acceleration(kernel: Any, stage: int, state: Any, out: Any) -> None:
+    """Write q̈ (n,) of ``state`` (2n,) at a stage whose law and inputs are in the scratch."""
+    given, mesh, inputs = kernel.series, kernel.flanks.scratch.mesh[0], kernel.flanks.scratch.inputs[0]
+    n, channels = len(out), len(kernel.flanks.meshes.channels)
     for row in range(n):
-        slope[row], slope[n + row] = y[n + row], load[np.uint64(stage * n + row) * w]
+        out[row] = 0.0
+        for x in range(len(given.enters)):
+            out[row] += inputs[stage, x] * given.enters[x, row]
         for col in range(n):
-            slope[n + row] -= given.stiffness[row, col] * y[col] + given.damping[row, col] * y[n + col]
+            out[row] -= given.stiffness[row, col] * state[col] + given.damping[row, col] * state[n + col]
     for c in range(channels):
-        place, speed = motion_of(kernel.structure, c, np.uint64(1), y, np.uint64(0))
+        place, speed = motion_of(kernel.structure, c, np.uint64(1), state, np.uint64(0))
         at = stage * channels + c
         force = mesh[at] * place + mesh[3 * channels + at] * speed
         for row in range(n):
-            slope[n + row] -= given.per_force[c, row] * force
-
-
-def _accelerations(kernel: Any, step: Any, w: Any, half: Any) -> None:
-    structure, tables, scratch = kernel.structure, kernel.flanks.tables, kernel.flanks.scratch
-    force, load = scratch.force, scratch.load[half]
-    n, channels, balance = len(structure.push), len(kernel.flanks.meshes.channels), kernel.balance
-    for stage in range(3):
-        factor = tables.fluctuation[step, stage] if kernel.fluctuates else 0.0
-        for row in range(n):
-            total = structure.push[row] + factor * kernel.series.fluctuation[row]
-            for c in range(channels):
-                total += structure.per_force[c * n + row] * force[stage * channels + c]
-            for b in range(len(balance.held)):
-                total += balance.size[b] * balance.push[b, row]
-            load[np.uint64(stage * n + row) * w] = total
-
-
-def _inputs(kernel: Any, step: Any, w: Any, half: Any) -> None:
-    structure, tables, scratch = kernel.structure, kernel.flanks.tables, kernel.flanks.scratch
-    force, load = scratch.force, scratch.load[half]
-    channels, inputs, balance = len(kernel.flanks.meshes.channels), len(structure.force) // 5, kernel.balance
-    for stage in range(3):
-        at = stage * inputs
-        for c in range(channels):
-            load[at + c] = force[stage * channels + c]
-        load[at + channels] = 1.0
-        if kernel.fluctuates:
-            load[at + channels + 1] = tables.fluctuation[step, stage]
-        for b in range(len(balance.held)):
-            load[at + inputs - len(balance.held) + b] = balance.size[b]
+            out[row] -= given.enters[c, row] * force
 
 
 STEPS = {Diagonal: diagonal_step, Dense: dense_step, Propagated: exact_step}
 step_of = by_type(lambda kernel, *rest: STEPS[structure_of(kernel)])
 """Advance by the step of the structure's kind."""
-fill_load = by_type(lambda kernel, *rest: _inputs if structure_of(kernel) is Propagated else _accelerations)
-"""Fill a half of the loads with what acts beside springs and dampers: offsets of the channels, and loads."""
