@@ -106,14 +106,18 @@ def support_of(given: Any, body: "Body") -> MemberSupport:
     Torsional springs and dampers count at the body's radius; a damping that is not given follows from the
     damping ratio, the spring and the mass that it holds.
     """
-    turning = [given.torsional_stiffness, given.torsional_damping]
+
+    def of(*names: str) -> Iterator[Any]:
+        return (getattr(given, name, None) for name in names)
+
+    turning = of("torsional_stiffness", "torsional_damping")
     tangential, damping = (None if each is None else each / body.radius**2 for each in turning)
-    springs: dict[str, tuple[Any, Any, float]] = {
-        "radial": (given.radial_stiffness, given.damping, body.mass),
+    springs = {
+        "radial": (*of("radial_stiffness", "damping"), body.mass),
         "tangential": (tangential or given.tangential_stiffness, damping, body.equivalent),
-        "axial": (getattr(given, "axial_stiffness", None), getattr(given, "axial_damping", None), body.mass),
+        "axial": (*of("axial_stiffness", "axial_damping"), body.mass),
     }
-    held: dict[str, float | None] = {}
+    held: dict[str, float] = {}
     for axis, (k, c, mass) in springs.items():
         held[f"{axis}_stiffness"] = k
         if k is not None or c is not None:
@@ -201,10 +205,6 @@ class TorsionalSpring(options.Part):
 
 class TorsionalSupport(TorsionalSpring):
     """What holds a gear that only turns."""
-
-    radial_stiffness: ClassVar[None] = None
-    damping: ClassVar[None] = None
-    preload: ClassVar[float] = 0.0
 
 
 class AxialBearing(TorsionalSpring):
@@ -315,57 +315,46 @@ def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tupl
     scene : the sections of the scene
     bearings : whether both gears need bearings
     """
-    supports = {member: model.supports.get(member) for member in scene.gears.toothed}
-    for stranger in model.supports.given:
-        if stranger not in supports:
+    members, given = list(scene.gears.toothed), model.supports.given
+    for stranger in given:
+        if stranger not in members:
             yield (
                 f"dynamics.supports.{stranger}",
-                f"no member of this gear set; there are {', '.join(supports)}",
+                f"no member of this gear set; there are {', '.join(members)}",
             )
     if bearings:
-        for member, support in supports.items():
-            if support is None:
-                yield (
-                    f"dynamics.supports.{member}",
-                    "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'",
-                )
-    held = [member for member, support in supports.items() if support is not None and support.holds]
-    if len(held) == len(supports):
+        reason = "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'"
+        yield from ((f"dynamics.supports.{member}", reason) for member in members if member not in given)
+    if all(member in given and given[member].holds for member in members):
         yield (
             "dynamics.supports",
             "torsional springs hold both gears: nothing turns, and the torque does not set the mesh force; "
             "hold the output alone",
         )
-    for member, support in supports.items():
-        path = f"dynamics.supports.{member}"
-        if support is None:
-            continue
-        yield from _axial(support, path, helical=scene.gears.helix_angle is not None)
-        if support.damping_ratio is not None:
-            continue
-        if bearings and support.damping is None:
-            yield path, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"
-        if support.holds and support.torsional_damping is None:
-            yield (
-                path,
-                "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'",
-            )
+    for member in (member for member in members if member in given):
+        checks = _checks(given[member], bearings=bearings, helical=scene.gears.helix_angle is not None)
+        yield from ((f"dynamics.supports.{member}{key}", reason) for key, wrong, reason in checks if wrong)
 
 
-def _axial(support: AxialBearing, path: str, *, helical: bool) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with the axial bearing of a gear."""
-    for key in ("axial_stiffness", "axial_damping"):
-        if getattr(support, key) is not None and not helical:
-            yield (
-                f"{path}.{key}",
-                "is of helical gears: spur gears push nothing along their axes; give gears.helix_angle, or "
-                "leave it out",
-            )
-    if support.axial_damping is not None and support.axial_stiffness is None:
-        yield f"{path}.axial_damping", "is of a bearing that gives way: give 'axial_stiffness', too"
-    if (
-        support.axial_stiffness is not None
-        and support.axial_damping is None
-        and support.damping_ratio is None
-    ):
-        yield path, "an axial bearing needs 'axial_damping' such as '2000 N*s/m', or 'damping_ratio'"
+STRAIGHT = (
+    "is of helical gears: spur gears push nothing along their axes; give gears.helix_angle, or leave it out"
+)
+
+
+def _checks(support: Any, *, bearings: bool, helical: bool) -> list[tuple[str, bool, str]]:
+    """Return what may be wrong with the support of a gear: key, whether it is, and the reason."""
+    gives_way, damped = support.axial_stiffness is not None, support.axial_damping is not None
+    no_ratio = support.damping_ratio is None
+    undamped = no_ratio and getattr(support, "damping", None) is None
+    untwisted = no_ratio and support.torsional_damping is None
+    bearing = "is of a bearing that gives way: give 'axial_stiffness', too"
+    axial = "an axial bearing needs 'axial_damping' such as '2000 N*s/m', or 'damping_ratio'"
+    spring = "a torsional spring needs 'torsional_damping' such as '2 N*m*s/rad', or 'damping_ratio'"
+    return [
+        (".axial_stiffness", gives_way and not helical, STRAIGHT),
+        (".axial_damping", damped and not helical, STRAIGHT),
+        (".axial_damping", damped and not gives_way, bearing),
+        ("", gives_way and not damped and no_ratio, axial),
+        ("", bearings and undamped, "give 'damping' such as '5360 N*s/m', or 'damping_ratio'"),
+        ("", support.holds and untwisted, spring),
+    ]

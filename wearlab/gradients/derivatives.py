@@ -21,6 +21,7 @@ WEIGHT = 4.0
 NOT_COMPARED = {"phase", "profile"}
 """Dimensions along which twins have other places."""
 
+MOTION, WEAR = "[dynamics]", "a wear law"
 Reading = Callable[[build.Parts, WearState], Array]
 
 
@@ -32,15 +33,13 @@ class Value(NamedTuple):
     dims : its dimensions in each state
     unit : SI
     read : from a state; None: of the life as a whole
-    moves : whether it needs dynamics
-    wears : whether it needs a wear law
+    needs : what a scene has to have, `MOTION` or `WEAR`
     """
 
     dims: tuple[str, ...]
     unit: str
     read: Reading | None
-    moves: bool = False
-    wears: bool = False
+    needs: str = MOTION
 
 
 def _largest(parts: build.Parts, state: WearState) -> Array:
@@ -73,16 +72,16 @@ def _rate(parts: build.Parts, state: WearState) -> Array:
 PHASES = ("mesh", "mesh_period", "phase")
 NODES = ("flank", "profile")
 VALUES = {
-    "life": Value((), "1", None, wears=True),
-    "dynamic_factor": Value(("mesh",), "1", _dynamic_factor, moves=True),
-    "mesh_force_max": Value(("mesh",), "N", _largest, moves=True),
-    "mesh_force_min": Value(("mesh",), "N", lambda _, state: extremes(state.responses[0]).least, moves=True),
-    "dynamic_mesh_force": Value(PHASES, "N", _force, moves=True),
-    "mesh_deflection": Value(PHASES, "m", _deflection, moves=True),
-    "wear_depth": Value(NODES, "m", _depth, wears=True),
-    "wear_rate": Value(NODES, "m", _rate, wears=True),
-    "max_wear_rate": Value(("flank",), "m", lambda *of: np.nanmax(_rate(*of), axis=-1), wears=True),
-    "max_wear_depth": Value(("flank",), "m", lambda *of: np.nanmax(_depth(*of), axis=-1), wears=True),
+    "life": Value((), "1", None, WEAR),
+    "dynamic_factor": Value(("mesh",), "1", _dynamic_factor),
+    "mesh_force_max": Value(("mesh",), "N", _largest),
+    "mesh_force_min": Value(("mesh",), "N", lambda _, state: extremes(state.responses[0]).least),
+    "dynamic_mesh_force": Value(PHASES, "N", _force),
+    "mesh_deflection": Value(PHASES, "m", _deflection),
+    "wear_depth": Value(NODES, "m", _depth, WEAR),
+    "wear_rate": Value(NODES, "m", _rate, WEAR),
+    "max_wear_rate": Value(("flank",), "m", lambda *of: np.nanmax(_rate(*of), axis=-1), WEAR),
+    "max_wear_depth": Value(("flank",), "m", lambda *of: np.nanmax(_depth(*of), axis=-1), WEAR),
 }
 
 
@@ -94,16 +93,15 @@ def wanted(names: tuple[str, ...], lived: LivedSteps) -> dict[str, Value]:
     GradientError
         For a name that is not known, or nothing the scene has.
     """
+    state = lived.ends.states[0]
     for name in names:
         if name not in VALUES:
             raise GradientError(f"of: {name!r} has no derivative here; there are {', '.join(VALUES)}")
-        value, state = VALUES[name], lived.ends.states[0]
-        if value.moves and not state.responses:
-            raise GradientError(f"of: {name} needs [dynamics]")
-        if value.moves and len(state.responses) > 1:
+        needs = VALUES[name].needs
+        if not (state.wears if needs == WEAR else state.responses):
+            raise GradientError(f"of: {name} needs {needs}")
+        if needs != WEAR and len(state.responses) > 1:
             raise GradientError(f"of: {name} has a value at every error angle; freeze the slow errors")
-        if value.wears and not state.wears:
-            raise GradientError(f"of: {name} needs a wear law")
         if name == "life" and not lived.reached:
             raise GradientError("of: life needs wear.until.depth, and a life that reaches it")
     return {name: VALUES[name] for name in names}

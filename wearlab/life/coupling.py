@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
+from wearlab.dynamics.orbits.response import dashpot_of
 from wearlab.life import limits, loads
 from wearlab.life.coupled import Account, Coupled, KindState, MeshKind, OneCondition, Wear, WearState
 from wearlab.life.vibration import Responses
@@ -117,7 +117,7 @@ class Coupling(OneCondition):
         rows = np.multiply(periods, len(kind.meshes))
         weight = np.repeat(1.0 / (len(responses) * rows), rows)
         motion = Deflections(*(np.concatenate(values).ravel() for values in zip(*each, strict=True)))
-        dashpot = dashpot_of_mesh(vibration.system, int(kind.meshes[0]))
+        dashpot = dashpot_of(vibration.system, int(kind.meshes[0]))
         acting = flank_forces(flanks, clock.joined([where] * len(weight)), motion, dashpot, vibration.period)
         pair = acting.pair_normal.reshape(len(weight), len(where.phase), -1)
         return loads.Forces(weight, pair.sum(axis=-1), pair, tuple(periods))

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
-from wearlab.dynamics.orbits.response import Response
+from wearlab.dynamics.orbits.response import Response, dashpot_of
 from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
 from wearlab.life.limits import StopWear
 from wearlab.life.vibration import Responses
@@ -127,7 +126,7 @@ class FaceCoupling(OneCondition):
         springs = state.flanks.springs(grid.inside % 1.0).per(vibration.period)
         mean, rows = np.zeros(grid.shape), 0
         for mesh, lag in kind.lags.items():
-            dashpot = dashpot_of_mesh(vibration.system, mesh)
+            dashpot = dashpot_of(vibration.system, mesh)
             when = vibration.look((grid.inside + lag) % 1.0)
             motion = vibration.motions(response, when, slice(mesh, mesh + 1))
             for row in zip(motion.deflection[:, 0], motion.rate[:, 0], strict=True):

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces import extremes, mesh_forces
+from wearlab.dynamics.forces import extremes
 from wearlab.dynamics.orbits import continuation, periodic
+from wearlab.dynamics.orbits.response import dashpot_of
 from wearlab.life import coupled
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import force, stages
@@ -76,7 +77,7 @@ def _described(parts: build.Parts, state: coupled.WearState, point: continuation
     where, when = parts.look(0, phases), vibration.look(phases)
     motion = force.Deflections(*(values[:, 0] for values in vibration.motions(response, when)))
     position, _ = vibration.coordinates(response, when)
-    dashpot = mesh_forces.dashpot_of_mesh(vibration.system, 0)
+    dashpot = dashpot_of(vibration.system, 0)
     elastic = force.flank_forces(state.flanks[0], where, motion, dashpot, vibration.period).elastic
     transmission = transmission_error(vibration, position)[:, 0]
     static, extreme, tables = parts.kinds[0].analysis.load, extremes.extremes(response), response.tables

@@ -9,7 +9,7 @@ each jump of k adding ``½ Δk x²``), and so do flanks whose gaps and errors mo
 K_ω) q + Σ_p ½ k_p x_p²``; over a period it does not.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -113,9 +113,9 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     forces = normal_forces(springs, motion, dashpot_of(system))
     before, after = (between.springs_at(step, x + moved) for moved in (-NEARBY, NEARBY))
     apart = 2.0 * NEARBY * period * tables.width[step, None, None]
-    stiffening, opening = ((late - early) / apart for early, late in zip(before[:2], after[:2], strict=True))
-    rates = _Rates(stiffening, opening, between.errors_at(step, x)[1] / period)
-    damped, parametric, moving = _flank_powers(system, springs, rates, motion, forces)
+    rates = [(late - early) / apart for early, late in zip(before[:2], after[:2], strict=True)]
+    error_rate = between.errors_at(step, x)[1] / period
+    damped, parametric, moving = _flank_powers(system, springs, (*rates, error_rate), motion, forces)
     friction = 0.0
     if system.friction_constant is not None and system.friction_slope is not None:
         tangential, moment = friction_forces(response, forces, lambda table: parabola(table, step, x))
@@ -133,39 +133,47 @@ def energy_balance(response: Response, nominal: Array) -> EnergyBalance:
     )
 
 
-class _Rates(NamedTuple):
-    """Rates by time of stiffness and gap of the springs, (n, n_mesh, n_pairs), and of errors, (n, n_mesh)."""
-
-    stiffness: Array
-    gap: Array
-    error: Array
-
-
 def _flank_powers(
-    system: System, springs: Springs, rates: _Rates, motion: Deflections, forces: NormalForces
+    system: System, springs: Springs, rates: Sequence[Array], motion: Deflections, forces: NormalForces
 ) -> tuple[Array, Array, Array]:
-    """Return what damping, changes of stiffness and moving gaps take, summed over all flanks (…) [W]."""
-    error_rate = rates.error
-    approach = np.maximum(motion.deflection[..., None] - springs.gap, 0.0) * (springs.stiffness > 0.0)
-    elastic = springs.stiffness * approach
-    parametric = (0.5 * rates.stiffness * approach**2).sum(axis=(-1, -2))
-    moving = (elastic * (rates.gap + error_rate[..., None])).sum(axis=(-1, -2))
+    """Return what damping, changes of stiffness and moving gaps take, summed over all flanks (…) [W].
+
+    The back flank is one spring more, pressed the other way; dashpots are those of the pairs and of the back
+    flank, or one that follows the pair of the least gap.
+
+    Parameters
+    ----------
+    rates : by time, of stiffness and gap of the springs (n, n_mesh, n_pairs), of errors (n, n_mesh)
+    """
+    stiffening, opening, error = rates
+    stiffness, pressed = _pressed(system, springs.stiffness, springs.gap, motion.deflection)
+    stiffening = _beside(stiffening, stiffening.sum(axis=-1))
+    opening, pair_rate = (_beside(rate, np.zeros_like(error)) for rate in (opening, springs.pair_rate))
+    sense = np.append(np.ones(springs.stiffness.shape[-1]), -1.0)
+    with_error = sense * error[..., None]
+    parametric = (0.5 * stiffening * pressed**2).sum(axis=(-1, -2))
+    moving = (stiffness * pressed * (opening + with_error)).sum(axis=(-1, -2))
     if system.damping_always:
         dashpot = forces.normal - forces.elastic
         damped = (dashpot * (motion.rate - springs.lead_rate)).sum(axis=-1)
-        moving = moving + (dashpot * (springs.lead_rate + error_rate)).sum(axis=-1)
-    else:
-        dashpot = forces.pair_normal - forces.pair
-        damped = (dashpot * (motion.rate[..., None] - springs.pair_rate)).sum(axis=(-1, -2))
-        moving = moving + (dashpot * (springs.pair_rate + error_rate[..., None])).sum(axis=(-1, -2))
-    if system.backlash is not None:
-        behind = np.maximum(-system.backlash - motion.deflection, 0.0)
-        back = springs.stiffness.sum(axis=-1) * behind
-        normal = forces.pair_normal.sum(axis=-1) - forces.normal if not system.damping_always else back
-        parametric = parametric + (0.5 * rates.stiffness.sum(axis=-1) * behind**2).sum(axis=-1)
-        damped = damped - ((normal - back) * motion.rate).sum(axis=-1)
-        moving = moving - (normal * error_rate).sum(axis=-1)
-    return damped, parametric, moving
+        return damped, parametric, moving + (dashpot * (springs.lead_rate + error)).sum(axis=-1)
+    back = forces.pair_normal.sum(axis=-1) - forces.normal - (stiffness * pressed)[..., -1]
+    dashpot = _beside(forces.pair_normal - forces.pair, back)
+    damped = (dashpot * (sense * motion.rate[..., None] - pair_rate)).sum(axis=(-1, -2))
+    return damped, parametric, moving + (dashpot * (pair_rate + with_error)).sum(axis=(-1, -2))
+
+
+def _pressed(system: System, stiffness: Array, gap: Array, deflection: Array) -> tuple[Array, Array]:
+    """Return stiffness and compression of all springs, last the back flank, (…, n_pairs + 1) each."""
+    backlash = np.inf if system.backlash is None else system.backlash
+    drive = np.maximum(deflection[..., None] - gap, 0.0) * (stiffness > 0.0)
+    back = np.maximum(-backlash - deflection, 0.0)
+    return _beside(stiffness, stiffness.sum(axis=-1)), _beside(drive, back)
+
+
+def _beside(drive: Array, back: Array) -> Array:
+    """Return values of the drive flanks (…, n_pairs) and that of the back flank after them."""
+    return np.concatenate([drive, back[..., None]], axis=-1)
 
 
 def _jumps(response: Response) -> float:
@@ -185,14 +193,9 @@ def _jumps(response: Response) -> float:
 def _in_meshes(response: Response, q: Array, side: int, steps: int | None = None) -> Array:
     """Return the energy ``Σ ½ k x²`` of the meshes for q (…, n_steps, n) at one side of the steps [J]."""
     system, tables = response.system, response.tables
-    stiffness, gap = tables.stiffness[:steps, side], tables.gap[:steps, side]
     delta = q @ system.direction.T - tables.error[:steps, side]
-    approach = np.maximum(delta[..., None] - gap, 0.0)
-    energy = 0.5 * (stiffness * approach**2).sum(axis=(-1, -2))
-    if system.backlash is not None:
-        behind = np.maximum(-system.backlash - delta, 0.0)
-        energy = energy + 0.5 * (stiffness.sum(axis=-1) * behind**2).sum(axis=-1)
-    return np.asarray(energy)
+    stiffness, pressed = _pressed(system, tables.stiffness[:steps, side], tables.gap[:steps, side], delta)
+    return np.asarray(0.5 * (stiffness * pressed**2).sum(axis=(-1, -2)))
 
 
 def _gained(response: Response, nominal: Array) -> float:

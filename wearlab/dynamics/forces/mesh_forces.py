@@ -12,19 +12,9 @@ from numpy.polynomial import Legendre
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, acceleration, forces_at, place_of
-from wearlab.dynamics.system import System
 from wearlab.gears.gear import GearPair
 from wearlab.mesh import excitation, force, gear_set, profile
 from wearlab.mesh.stages import StageGrid, parabola
-
-
-def dashpot_of_mesh(system: System, mesh: int) -> force.Dashpot:
-    """Return the damping and the backlash of one mesh."""
-    backlash = None if system.backlash is None else float(system.backlash[mesh])
-    law = system.damping_law
-    if law is not None:
-        law = type(law)(*(values[mesh : mesh + 1] for values in law))
-    return force.Dashpot(float(system.mesh_damping[mesh]), system.damping_always, backlash, law)
 
 
 def friction_force(

@@ -25,25 +25,20 @@ class PlanetaryDynamics(DynamicModel):
 
     def build(self, motion: InMotion) -> "System":
         """Return W23's model."""
-        import numpy as np
-
         from wearlab.dynamics import planetary as of
         from wearlab.dynamics import rigid as bodies
-        from wearlab.gears import specification, train
+        from wearlab.gears import specification
 
         rigid = of.rigid_set(motion)
         held = of.held(self.supports, rigid)
-        given, gears = motion.operation, motion.gears.gears
-        sun, planet, ring = (gears[name].teeth for name in ("sun", "planet", "ring"))
-        speeds = train.Train(sun, planet, ring, given.input, given.output, given.fixed).speeds(given.speed)
-        turn = motion.gears.sense * np.sign(speeds.sun_relative)
+        speed = motion.gears.coordinate_speeds["carrier.u"] / rigid.bodies["carrier"].radius
         try:
             system = of.assemble(
                 rigid,
                 held,
                 of.meshing(motion, rigid),
                 of.torques(motion, held),
-                carrier_speed=float(turn * speeds.carrier) if self.rotation else 0.0,
+                carrier_speed=float(speed) if self.rotation else 0.0,
                 friction=self.friction is not None,
             )
         except ValueError as error:

@@ -170,18 +170,13 @@ class Response:
     @cached_property
     def motion(self) -> Path:
         """The coordinates within the steps."""
-        return path(*self._courses(), self.tables.width * self.mesh_period)
+        n, length = len(self.system.load), self.tables.width * self.mesh_period
+        return path(self.state[..., :n], self.state[..., n:], accelerations(self), length)
 
     @cached_property
     def approach(self) -> Path:
         """The projections d·q of the meshes within the steps."""
-        place, speed, bend = (each @ self.system.direction.T for each in self._courses())
-        return path(place, speed, bend, self.tables.width * self.mesh_period)
-
-    def _courses(self) -> tuple[Array, Array, Array]:
-        """Return q and q̇ at the ends of the steps, and q̈ as `accelerations` does."""
-        n = len(self.system.load)
-        return self.state[..., :n], self.state[..., n:], accelerations(self)
+        return self.motion._replace(coefficient=self.motion.coefficient @ self.system.direction.T)
 
 
 def split_periods(path: Array, periods: int) -> Array:
@@ -249,9 +244,12 @@ def coordinates_at(
     return position.transpose(0, 2, 1), velocity.transpose(0, 2, 1)
 
 
-def dashpot_of(system: System) -> Dashpot:
-    """Return the damping and the backlash of all meshes."""
-    return Dashpot(system.mesh_damping, system.damping_always, system.backlash, system.damping_law)
+def dashpot_of(system: System, mesh: int | slice = slice(None)) -> Dashpot:
+    """Return the damping and the backlash of all meshes, or of one."""
+    backlash, law = system.backlash, system.damping_law
+    behind = None if backlash is None else backlash[mesh]
+    own = None if law is None else type(law)(*(np.atleast_1d(values[mesh]) for values in law))
+    return Dashpot(system.mesh_damping[mesh], system.damping_always, behind, own)
 
 
 def motion_at(
@@ -289,6 +287,12 @@ def at_ends(table: Array) -> Array:
     return table[:, [0, 2]]
 
 
+def states_at_ends(response: Response) -> tuple[Array, Array]:
+    """Return q and q̇ at the start and the end of every step, (n_kept, n_steps, 2, n) each."""
+    both = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
+    return both[..., : both.shape[-1] // 2], both[..., both.shape[-1] // 2 :]
+
+
 def step_forces(response: Response) -> NormalForces:
     """Return the forces of each mesh at the start and the end of every step, (n_kept, n_steps, 2, n_mesh).
 
@@ -296,15 +300,10 @@ def step_forces(response: Response) -> NormalForces:
     ----------
     L16 Eqs. 1–6, pair by pair; W23 Eqs. 7–14.
     """
-    system, tables = response.system, response.tables
-    n = system.mass.shape[0]
-    state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
-    motion = Deflections(
-        state[..., :n] @ system.direction.T - at_ends(tables.error),
-        state[..., n:] @ system.direction.T - at_ends(tables.error_rate) / response.mesh_period,
-    )
-    springs = tables.springs.per(response.mesh_period).each(at_ends)
-    return normal_forces(springs, motion, dashpot_of(system))
+    tables, period = response.tables, response.mesh_period
+    place, speed = (each @ response.system.direction.T for each in states_at_ends(response))
+    motion = Deflections(place - at_ends(tables.error), speed - at_ends(tables.error_rate) / period)
+    return normal_forces(tables.springs.per(period).each(at_ends), motion, dashpot_of(response.system))
 
 
 AtInstants = Callable[[Array], Array]
@@ -325,17 +324,13 @@ def friction_forces(
     tables = response.tables
     if tables.sliding is None or tables.moment is None:
         raise ValueError("the mesh tables carry no sliding: this response has no friction")
-    tangential, moment = (
-        (at(one) * forces.pair_normal).sum(axis=-1) for one in (tables.sliding, tables.moment)
-    )
-    return tangential, moment
+    tangential, moment = (at(one) * forces.pair_normal for one in (tables.sliding, tables.moment))
+    return tangential.sum(axis=-1), moment.sum(axis=-1)
 
 
 def accelerations(response: Response) -> Array:
     """Return q̈ at the start and the end of every step, (n_kept, n_steps, 2, n), from the motion [m/s²]."""
-    n = len(response.system.load)
-    state = np.stack([response.state[:, :-1], response.state[:, 1:]], axis=2)
-    return acceleration(response, state[..., :n], state[..., n:], step_forces(response), at_ends)
+    return acceleration(response, *states_at_ends(response), step_forces(response), at_ends)
 
 
 def acceleration(response: Response, q: Array, v: Array, forces: NormalForces, at: AtInstants) -> Array:
@@ -356,6 +351,5 @@ def acceleration(response: Response, q: Array, v: Array, forces: NormalForces, a
     if system.fluctuation_direction is not None and tables.fluctuation is not None:
         load = load + at(tables.fluctuation)[..., None] * system.fluctuation_direction
     load = load - q @ system.total_stiffness.T - v @ system.total_damping.T
-    return np.ascontiguousarray(np.linalg.solve(system.mass, load.reshape(-1, q.shape[-1]).T).T).reshape(
-        q.shape
-    )
+    flat = np.linalg.solve(system.mass, load.reshape(-1, q.shape[-1]).T)
+    return np.ascontiguousarray(flat.T).reshape(q.shape)

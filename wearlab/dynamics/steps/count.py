@@ -53,9 +53,7 @@ def _vibrating(system: System, mesh_stiffness: Array | float) -> Complex:
 def _eigenvalues(system: System, mesh_stiffness: Array | float) -> Complex:
     """Return the eigenvalues of the equation of motion, (2n,) [1/s]."""
     k = np.broadcast_to(np.asarray(mesh_stiffness, float), (len(system.direction),))
-    matrices = system.mass, system.total_stiffness, system.total_damping, system.direction
-    both = normalised(*matrices, system.mesh_damping, k)
-    return np.asarray(np.linalg.eigvals(companion(*both)), np.complex128)
+    return np.asarray(np.linalg.eigvals(companion(*normalised(system, k))), np.complex128)
 
 
 class StepRule(NamedTuple):

@@ -76,10 +76,10 @@ def propagator_of(
     ----------
     Hochbruck & Ostermann 2010, §2.2.
     """
-    matrices = system.mass, system.total_stiffness, system.total_damping, system.direction, enters
     rounded = np.exp(GRID * np.round(np.log(np.maximum(tables.mean_stiffness, 1e-300)) / GRID))
     lengths, slot = np.unique(tables.width * period, return_inverse=True)
-    given = (*matrices, system.mesh_damping, rounded, lengths, len(system.force_vectors[0]))
+    linear = (*normalised(system, rounded), system.direction, enters, system.mesh_damping, rounded)
+    given = (*linear, lengths, len(system.force_vectors[0]))
     return _propagator(*((np.shape(x), np.asarray(x, float).tobytes()) for x in given)), slot
 
 
@@ -95,9 +95,8 @@ def _propagator(*given: tuple[tuple[int, ...], bytes]) -> Propagator:
     Moler & Van Loan, SIAM Rev. 45 (2003) 3–49, method 3: scaling and squaring, as SciPy has it.
     """
     arrays = (np.frombuffer(content).reshape(shape) for shape, content in given)
-    mass, stiffness, damping, d, enters, mesh_damping, mean, h, channels = arrays
+    k, c, d, enters, mesh_damping, mean, h, channels = arrays
     (inputs, n), half = enters.shape, 0.5 * h[:, None, None]
-    k, c = normalised(mass, stiffness, damping, d, mesh_damping, mean)
     whole = np.zeros((len(h), 2 * n + 5 * inputs, 2 * n + 5 * inputs))
     whole[:, :n, n : 2 * n] = np.eye(n)
     whole[:, n : 2 * n, :n], whole[:, n : 2 * n, n : 2 * n] = -(half**2) * k, -half * c
@@ -132,13 +131,11 @@ def _steps(moved: list[Array], direction: Array) -> Steps:
     return Steps(*(np.ascontiguousarray(table) for table in (*ends, seen(transitions), seen(entered))))
 
 
-def normalised(
-    mass: Array, stiffness: Array, damping: Array, direction: Array, mesh_damping: Array, mean: Array
-) -> tuple[Array, Array]:
-    """Return M⁻¹K and M⁻¹C at mean mesh stiffnesses (n_mesh,), all meshes in contact, (n, n) each."""
-    inverse, d = np.linalg.inv(mass), direction
-    k = inverse @ (stiffness + d.T @ (mean[:, None] * d))
-    return k, inverse @ (damping + d.T @ (mesh_damping[:, None] * d))
+def normalised(system: System, mesh_stiffness: Array) -> tuple[Array, Array]:
+    """Return M⁻¹K and M⁻¹C at stiffnesses of the meshes (n_mesh,), all in contact, (n, n) each."""
+    inverse, d = np.linalg.inv(system.mass), system.direction
+    damping = system.total_damping + d.T @ (system.mesh_damping[:, None] * d)
+    return inverse @ system.in_contact(mesh_stiffness), inverse @ damping
 
 
 def companion(stiffness: Array, damping: Array) -> Array:

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.dynamics.forces.mesh_forces import dashpot_of_mesh
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
+from wearlab.dynamics.orbits.response import dashpot_of
 from wearlab.life.coupled import MeshKind
 from wearlab.life.coupling import Coupling
 from wearlab.life.face import FaceCoupling
@@ -109,7 +109,7 @@ class Parts:
     ) -> force.NormalForces:
         """Return the forces of a mesh of the flanks ``kinds``; motions of all, (n_periods, n_mesh, n)."""
         own, flanks = force.Deflections(*(m[:, mesh] for m in motions)), kinds[self.meshes[mesh].kind]
-        dashpot = dashpot_of_mesh(self.moving.system, mesh)
+        dashpot = dashpot_of(self.moving.system, mesh)
         return force.flank_forces(flanks, where, own, dashpot, self.moving.period)
 
     def with_steps(self, grid: stages.StageGrid, hunting: int, period: float) -> Vibration:
