@@ -52,7 +52,7 @@ def fixed_point_matrix(balance: Balance, derivative: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class OrbitsWanted:
     """Which orbits are wanted.
 
     Parameters
@@ -71,7 +71,7 @@ class Wanted:
     closed: float = 1e-8
 
 
-WANTED = Wanted()
+WANTED = OrbitsWanted()
 
 
 class Shooting:
@@ -83,7 +83,9 @@ class Shooting:
     wanted : margin and closure of the orbits
     """
 
-    def __init__(self, system: System, tables: StageTables, period: float, wanted: Wanted = WANTED) -> None:
+    def __init__(
+        self, system: System, tables: StageTables, period: float, wanted: OrbitsWanted = WANTED
+    ) -> None:
         self.system, self.tables, self.period, self.wanted = system, tables, period, wanted
         self.small = is_small(system)
         self.integrator = OnTables(kernel_of(system, tables, period))
