@@ -170,11 +170,13 @@ def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) ->
             for kind in kinds
         ],
     }
+    if not load:
+        return values
     off = np.zeros((len(coupling.kinds), len(states)))
     for number, kind in enumerate(coupling.kinds):
         for at, own in enumerate(states_of(states, number)):
             off[number, at] = np.abs(kind.contact.residuals(own.loads, kind.contact.analysis.load)).max()
-    return values | ({"residual_line_load": off.max(axis=0)} if load else {})
+    return values | {"residual_line_load": off.max(axis=0)}
 
 
 def normal_module(parts: build.Parts, kind: face.FaceKind) -> float:
