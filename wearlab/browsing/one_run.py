@@ -12,9 +12,7 @@ from wearlab.figures import doubt
 from wearlab.query.keys import differing_keys
 from wearlab.report import page
 from wearlab.report import run as reported
-from wearlab.store import Store, StoreError, outcome, provenance, remarks
-from wearlab.store.catalogue import Entry
-from wearlab.store.grid import key_text
+from wearlab.store import Store, StoreError, catalogue, grid, outcome, provenance, remarks
 from wearlab.units import is_number, shown_unit
 
 MOST_KEYS = 200  # of a comparison
@@ -28,7 +26,7 @@ TOLD_ABOVE = ("result", "verdict", "tags", "notes")
 """Facts that stand elsewhere on the page."""
 
 
-def content(store: Store, entry: Entry) -> dict[str, Any]:
+def content(store: Store, entry: catalogue.Entry) -> dict[str, Any]:
     """Return what there is to tell of a run, by the names in the page; words come before numbers.
 
     Parameters
@@ -65,7 +63,7 @@ def content(store: Store, entry: Entry) -> dict[str, Any]:
     }
 
 
-def verdict(store: Store, entry: Entry) -> str:
+def verdict(store: Store, entry: catalogue.Entry) -> str:
     """Return in a sentence what became of a run."""
     state = store.state_of(entry)
     if state != "done":
@@ -83,14 +81,14 @@ def verdict(store: Store, entry: Entry) -> str:
     return "It ran to the end that was asked for." if words == "completed" else f"It ended: {words}."
 
 
-def doubts(entry: Entry, told: str | None = None) -> list[str]:
+def doubts(entry: catalogue.Entry, told: str | None = None) -> list[str]:
     """Return what a run says against itself, in words; a verdict that is told already left out."""
     verdicts, quality, lost = doubt.said(entry.summary)
     found = [word for word in verdicts if word != told]
     return [*found, *quality, *lost, *(f"warning: {text}" for text in entry.warnings)]
 
 
-def changes(store: Store, entry: Entry, written: reported.Written) -> list[tuple[str, str, str]]:
+def changes(store: Store, entry: catalogue.Entry, written: reported.Written) -> list[tuple[str, str, str]]:
     """Return each key that a run's scene has otherwise than the first case of its campaign recorded last.
 
     Beside it stand the value of that case and the run's own.
@@ -108,7 +106,7 @@ def changes(store: Store, entry: Entry, written: reported.Written) -> list[tuple
     return [(key, shown(key, first), shown(key, own)) for key in differing_keys([first, own])]
 
 
-def citation(store: Store, entry: Entry) -> tuple[str, str]:
+def citation(store: Store, entry: catalogue.Entry) -> tuple[str, str]:
     """Return how to cite a run, in a sentence and as BibTeX; why not where that cannot be told."""
     if entry.state != "done":
         return "", ""
@@ -137,7 +135,7 @@ def side_by_side(store: Store, ids: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _result(name: str, entry: Entry, layouts: Any) -> str:
+def _result(name: str, entry: catalogue.Entry, layouts: Any) -> str:
     value = entry.summary.get(name)
     if value is None:
         return ""
@@ -151,7 +149,7 @@ def _result(name: str, entry: Entry, layouts: Any) -> str:
 class Lived(NamedTuple):
     """A run as the catalogue has it, and what tells it apart from those beside it."""
 
-    entry: Entry
+    entry: catalogue.Entry
     label: str
 
     @property
@@ -240,10 +238,10 @@ def beside(own: Mapping[str, Any], other: Mapping[str, Any]) -> list[str]:
         return []
     told = [f"{value_of_key(key, own.get(key))} for {value_of_key(key, other.get(key))}" for key in keys]
     alone = " alone" if len(keys) == 1 else ""
-    return [f"It differs from the next in {', '.join(map(key_text, keys))}{alone}: {', '.join(told)}."]
+    return [f"It differs from the next in {', '.join(map(grid.key_text, keys))}{alone}: {', '.join(told)}."]
 
 
-def worn_place(store: Store, entry: Entry) -> WornPlace | None:
+def worn_place(store: Store, entry: catalogue.Entry) -> WornPlace | None:
     """Return where a run is worn out, None where that cannot be told: it has a width, several conditions."""
     try:
         run = store.run(entry.id)
@@ -364,7 +362,7 @@ def longest(runs: Sequence[Lived], keys: Sequence[str]) -> list[str]:
 def _beside(key: str, values: Sequence[Any]) -> str:
     """Return how a key of the scenes goes with life, of its values from the shortest life to the longest."""
     *others, own = values
-    it = f"{key_text(key)} {value_of_key(key, own)}"
+    it = f"{grid.key_text(key)} {value_of_key(key, own)}"
     if not all(map(is_number, values)):
         return f"It has {it}{', as another run has it too' if own in others else ''}."
     low, high = min(values), max(values)
@@ -376,4 +374,4 @@ def _beside(key: str, values: Sequence[Any]) -> str:
     shared = ", shared with others" if own in others else ""
     rising = values == sorted(values, reverse=own == low)
     always = f": in these runs life never falls as it gets {end}er" if rising else ""
-    return f"It has the {end}est {key_text(key)}, {value_of_key(key, own)}{shared}{always}."
+    return f"It has the {end}est {grid.key_text(key)}, {value_of_key(key, own)}{shared}{always}."

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wearlab import nearest, units
-from wearlab.campaign import axes, campaign, case, cases, claims, inheritance, update
-from wearlab.campaign.json_schema import CampaignFile
+from wearlab.campaign import axes, campaign, case, cases, claims, inheritance, json_schema, update
 from wearlab.campaign.update_options import SECTION
 from wearlab.plugins import Plugin, PluginError, held, use
 from wearlab.query.keys import flat, scene_key
@@ -120,7 +119,7 @@ def _written_at(problem: str, table: merge.Table) -> str:
 def _read(inherited: inheritance.Inherited, file: Path | None) -> campaign.Campaign:
     table = inherited.table
     plugins = _plugins(table.get(inheritance.PLUGINS, []))
-    valid = list(CampaignFile.model_fields)
+    valid = list(json_schema.CampaignFile.model_fields)
     listed = f"; there are {', '.join(valid)}"
     faults = [f"{key}: unknown key{nearest.meant(key, valid, listed)}" for key in table if key not in valid]
     tried = partial(inheritance.tried, faults)

@@ -10,8 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from wearlab.comparison import quantities
-from wearlab.comparison.runs import CYCLE, WEAR_DEPTH, compare_runs
+from wearlab.comparison import quantities, runs
 from wearlab.store import Store
 from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
 from wearlab.store.outcome import place, value_text
@@ -205,13 +204,13 @@ def compare(
     CompareError : nothing in common
     StoreError : a run is not there
     """
-    if on not in (CYCLE, WEAR_DEPTH):
+    if on not in (runs.CYCLE, runs.WEAR_DEPTH):
         raise quantities.CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
     if not tolerance > 0.0:
         raise quantities.CompareError(f"tolerance = {tolerance!r} is not greater than 0")
     left, right = side(a, store, "A"), side(b, store, "B")
     if left.single and right.single:
-        return compare_runs(left.members[0].read(), right.members[0].read(), on, tolerance)
+        return runs.compare_runs(left.members[0].read(), right.members[0].read(), on, tolerance)
     return _campaigns(left, right, on, tolerance)
 
 
@@ -244,7 +243,7 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
 
 def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     """Return what is kept of one pair, its files closed: memory does not grow with the waves."""
-    full = compare_runs(a.read(), b.read(), on, tolerance)
+    full = runs.compare_runs(a.read(), b.read(), on, tolerance)
     names = [str(name) for name in full["quantity"].values]
     apart = (abs(full[name].where(np.isfinite(full[name]))) for name in names)
     largest = np.stack([each.max([dim for dim in each.dims if dim != "run"]).values for each in apart], 1)

@@ -26,8 +26,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from wearlab.arrays import Array
-from wearlab.figures.doubt import least_seen
-from wearlab.figures.kind import FigureError
+from wearlab.figures import doubt, kind
 from wearlab.figures.plot import BESIDE, WEAR, Bar, Curve, LegendEntry, Panel, Pen, Plot
 from wearlab.figures.wording import axis_label, latex, power_of_ten
 
@@ -191,7 +190,7 @@ def _draw_in(plot: Plot, ax: Any) -> Figure:
     axes = list(np.ravel(ax))
     if len(axes) != len(plot.panels):
         counts = f"it has {len(plot.panels)} panels and ax holds {len(axes)} axes"
-        raise FigureError(f"figure: {counts}: give as many, or narrow the figure by select")
+        raise kind.FigureError(f"figure: {counts}: give as many, or narrow the figure by select")
     for own, panel in zip(axes, plot.panels, strict=True):
         _panel(own, panel, plot)
         room = int(own.get_window_extent().height / own.figure.dpi * 130 / matplotlib.rcParams["font.size"])
@@ -371,7 +370,7 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
     """Draw title, curves, errors and marks of a panel."""
     if panel.title:
         ax.set_title(panel.title, pad=14.0 if panel.marks else None)
-    least = {side: least_seen(getattr(curve, side) for curve in panel.curves) for side in "xy"}
+    least = {side: doubt.least_seen(getattr(curve, side) for curve in panel.curves) for side in "xy"}
     for curve in panel.curves:
         _curve(ax, curve)
         _uncertain(ax, curve, least)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.gears.root import RackCut
+from wearlab.gears import root, specification
 from wearlab.gears.shifts import ROUNDING, involute
-from wearlab.gears.specification import Material, Modification, RootProfile
 
 
 @dataclass(frozen=True)
@@ -48,14 +47,14 @@ class Gear:
     root_radius: float
     form_radius: float
     fillet_radius: float
-    root_profile: RootProfile
+    root_profile: specification.RootProfile
     bore_radius: float
     face_width: float
-    material: Material
+    material: specification.Material
     mass: float
     inertia: float
     assumed: tuple[str, ...] = ()
-    modification: Modification | None = None
+    modification: specification.Modification | None = None
     internal: bool = False
 
     @property
@@ -71,10 +70,10 @@ class Gear:
         return self.reference_radius + self.profile_shift * self.module - self.root_radius
 
     @property
-    def cut(self) -> RackCut:
+    def cut(self) -> root.RackCut:
         """The generating rack that leaves this tooth; of a ring the one that would leave its space."""
         sizes = self.module, self.pressure_angle, self.profile_shift, self.root_radius
-        return RackCut(self.teeth, *sizes, self.fillet_radius / self.module)
+        return root.RackCut(self.teeth, *sizes, self.fillet_radius / self.module)
 
     @property
     def tip_curvature(self) -> float:

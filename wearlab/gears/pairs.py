@@ -11,9 +11,8 @@ circle, but still on its involute, practice shortens the ring's teeth, or rounds
 import math
 from dataclasses import replace
 
+from wearlab.gears import making, root
 from wearlab.gears.gear import Gear, GearPair, in_mesh
-from wearlab.gears.making import build_gear
-from wearlab.gears.root import form_radius
 from wearlab.gears.shifts import internal_position, involute, operating_position
 from wearlab.gears.specification import Basics, GearError, GearSpec, check_reliefs
 
@@ -68,8 +67,8 @@ def gear_pair(
     operating = position((first.teeth, second.teeth), shifts, basics, centre_distance)
     a, k, assumed = operating.centre_distance, operating.tip_alteration, operating.assumed
     x_1, x_2 = operating.shifts
-    one = build_gear(first, basics, x_1, k, assumed)
-    other = build_gear(second, basics, x_2, k, assumed, internal=internal)
+    one = making.build_gear(first, basics, x_1, k, assumed)
+    other = making.build_gear(second, basics, x_2, k, assumed, internal=internal)
     if internal:
         one, other = make_room(one, other, a, shorten=second.tip_is_derived)
         return assemble_internal(one, other, a, ring_drives=driving == second.name)
@@ -234,7 +233,7 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
     if pinion.root_profile != "trochoid" or not rounding >= LEAST_ROUNDING * pinion.fillet_radius:
         return pinion
     cut = pinion.cut._replace(fillet=rounding / pinion.module)
-    form = form_radius(pinion.name, cut)
+    form = root.form_radius(pinion.name, cut)
     flag = (
         f"rounding of the rack reduced from {pinion.fillet_radius / pinion.module:.3g} to "
         f"{rounding / pinion.module:.3g} modules: the tip of {ring.name} reaches below the form circle"

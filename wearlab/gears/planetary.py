@@ -21,10 +21,8 @@ from itertools import pairwise
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.gears import making, pairs, shifts
 from wearlab.gears.gear import Gear, GearPair, in_mesh
-from wearlab.gears.making import build_gear
-from wearlab.gears.pairs import assemble_internal, check_basics, check_pair, make_room
-from wearlab.gears.shifts import planetary_position
 from wearlab.gears.specification import Basics, GearError, GearSpec, refuse
 
 
@@ -245,22 +243,22 @@ def planetary_set(
     ----------
     ISO 21771:2007 for the gears; Parker & Lin 2004 for the phases of their meshes.
     """
-    check_basics(sun, planet, basics)
-    check_basics(planet, ring, basics)
+    pairs.check_basics(sun, planet, basics)
+    pairs.check_basics(planet, ring, basics)
     teeth = sun.teeth, planet.teeth, ring.teeth
     x_s, x_p, x_r = (spec.profile_shift_coefficient for spec in (sun, planet, ring))
-    outer, inner = planetary_position(teeth, (x_s, x_p, x_r), basics, centre_distance)
+    outer, inner = shifts.planetary_position(teeth, (x_s, x_p, x_r), basics, centre_distance)
     a_sp, a_pr = outer.centre_distance, inner.centre_distance
     centre, middle = (
-        build_gear(spec, basics, x, outer.tip_alteration, outer.assumed)
+        making.build_gear(spec, basics, x, outer.tip_alteration, outer.assumed)
         for spec, x in zip((sun, planet), outer.shifts, strict=True)
     )
-    around = build_gear(ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True)
-    middle, around = make_room(middle, around, a_pr, shorten=ring.tip_is_derived)
+    around = making.build_gear(ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True)
+    middle, around = pairs.make_room(middle, around, a_pr, shorten=ring.tip_is_derived)
     driving, driven = (centre, middle) if sun_drives else (middle, centre)
     external = in_mesh(driving, driven, a_sp, math.acos((centre.base_radius + middle.base_radius) / a_sp))
-    check_pair(external)
-    internal = assemble_internal(middle, around, a_pr, ring_drives=not sun_drives)
+    pairs.check_pair(external)
+    internal = pairs.assemble_internal(middle, around, a_pr, ring_drives=not sun_drives)
     held = replace(carrier, pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)
     check_neighbours(angles, held.pin_circle_radius or a_sp, middle)

@@ -15,8 +15,7 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.periodic import Unbounded
 from wearlab.dynamics.orbits.response import Response
-from wearlab.life import loads
-from wearlab.life.limits import StopWear
+from wearlab.life import limits, loads
 from wearlab.life.vibration import Responses, Vibration
 from wearlab.mesh import clock, contact, excitation
 from wearlab.wear.law import PreparedLaw
@@ -239,6 +238,6 @@ class OneCondition(Coupled):
         try:
             responses = self.vibration.solve(flanks, start or None)
         except Unbounded as error:
-            raise StopWear("unbounded motion") from error
+            raise limits.StopWear("unbounded motion") from error
         self.account.add(responses)
         return responses

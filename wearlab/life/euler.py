@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.life import step, stiffness
 from wearlab.life.limits import CountedRate
-from wearlab.life.step import EULER, Node, Step, Stepper, growth
-from wearlab.life.stiffness import random_direction, spectrum
 
 WORST_ZIGZAG = 0.2
 """Share of node-to-node alternation in the wear of one step that counts as a saw (a single jump has 0.03)."""
@@ -72,7 +71,7 @@ class Euler:
 
     threshold: float
 
-    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
+    def start(self, node: step.Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
         """Return the stepper at the first state."""
         if not self.threshold > 0.0:
             raise ValueError(f"wear threshold {self.threshold:g} m must be positive")
@@ -92,7 +91,7 @@ class Fixed:
     size: float | None = None
     stability: float | None = None
 
-    def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
+    def start(self, node: step.Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
         """Return the stepper at the first state, its size resolved."""
         size = self.size
         if self.stability is not None:
@@ -102,15 +101,15 @@ class Fixed:
         return EulerStepper(rate, size=size)
 
 
-def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
+def stability_limit(node: step.Node, rate: CountedRate, scale: float) -> float:
     """Return Euler's longest stable step ``2/ρ`` at a state, infinite where nothing relaxes [cycles]."""
-    memory, probe = rate.remember(), random_direction(node.rate)
-    seen = spectrum(rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60)
+    memory, probe = rate.remember(), stiffness.random_direction(node.rate)
+    seen = stiffness.spectrum(rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60)
     rate.recall(memory)
     return STABILITY_LIMIT / seen.radius if seen.radius > 0.0 else np.inf
 
 
-class EulerStepper(Stepper):
+class EulerStepper(step.Stepper):
     """Steps of Euler's method: one rate evaluation each, none rejected for its error.
 
     Parameters
@@ -124,7 +123,7 @@ class EulerStepper(Stepper):
         self.rate, self.threshold, self.size = rate, threshold, size
         self.last_rate: Array | None = None
 
-    def advance(self, node: Node, largest: float) -> tuple[Step, None]:
+    def advance(self, node: step.Node, largest: float) -> tuple[step.Step, None]:
         """Return the step from ``node``, at most ``largest`` cycles long.
 
         Raises
@@ -135,7 +134,7 @@ class EulerStepper(Stepper):
         wanted = self.size or (self.threshold / node.fastest if node.fastest > 0.0 else np.inf)
         self.trying = size = float(min(wanted, largest, self.most))
         depth = node.depth + size * node.rate
-        end = Node(node.cycle + size, depth, self.rate(depth))
+        end = step.Node(node.cycle + size, depth, self.rate(depth))
         if self.last_rate is not None:
             rates = self.last_rate, node.rate, end.rate
             self.saw_tooth = self.saw_tooth or swings(*rates) or grows_saw(*rates)
@@ -144,4 +143,4 @@ class EulerStepper(Stepper):
             raise SawTooth
         self.last_rate = node.rate
         error = 0.5 * size * (end.rate - node.rate)
-        return Step(node, end, (node.rate, node.rate), error, growth(node, end), EULER), None
+        return step.Step(node, end, (node.rate, node.rate), error, step.growth(node, end), step.EULER), None

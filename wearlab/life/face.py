@@ -8,8 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.response import Response, dashpot_of
-from wearlab.life.coupled import KindState, OneCondition, Wear, WearState
-from wearlab.life.limits import StopWear
+from wearlab.life import coupled, limits
 from wearlab.life.vibration import Responses
 from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, face_flanks
 from wearlab.mesh.force import Deflections, normal_forces
@@ -61,13 +60,13 @@ class FaceKind:
 
 
 @dataclass(frozen=True)
-class FaceCoupling(OneCondition):
+class FaceCoupling(coupled.OneCondition):
     """Contact and wear of a gear set whose flanks have a width, joined; each with loads to start from."""
 
     kinds: tuple[FaceKind, ...]  # type: ignore[assignment]
     _last: list[LineLoads] = field(default_factory=list, init=False, repr=False, compare=False)
 
-    def evaluate(self, wear: Wear, start: Responses | None = None) -> WearState:
+    def evaluate(self, wear: coupled.Wear, start: Responses | None = None) -> coupled.WearState:
         """Evaluate one wear state.
 
         Parameters
@@ -92,13 +91,13 @@ class FaceCoupling(OneCondition):
                 if kind.law is not None:
                     rate = face_rate(kind, kind.law, found[number])
                     found[number] = found[number]._replace(rate=rate)
-        return WearState(cast("tuple[KindState, ...]", tuple(found)), responses, 0.0)
+        return coupled.WearState(cast("tuple[coupled.KindState, ...]", tuple(found)), responses, 0.0)
 
-    def flanks(self, wear: Wear) -> list[FaceFlanks | None]:
+    def flanks(self, wear: coupled.Wear) -> list[FaceFlanks | None]:
         """Return the flanks of every kind of mesh, worn (2, n_face, n) each [m], as dynamics see them."""
         return [state.flanks for state in self._in_contact(wear)]
 
-    def _in_contact(self, wear: Wear) -> list[FaceState]:
+    def _in_contact(self, wear: coupled.Wear) -> list[FaceState]:
         """Return the states of all kinds of mesh under their static load, nothing of their motion yet."""
         near: Sequence[LineLoads | None] = self._last or [None] * len(self.kinds)
         found: list[FaceState] = []
@@ -107,7 +106,7 @@ class FaceCoupling(OneCondition):
             try:
                 loads = contact.solve(own, last)
             except SectionVanished as error:
-                raise StopWear(str(error)) from error
+                raise limits.StopWear(str(error)) from error
             flanks = None if self.vibration is None else face_flanks(contact, own, loads)
             found.append(FaceState(depth, loads, contact.grid.at_nodes(loads.load), None, flanks))
         self._last[:] = [state.loads for state in found]

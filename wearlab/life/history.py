@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.life import coupled, integrate, record, step
-from wearlab.life.limits import Limits, Rate, Snapshots, StopWear
-from wearlab.life.vibration import Responses
+from wearlab.life import coupled, integrate, limits, record, step, vibration
 
 MOST_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
 
-Memory = tuple[Responses, float]
+Memory = tuple[vibration.Responses, float]
 
 
 class History(NamedTuple):
@@ -88,7 +86,7 @@ class SetRate:
 
     def __init__(self, coupling: coupled.Coupled) -> None:
         self.coupling = coupling.wearing()
-        self.responses: Responses = ()
+        self.responses: vibration.Responses = ()
         self.noise = 0.0
         resting = self.coupling.resting()
         self.still = None if resting is None else SetRate(resting)
@@ -138,7 +136,7 @@ def history(
     wear: coupled.Wear,
     integration: Callable[..., record.Life],
     *,
-    snapshots: Snapshots,
+    snapshots: limits.Snapshots,
     kept_work: float = np.inf,
     most_kept: int | None = None,
 ) -> History:
@@ -161,7 +159,7 @@ def history(
     """
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
-    anchors: list[tuple[float, Responses]] = [(-np.inf, rate.responses)]
+    anchors: list[tuple[float, vibration.Responses]] = [(-np.inf, rate.responses)]
 
     def accepted(node: step.Node) -> None:
         anchors.append((node.cycle, rate.responses))
@@ -178,7 +176,7 @@ def history(
             if cycle not in states and coupling.work < most:
                 before = [orbits for reached, orbits in anchors if reached < cycle][-1]
                 states[cycle] = None
-                with suppress(StopWear):  # the gears cannot run in the state that ended the life
+                with suppress(limits.StopWear):  # the gears cannot run in the state that ended the life
                     states[cycle] = coupling.evaluate(coupling.split(depth), before)
 
     def known(some: Iterable[tuple[float, Array]]) -> History:
@@ -192,7 +190,7 @@ def history(
 
 
 def worn(
-    rate: Rate,
+    rate: limits.Rate,
     initial: ArrayLike,
     flanks: Mapping[str, tuple[slice, float]],
     *,
@@ -223,7 +221,7 @@ def worn(
         if depth == 0.0:
             continue
         bounds: dict[str, Any] = {"tolerance": tolerance, "scale": scale, "most_work": most_work}
-        life = integrate.integrate(rate, h0, limits=Limits(depth=depth, flank=flank), **bounds)
+        life = integrate.integrate(rate, h0, limits=limits.Limits(depth=depth, flank=flank), **bounds)
         if not life.worn_out:
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")
         h[flank] = life.depth[-1][flank]

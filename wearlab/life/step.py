@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.life.limits import Flanks, Rate
-from wearlab.life.runge_kutta import Scheme, chebyshev_step, fourth_order_step
+from wearlab.life import limits, runge_kutta
 
 FOURTH_ORDER, EULER = "fourth order", "Euler"
 """Methods of a step beside the schemes of RKC2."""
@@ -55,7 +54,7 @@ class Step(NamedTuple):
     slopes: tuple[Array, Array]
     error: Array
     growth: float
-    by: Scheme | str | None = None
+    by: runge_kutta.Scheme | str | None = None
     scatter: float = 0.0
 
     @property
@@ -117,7 +116,7 @@ def depth_at(step: Step, cycle: float) -> Array:
     return np.asarray(step.start.depth + np.clip(inner, 0.0, rise))
 
 
-def crossing(step: Step, depth: float, flank: Flanks) -> float:
+def crossing(step: Step, depth: float, flank: limits.Flanks) -> float:
     """Return the cycle in the step at which the largest depth on the flank reaches ``depth`` [1].
 
     By bisection to round-off: the largest depth never decreases.
@@ -144,7 +143,7 @@ def growth(start: Node, end: Node) -> float:
     return float(np.exp(min(max(0.0, exponent), 50.0)))
 
 
-def again(step: Step, rate: Rate, start: Node) -> Step:
+def again(step: Step, rate: limits.Rate, start: Node) -> Step:
     """Return a step of the same method and size from another state.
 
     Parameters
@@ -161,12 +160,12 @@ def again(step: Step, rate: Rate, start: Node) -> Step:
     if step.by is None:
         raise ValueError("the wear rate jumps or wavers in this step: it cannot be taken again")
     if step.by == FOURTH_ORDER:
-        found = fourth_order_step(rate, start.depth, start.rate, step.size)
+        found = runge_kutta.fourth_order_step(rate, start.depth, start.rate, step.size)
         end = Node(step.end.cycle, found.depth, found.rate)
     else:
         depth = start.depth + step.size * start.rate
-        if isinstance(step.by, Scheme):
-            depth = chebyshev_step(rate, start.depth, start.rate, step.size, step.by)
+        if isinstance(step.by, runge_kutta.Scheme):
+            depth = runge_kutta.chebyshev_step(rate, start.depth, start.rate, step.size, step.by)
         end = Node(step.end.cycle, depth, rate(depth))
     slopes = start.rate, start.rate if step.by == EULER else end.rate
     return Step(start, end, slopes, np.zeros_like(end.depth), 1.0, step.by)

@@ -13,9 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh.errors import MeshError
+from wearlab.mesh import errors, stages
 from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, distinct, interpolate, lookup
-from wearlab.mesh.stages import StageGrid
 
 INSIDE = 1e-6
 """How far into its segment a phase is moved to find the segment of the clock it belongs to, of its width."""
@@ -33,7 +32,7 @@ class Mesh(NamedTuple):
 
     kind: int
     lag: float
-    error: MeshError
+    error: errors.MeshError
 
 
 class Instants(NamedTuple):
@@ -139,7 +138,7 @@ class Sampling:
     Wear changes none of it.
     """
 
-    grid: StageGrid
+    grid: stages.StageGrid
     edges: Array
     meshes: tuple[Mesh, ...]
     where: tuple[Lookup, ...]
@@ -151,7 +150,7 @@ def sampling(
     grids: Sequence[ProfileGrid],
     meshes: tuple[Mesh, ...],
     edges: Array,
-    grid: StageGrid,
+    grid: stages.StageGrid,
     friction: Friction | None = None,
 ) -> Sampling:
     """Prepare the look-ups of an integrator's stages among the profile nodes of every kind of mesh.

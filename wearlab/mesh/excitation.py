@@ -12,18 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh import contact, profile, sharing
-from wearlab.mesh.clock import Mesh, Sampling, look_within, of_kind
+from wearlab.mesh import clock, contact, harmonics, profile, sharing
 from wearlab.mesh.face.contact import FaceFlanks
-from wearlab.mesh.harmonics import Harmonics, Modulation
 from wearlab.mesh.stages import Springs, StageTables
 
 
 class AlongPhase(NamedTuple):
     """Mesh stiffness [N/m] and transmission error [m] as functions of phase."""
 
-    stiffness: Harmonics | Modulation
-    error: Harmonics | Modulation
+    stiffness: harmonics.Harmonics | harmonics.Modulation
+    error: harmonics.Harmonics | harmonics.Modulation
 
 
 def combined_error(state: contact.Quasistatic, combination: str, error: str) -> Array:
@@ -58,7 +56,7 @@ Flanks = MeshFlanks | FaceFlanks
 """The flanks of one kind of mesh: pairs, or with a width."""
 
 
-def stage_tables(kinds: Sequence[Flanks], sampling: Sampling, fluctuation: Array | None) -> StageTables:
+def stage_tables(kinds: Sequence[Flanks], sampling: clock.Sampling, fluctuation: Array | None) -> StageTables:
     """Tabulate every mesh at every stage of an integration; the integrator evaluates nothing else.
 
     Parameters
@@ -74,7 +72,7 @@ def stage_tables(kinds: Sequence[Flanks], sampling: Sampling, fluctuation: Array
     return StageTables(width, stiffness, gap, error, rate, fluctuation, *rubs, pair_rate, lead_rate, part)
 
 
-def errors_of(kinds: Sequence[Flanks], meshes: Sequence[Mesh], phase: Array) -> tuple[Array, Array]:
+def errors_of(kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], phase: Array) -> tuple[Array, Array]:
     """Return prescribed errors and their rates by phase, series' own among them, (…, n_mesh) each [m]."""
     error, rate = np.zeros((2, *phase.shape, len(meshes)))
     for at, mesh in enumerate(meshes):
@@ -87,7 +85,7 @@ def errors_of(kinds: Sequence[Flanks], meshes: Sequence[Mesh], phase: Array) -> 
 
 def of_meshes(
     kinds: Sequence[Flanks],
-    meshes: Sequence[Mesh],
+    meshes: Sequence[clock.Mesh],
     where: Sequence[profile.Lookup],
     shape: tuple[int, ...],
 ) -> Springs:
@@ -106,7 +104,7 @@ def of_meshes(
     parts = np.zeros((*full, pairs)) if any(springs.part is not None for springs in each) else None
     table = Springs(np.zeros(full), np.zeros(full), np.zeros(full), np.zeros(full[:-1]), parts)
     for kind, springs in enumerate(each):
-        own, count = of_kind(meshes, kind), springs.stiffness.shape[-1]
+        own, count = clock.of_kind(meshes, kind), springs.stiffness.shape[-1]
 
         def placed(values: Array, own: Index = own) -> Array:
             return np.moveaxis(values.reshape(len(own), *shape, *values.shape[1:]), 0, len(shape))
@@ -169,7 +167,7 @@ class Between:
     """
 
     kinds: Sequence[MeshFlanks]
-    sampling: Sampling
+    sampling: clock.Sampling
     slow: Array | None = None
 
     def errors_at(self, step: Index, fraction: Array) -> tuple[Array, Array]:
@@ -188,7 +186,7 @@ class Between:
         ordered = any(len(flanks.nodes.cross) for flanks in own)  # pairs that share a gear body
         looks = np.stack([phase, middle] if ordered else [phase], axis=1)
         where = [
-            look_within(
+            clock.look_within(
                 flanks.analysis.grid, [mesh.lag for mesh in meshes if mesh.kind == kind], looks, middle
             )
             for kind, flanks in enumerate(self.kinds)

@@ -21,8 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab import nearest, units
-from wearlab.query import evaluate
-from wearlab.query.keys import QueryError
+from wearlab.query import evaluate, keys
 
 FUNCTIONS = ("max", "min", "mean", "range", "abs", "largest_at", "smallest_at")
 LONGEST = 1000
@@ -74,7 +73,7 @@ def parse_formula(text: str) -> Formula:
     (Named(name='wear_depth', at=4),)
     """
     if len(text) > LONGEST:
-        raise QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
+        raise keys.QueryError(f"{len(text)} characters, more than {LONGEST}", text[:40] + "…", 0)
     source = NOT_PYTHON.sub(_in_python, text)
     lead = len(source) - len(source.lstrip())
     try:
@@ -82,7 +81,7 @@ def parse_formula(text: str) -> Formula:
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         at = lead + (getattr(error, "offset", None) or 1) - 1
         reason = f"no formula: {getattr(error, 'msg', 'too deep')}"
-        raise QueryError(reason, text, min(at, len(text))) from None
+        raise keys.QueryError(reason, text, min(at, len(text))) from None
     reader = _FormulaReader(text, lead)
     worked_out = reader.read(tree, 0)
     return Formula(tuple(reader.names), worked_out)
@@ -118,8 +117,8 @@ class _FormulaReader:
         """Return what a formula has for a node."""
         return self.text[self.lead + node.col_offset : self.lead + (node.end_col_offset or 0)]
 
-    def fail(self, reason: str, node: ast.expr) -> QueryError:
-        return QueryError(reason, self.text, self.lead + node.col_offset)
+    def fail(self, reason: str, node: ast.expr) -> keys.QueryError:
+        return keys.QueryError(reason, self.text, self.lead + node.col_offset)
 
     def read(self, node: ast.expr, depth: int) -> WorkedOut:
         if depth > DEEPEST:

@@ -16,8 +16,8 @@ from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from wearlab.runner.progress import watched
-from wearlab.runner.report import RunnerError
+from wearlab.runner import progress as bars
+from wearlab.runner import report
 from wearlab.runner.worker import quietly
 from wearlab.sources import code_and_place, source_hash
 
@@ -161,7 +161,7 @@ def local_client(workers: int | None, dashboard: bool) -> Iterator[Any]:
                 _refuse_other_code(client)
             except (RuntimeError, OSError, TimeoutError, EOFError) as error:  # in many ways
                 reason = str(error.__cause__ or error) or type(error).__name__
-                raise RunnerError(
+                raise report.RunnerError(
                     f"the worker processes did not start ({reason}): is there memory enough? "
                     "Nothing was lost; run again, with fewer workers"
                 ) from error
@@ -224,8 +224,8 @@ def _refuse_other_code(client: Any) -> None:
         code, place = told if isinstance(told, tuple) else (None, told)
         if code != source_hash():
             if place == code_and_place()[1]:
-                raise RunnerError("the sources of wearlab were changed just now; run again")
-            raise RunnerError(
+                raise report.RunnerError("the sources of wearlab were changed just now; run again")
+            raise report.RunnerError(
                 f"the worker processes import another wearlab than this process ({place} there, "
                 f"{code_and_place()[1]} here): run from another folder, or mend PYTHONPATH"
             )
@@ -311,7 +311,7 @@ def compile_ahead(
     named = {id(case.scene): case.label for campaign in campaigns for case in campaign.cases}
     kinds = kinds_of(case.scene for campaign in campaigns for case in campaign.cases)
     jobs = jobs_of(kinds)
-    with local_client(workers, dashboard=False) as client, watched(progress) as bar:
+    with local_client(workers, dashboard=False) as client, bars.watched(progress) as bar:
         bar.start(len(jobs), "compiled")
         futures = {
             client.submit(quietly, do, job, pure=False, priority=-n): job for n, job in enumerate(jobs)

@@ -14,8 +14,7 @@ import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from wearlab.arrays import Array, Index
-from wearlab.life.coupled import WearState
-from wearlab.life.limits import Flanks
+from wearlab.life import coupled, limits
 from wearlab.simulation.twins import Rougher, alike
 
 DEEPEST = 0.95
@@ -44,7 +43,7 @@ class End(NamedTuple):
     nodes: Index
 
 
-def end_of(depth: Array, rate: Array, flank: Index, counts: Flanks) -> End:
+def end_of(depth: Array, rate: Array, flank: Index, counts: limits.Flanks) -> End:
     """Return the end of a life.
 
     Parameters
@@ -155,7 +154,7 @@ class WornFurther(NamedTuple):
 
     twin: Rougher
     error: Array
-    worse: tuple[WearState | None, ...]
+    worse: tuple[coupled.WearState | None, ...]
 
 
 def errors_of_wear(joint: Sequence[Rougher | None], stepping: Array) -> list[WornFurther | None]:
@@ -197,7 +196,7 @@ def _is_levelled(joint: Rougher, step: float, error: Array, off: Array, answer: 
     return bool(-float(off @ answer) * step >= LEVELS * float(off @ off) > 0.0)
 
 
-def _answer(joint: Rougher, worse: Sequence[WearState | None]) -> Array | None:
+def _answer(joint: Rougher, worse: Sequence[coupled.WearState | None]) -> Array | None:
     """Return what further wear changes of the rate of all conditions, None where it cannot be told."""
     each = []
     for share, twin, moved in zip(joint.shares, joint.conditions, worse, strict=True):
@@ -215,11 +214,11 @@ def _further(joint: Rougher, error: Array, stepping: float) -> Array:
     return np.asarray(own - alike if own @ alike < 0.0 else own + alike)
 
 
-def _worn_by(joint: Rougher, off: Array) -> tuple[WearState | None, ...]:
+def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]:
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
     if not np.isfinite(off).all():
         return (None,) * len(joint.conditions)
-    states: list[WearState | None] = []
+    states: list[coupled.WearState | None] = []
     for twin in joint.conditions:
         worn = twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
         further = alike(twin.parts, worn, twin.state.responses, twin.state) if off.any() else twin.state

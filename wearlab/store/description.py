@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.query import evaluate, keys
-from wearlab.store import outcome
-from wearlab.store.files import Problem, RunFiles, StoreError, readable
+from wearlab.store import files, outcome
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -188,7 +187,7 @@ def facts_of(scene: str, summary: Mapping[str, Any], histories: Mapping[str, byt
 MOST_LABELS = 1_000_000  # of one dimension: the catalogue keeps them as text
 
 
-class ForeignRun(StoreError):
+class ForeignRun(files.StoreError):
     """A file that bears another run's name."""
 
 
@@ -202,14 +201,14 @@ def outcome_of(path: Path) -> outcome.Outcome:
     from wearlab.store import netcdf, reading
 
     dataset = reading.read_run(path)
-    with readable(f"{path}:", "is no run of wearlab"):
+    with files.readable(f"{path}:", "is no run of wearlab"):
         for dim, size in dataset.sizes.items():
             if dim in dataset.coords and size > MOST_LABELS:
-                raise StoreError(
+                raise files.StoreError(
                     f"{path}: the dimension {str(dim)[:40]} has {size} labels, more than any run"
                 )
         if netcdf.is_intact(dataset) is False:
-            raise StoreError(f"{path}: its content is not what was sealed in it")
+            raise files.StoreError(f"{path}: its content is not what was sealed in it")
         if (name := str(dataset.attrs.get("id", path.stem))) != path.stem:
             raise ForeignRun(f"{path}: holds run {name}, which is not its name")
         seconds = float(dataset.get("run_time_total", 0.0))
@@ -219,13 +218,13 @@ def outcome_of(path: Path) -> outcome.Outcome:
         )
 
 
-def outcomes_of(runs: RunFiles, problems: list[Problem]) -> Iterator[outcome.Outcome]:
+def outcomes_of(runs: files.RunFiles, problems: list[files.Problem]) -> Iterator[outcome.Outcome]:
     """Yield the outcomes of all runs that have a file; those whose file is none become problems."""
     for path in runs.held():
         try:
             yield outcome_of(path)
-        except StoreError as error:
-            problems.append(Problem(path, "unreadable", str(error)))
+        except files.StoreError as error:
+            problems.append(files.Problem(path, "unreadable", str(error)))
 
 
 def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:

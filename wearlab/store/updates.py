@@ -10,11 +10,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from wearlab.store import files
-from wearlab.store.catalogue import now
+from wearlab.store import catalogue, files, kept_runs
 from wearlab.store.database import marks, understood
 from wearlab.store.files import Problem, RunFiles, StoreError
-from wearlab.store.kept_runs import KeptRuns
 from wearlab.store.netcdf import SEAL, content_hash, datasets_of, encoded
 
 if TYPE_CHECKING:
@@ -47,7 +45,7 @@ class KeptUpdate(NamedTuple):
     summary: dict[str, Any]
 
 
-def update_files(store: KeptRuns) -> RunFiles:
+def update_files(store: kept_runs.KeptRuns) -> RunFiles:
     """Return the folder of the updates."""
     return RunFiles(store.path / "updates")
 
@@ -60,7 +58,7 @@ def seal_of(tree: "xr.DataTree") -> str:
     return digest.hexdigest()
 
 
-def keep_update(store: KeptRuns, tree: "xr.DataTree") -> Path:
+def keep_update(store: kept_runs.KeptRuns, tree: "xr.DataTree") -> Path:
     """Write an update and record it; what is there under this identity is replaced.
 
     Parameters
@@ -74,7 +72,7 @@ def keep_update(store: KeptRuns, tree: "xr.DataTree") -> Path:
     """
     with files.written(store.path):
         image = encoded(tree)
-    update = _update_of(tree, image, now())
+    update = _update_of(tree, image, catalogue.now())
     _keep(store, update, image)
     return update_files(store).path(update.id)
 
@@ -89,13 +87,13 @@ def _update_of(tree: "xr.DataTree", image: bytes, recorded: str) -> KeptUpdate:
     )
 
 
-def _keep(store: KeptRuns, update: KeptUpdate, image: bytes) -> None:
+def _keep(store: kept_runs.KeptRuns, update: KeptUpdate, image: bytes) -> None:
     with store.presence() as presence:
         update_files(store).write([files.Image(update.id, image, update.sha256)], presence.token)
     _record(store, update)
 
 
-def _record(store: KeptRuns, update: KeptUpdate) -> None:
+def _record(store: kept_runs.KeptRuns, update: KeptUpdate) -> None:
     row = (*update[:-2], json.dumps(update.runs), json.dumps(update.summary))
     with store.catalogue._transaction() as connection:
         if (SUBJECT,) not in connection.execute(NAMES).fetchall():
@@ -103,7 +101,7 @@ def _record(store: KeptRuns, update: KeptUpdate) -> None:
         connection.execute(f"INSERT OR REPLACE INTO updates ({COLUMNS}) VALUES ({marks(8)})", row)
 
 
-def kept_updates(store: KeptRuns) -> dict[str, KeptUpdate]:
+def kept_updates(store: kept_runs.KeptRuns) -> dict[str, KeptUpdate]:
     """Return the updates that the catalogue knows, by id, the latest last."""
     if not store.catalogue.exists():
         return {}
@@ -117,18 +115,18 @@ def _of_row(*row: Any) -> KeptUpdate:
     return KeptUpdate._make((*row[:6], tuple(json.loads(row[6])), dict(json.loads(row[7]))))
 
 
-def updates_of(store: KeptRuns, subject: str) -> list[KeptUpdate]:
+def updates_of(store: kept_runs.KeptRuns, subject: str) -> list[KeptUpdate]:
     """Return the updates that are of something, by its identity, the latest first."""
     return [update for update in reversed(kept_updates(store).values()) if update.subject == subject]
 
 
-def find_update(store: KeptRuns, prefix: str) -> KeptUpdate | None:
+def find_update(store: kept_runs.KeptRuns, prefix: str) -> KeptUpdate | None:
     """Return the update whose id begins so, None without one or with several."""
     matching = [update for update in kept_updates(store).values() if prefix and update.id.startswith(prefix)]
     return matching[0] if len(matching) == 1 else None
 
 
-def read_update(store: KeptRuns, update_id: str) -> "xr.DataTree | None":
+def read_update(store: kept_runs.KeptRuns, update_id: str) -> "xr.DataTree | None":
     """Return a kept update, loaded, its file closed; None when there is none.
 
     Raises
@@ -171,7 +169,7 @@ def _sealed(path: Path, update_id: str) -> "xr.DataTree":
     return tree
 
 
-def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
+def adopt_update(store: kept_runs.KeptRuns, other: kept_runs.KeptRuns, update: KeptUpdate) -> None:
     """Take in another store's update, as it lies there.
 
     Raises
@@ -187,7 +185,7 @@ def adopt_update(store: KeptRuns, other: KeptRuns, update: KeptUpdate) -> None:
     _keep(store, update, path.read_bytes())
 
 
-def verify_updates(store: KeptRuns) -> Iterator[Problem]:
+def verify_updates(store: kept_runs.KeptRuns) -> Iterator[Problem]:
     """Yield everything wrong with the updates of a store."""
     folder, known = update_files(store), kept_updates(store)
     for update in known.values():
@@ -200,13 +198,13 @@ def verify_updates(store: KeptRuns) -> Iterator[Problem]:
             yield Problem(path, "unknown", "an update that the catalogue does not know; 'wearlab reindex'")
 
 
-def reindex_updates(store: KeptRuns) -> list[Problem]:
+def reindex_updates(store: kept_runs.KeptRuns) -> list[Problem]:
     """Record every update whose file is what was sealed in it; return the others."""
     problems: list[Problem] = []
     for path in update_files(store).held():
         try:
             tree = _sealed(path, path.stem)
-            recorded = str(tree.attrs.get("date_created", now()))
+            recorded = str(tree.attrs.get("date_created", catalogue.now()))
             update = _update_of(tree, path.read_bytes(), recorded)
         except (StoreError, ValueError) as error:
             problems.append(Problem(path, "altered", str(error)))

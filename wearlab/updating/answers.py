@@ -10,8 +10,7 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from wearlab.arrays import Array, Index, Random
-from wearlab.updating import grids, layout, likelihood, measurements, sampling
-from wearlab.updating.cases import MeasuredCase
+from wearlab.updating import cases, grids, layout, likelihood, measurements, sampling
 from wearlab.updating.grids import Posterior
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import RunHistory, Runs
@@ -45,7 +44,7 @@ class UpdateOutcome:
     stats : numbers about the update itself
     """
 
-    study: MeasuredCase
+    study: cases.MeasuredCase
     answer: Answer
     draws: sampling.Draws
     prior: Answer
@@ -63,7 +62,7 @@ class UpdateOutcome:
         return self.answer.posterior
 
 
-def blocks_of(study: MeasuredCase, runs: Runs) -> tuple[likelihood.Block, ...]:
+def blocks_of(study: cases.MeasuredCase, runs: Runs) -> tuple[likelihood.Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts.
 
     Raises
@@ -87,7 +86,7 @@ def blocks_of(study: MeasuredCase, runs: Runs) -> tuple[likelihood.Block, ...]:
 
 
 def answered(
-    study: MeasuredCase, runs: Runs, blocks: likelihood.Blocks, log_proposal: Array | None = None
+    study: cases.MeasuredCase, runs: Runs, blocks: likelihood.Blocks, log_proposal: Array | None = None
 ) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
@@ -112,7 +111,7 @@ def unseen(blocks: likelihood.Blocks, but: Collection[int] = ()) -> tuple[likeli
 
 
 def outcome(
-    study: MeasuredCase,
+    study: cases.MeasuredCase,
     runs: Runs,
     which: Index,
     log_proposal: Array | None = None,
@@ -147,7 +146,7 @@ def outcome(
     )
 
 
-def _stats(study: MeasuredCase, answer: Answer) -> dict[str, float]:
+def _stats(study: cases.MeasuredCase, answer: Answer) -> dict[str, float]:
     post, blocks = answer.posterior, answer.posterior.blocks
     seen = [block for block in blocks if len(block.seen)]
     run = post.histories[0]
@@ -217,7 +216,7 @@ def _widens(answer: Answer, runs: Runs) -> bool:
 
 
 def _notes(
-    study: MeasuredCase, answer: Answer, stats: dict[str, float], larger: Sequence[tuple[str, float]]
+    study: cases.MeasuredCase, answer: Answer, stats: dict[str, float], larger: Sequence[tuple[str, float]]
 ) -> tuple[str, ...]:
     """Return what a reader must know, most important first."""
     blocks, runs = answer.posterior.blocks, answer.posterior.histories

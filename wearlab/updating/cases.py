@@ -15,8 +15,7 @@ from wearlab.campaign.update import FACTOR
 from wearlab.campaign.update_options import THICKNESS, Days, Fleet, Limit, UnitBlock, UpdateSpec
 from wearlab.gears.specification import GearError
 from wearlab.scene import Scene
-from wearlab.scene.build.contact import thickest
-from wearlab.scene.build.sets import build_set
+from wearlab.scene.build import contact, sets
 from wearlab.store.outcome import last_line, place
 from wearlab.units import is_quantity, split
 from wearlab.updating import measurements, run_curves
@@ -143,7 +142,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
     UpdateError : with file, line and value, or the limit's path
     """
     try:
-        gears = build_set(scene)
+        gears = sets.build_set(scene)
     except GearError:
         return  # the run says so
     deep = [("update.limit.depth: {} mm", limit.value, limit.where, "look at its unit, or give less")]
@@ -152,7 +151,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
         said = f"{own.file}: line {block.row[i]}: {own.quantity} of {{}} mm"
         deep.append((said, block.value[i], own.where, f"look at its unit, {own.place}.units"))
     for said, value, where, remedy in deep[limit.quantity != "max_wear_depth" :]:
-        if value >= (most := thickest(gears, where)):
+        if value >= (most := contact.thickest(gears, where)):
             thick = f"is deeper than a tooth is thick, {1e3 * most:.4g} mm"
             raise UpdateError(f"{said.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
 

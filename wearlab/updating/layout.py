@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearlab.arrays import Array
+from wearlab import arrays, schema
 from wearlab.campaign.update_options import Limit
-from wearlab.schema import VARIABLES
 from wearlab.store.outcome import hours_text
 from wearlab.updating import cases, run_curves
 from wearlab.updating.calendar import NEVER, Calendar
@@ -64,7 +63,7 @@ def stacked(rows: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
 
 
 def lives(
-    known: Lives, factor: Array, run: run_curves.RunHistory, calendar: Calendar | None
+    known: Lives, factor: arrays.Array, run: run_curves.RunHistory, calendar: Calendar | None
 ) -> dict[str, Any]:
     """Return quantiles of life, remaining life and factor, and the day by cycles, of one unit."""
     life = known.life(P)
@@ -89,7 +88,11 @@ def places_of(calendar: Calendar, start: float) -> dict[str, Any]:
 
 def limit_of(limit: Limit) -> xr.Variable:
     """Return the wear that ends the life."""
-    named = {"quantity": limit.quantity, "where": limit.where or "", "units": VARIABLES[limit.quantity].units}
+    named = {
+        "quantity": limit.quantity,
+        "where": limit.where or "",
+        "units": schema.VARIABLES[limit.quantity].units,
+    }
     return variable("predictions", "limit", limit.value, **named)
 
 
@@ -134,7 +137,7 @@ def digits(value: float, count: int = 4) -> str:
     return f"{value:.{count}g}"
 
 
-def _spread(five: Array, unit: str = "") -> str:
+def _spread(five: arrays.Array, unit: str = "") -> str:
     """Return a median with its 50 and 90 % interval, from five quantiles."""
     low, quarter, middle, three, high = (each if isinstance(each, str) else f"{each:.4g}" for each in five)
     return f"{middle}{f' {unit}' if unit else ''} (50 %: {quarter} to {three}; 90 %: {low} to {high})"

@@ -14,8 +14,7 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp, ndtr
 
 from wearlab.arrays import Array, Random
-from wearlab.updating.grids import Posterior
-from wearlab.updating.likelihood import PER
+from wearlab.updating import grids, likelihood
 from wearlab.updating.run_curves import RunHistory, risen
 
 LEAST = 1e-8  # probability of a run that still counts for a life with a drift
@@ -40,7 +39,7 @@ class Answer:
     at_odds : numbers of their blocks, none where there are not two
     """
 
-    posterior: Posterior
+    posterior: grids.Posterior
     now: float
     drifting: int | None
     contradiction: float = 0.0
@@ -226,7 +225,7 @@ def ended(run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, 
     return now + np.where(closed, 0.0, rng.wald(mean, shape))
 
 
-def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:
+def _states(post: grids.Posterior, i: int, number: int, now: float) -> tuple[Array, Array, Array, Array]:
     """Return weight, gap, mean cycles and rate of all that counts in one run."""
     run, nodes = post.histories[i], post.nodes[i]
     joint, seen = post.conditional(i, number)
@@ -236,7 +235,7 @@ def _states(post: Posterior, i: int, number: int, now: float) -> tuple[Array, Ar
     mass *= post.weight[i] / mass.sum()
     ordered = np.sort(mass, axis=None)
     kept = np.nonzero(mass > ordered[np.searchsorted(np.cumsum(ordered), DROPPED * ordered.sum())])
-    rate = np.exp(post.spreads[number][1][i])[kept[2]] ** 2 / PER
+    rate = np.exp(post.spreads[number][1][i])[kept[2]] ** 2 / likelihood.PER
     spread = np.sqrt(seen.variance[kept] + rate * (now - seen.cycle))
     z, heights = np.polynomial.hermite_e.hermegauss(STATES)
     mean = seen.mean[kept] + np.multiply.outer(z, spread)

@@ -20,8 +20,7 @@ from wearlab.arrays import Array, Index
 from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.scene import Scene
 from wearlab.store.files import StoreError
-from wearlab.updating.calendar import straight
-from wearlab.updating.measurements import Observed, UpdateError
+from wearlab.updating import calendar, measurements
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -158,7 +157,7 @@ class Clock(NamedTuple):
     def __call__(self, cycle: Array) -> Array:
         """Return how many cycles at the run's own coefficient and load wear as much."""
         rate = (self.equal[-1] - self.equal[-2]) / (self.cycle[-1] - self.cycle[-2])
-        return straight(np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate)
+        return calendar.straight(np.maximum(cycle, self.cycle[0]), self.cycle, self.equal, rate)
 
     def inverse(self, equal: Array) -> Array:
         """Return the real cycles."""
@@ -249,13 +248,15 @@ def refuse_stages(scene: Scene) -> None:
     UpdateError : it has stages of operation
     """
     if scene.operation is not None and scene.operation.stage:
-        raise UpdateError(
+        raise measurements.UpdateError(
             "operation.stage: stages begin at given cycles, so that the wear is no function of k·N and one "
             "run does not serve every k; update a campaign with operation.duty, mixed within each cycle"
         )
 
 
-def history_of(run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: Limit) -> RunHistory:
+def history_of(
+    run: xr.Dataset, scene: Scene, seen: Sequence[measurements.Observed], limit: Limit
+) -> RunHistory:
     """Return what a stored run says over the cycles.
 
     Parameters
@@ -271,7 +272,7 @@ def history_of(run: xr.Dataset, scene: Scene, seen: Sequence[Observed], limit: L
     """
     refuse_stages(scene)
     if "cycle" not in run or run["cycle"].size < 2:
-        raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
+        raise measurements.UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
@@ -299,18 +300,20 @@ def distinct(run: xr.Dataset) -> xr.Dataset:
     return run if keep.all() else run.isel(update=keep)
 
 
-def cycles_of(run: xr.Dataset, seen: Observed) -> Array:
+def cycles_of(run: xr.Dataset, seen: measurements.Observed) -> Array:
     """Return the cycles of a run at which a block was measured."""
     cycle, start = np.asarray(seen.time, float), float(run["cycle"].values[0])
     if seen.clock != "cycle":
         cycle = start + cycle / per_cycle(run, "operating_hours" if seen.clock == "hours" else "mesh_cycles")
     if len(cycle) and cycle.min() < start:
         row = seen.row[int(np.argmin(cycle))]
-        raise UpdateError(f"{seen.data.file}: line {row}: is before the cycle at which the run starts")
+        raise measurements.UpdateError(
+            f"{seen.data.file}: line {row}: is before the cycle at which the run starts"
+        )
     return cycle
 
 
-def asked_of(run: xr.Dataset, seen: Observed, limit: Limit, ended: RunCurve | None) -> Asked:
+def asked_of(run: xr.Dataset, seen: measurements.Observed, limit: Limit, ended: RunCurve | None) -> Asked:
     """Return what a block of observations asks of a run.
 
     Parameters
@@ -333,7 +336,9 @@ def curve_of(
 ) -> RunCurve:
     """Return a scalar over the cycles; every dimension with several labels needs one."""
     if name not in run:
-        raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
+        raise measurements.UpdateError(
+            f"{place}: the stored run has no {name}: ask for it in store.variables"
+        )
     values, labels = run[name], dict(select)
     own = next((dim for dim in ("flank", "member") if dim in values.dims), None)
     if own is not None and where is not None:
@@ -341,14 +346,14 @@ def curve_of(
     if own == "flank" and own not in labels and name == "max_wear_depth":
         values = values.max("flank")
     if unknown := [dim for dim in select if dim not in values.dims]:
-        raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
+        raise measurements.UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
     for dim in [str(dim) for dim in values.dims if dim != "update"]:
         known, key = values[dim].values.tolist(), dim if dim in ("flank", "member") else f"select.{dim}"
         listed = ", ".join(map(str, known[:8]))
         if dim not in labels and len(known) > 1:
-            raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
+            raise measurements.UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
         if dim in labels and labels[dim] not in known:
-            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
+            raise measurements.UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
         values = values.isel({dim: known.index(labels[dim]) if dim in labels else 0})
     cycle, y = (np.asarray(each.values, float) for each in (run["cycle"], values))
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
@@ -371,18 +376,20 @@ def _rate_at_the_deepest(run: xr.Dataset, where: str | None) -> Array:
     return np.asarray(fast[np.arange(len(at)), at])
 
 
-def _profile(run: xr.Dataset, seen: Observed, places: Array) -> RunCurve:
+def _profile(run: xr.Dataset, seen: measurements.Observed, places: Array) -> RunCurve:
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
     data, flanks = seen.data, run["flank"].astype(str).values.tolist()
     if data.where not in flanks:
-        raise UpdateError(f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}")
+        raise measurements.UpdateError(
+            f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}"
+        )
     flank = run.isel(flank=flanks.index(data.where)).sortby(str(seen.place_kind))
     flank = flank.isel(profile=np.isfinite(flank[seen.place_kind].values))
     x = flank[seen.place_kind].values
     outside = (seen.place < x[0] - TINY) | (seen.place > x[-1] + TINY)
     if outside.any():
         i = int(np.argmax(outside))
-        raise UpdateError(
+        raise measurements.UpdateError(
             f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: outside the active "
             f"flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
         )
@@ -410,7 +417,7 @@ def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurv
         if name == limit.quantity and where == limit.where:
             curves[name] = ended
         elif name in run and (where is None or where in run.get(dim, ())):
-            with suppress(UpdateError):
+            with suppress(measurements.UpdateError):
                 curves[name] = curve_of(run, name, where, {}, "")
     return curves
 

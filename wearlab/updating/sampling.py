@@ -11,9 +11,8 @@ from scipy.special import gammaincc, kolmogorov, ndtr
 
 from wearlab.arrays import Array, Index, Random
 from wearlab.campaign.update_options import PREVIOUS
-from wearlab.updating import kalman, likelihood, lives
+from wearlab.updating import kalman, likelihood, lives, run_curves
 from wearlab.updating.grids import Posterior, along, equally, even_weights
-from wearlab.updating.run_curves import RunHistory
 
 PIECE = 400  # draws whose errors are drawn at once
 FINE = 16  # times as fine as its grid an error is drawn
@@ -47,7 +46,7 @@ class Draws:
         sd, drift = (tuple(x[some] for x in each) for each in (self.sd, self.drift))
         return Draws(self.posterior, self.run[some], self.factor[some], sd, drift, self.life[some])
 
-    def by_run(self) -> list[tuple[RunHistory, Index]]:
+    def by_run(self) -> list[tuple[run_curves.RunHistory, Index]]:
         """Return each run that was drawn, with its draws."""
         runs = self.posterior.histories
         return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]

@@ -12,9 +12,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab.arrays import Array
-from wearlab.updating import answers, layout, likelihood, sampling
-from wearlab.updating.cases import MeasuredCase
-from wearlab.updating.grids import Posterior
+from wearlab.updating import answers, cases, grids, layout, likelihood, sampling
 
 MOST = 200  # inspections that are replayed; of more, evenly many
 DRAWS = 1000
@@ -53,7 +51,7 @@ def held_by(q: Array, truth: Array) -> dict[str, float]:
     return {f"replay_in_{width}": float(held.sum()) for width, held in inside.items()}
 
 
-def simple_rules(study: MeasuredCase, post: Posterior, now: float) -> tuple[float, float]:
+def simple_rules(study: cases.MeasuredCase, post: grids.Posterior, now: float) -> tuple[float, float]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
     limit, run, ratio, line = study.limit, post.histories[0], np.nan, np.nan
     number = next((n for n, b in enumerate(post.blocks) if b.measures(limit)), None)
@@ -73,7 +71,7 @@ def simple_rules(study: MeasuredCase, post: Posterior, now: float) -> tuple[floa
     return ratio, line
 
 
-def replayed(study: MeasuredCase, post: Posterior, end: float = np.nan) -> xr.Dataset:
+def replayed(study: cases.MeasuredCase, post: grids.Posterior, end: float = np.nan) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
     Parameters
@@ -136,7 +134,7 @@ def scored(replay: xr.Dataset, end: float) -> xr.Dataset:
 MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left out
 
 
-Model = tuple[str, Posterior, likelihood.Blocks]  # name, a posterior of its runs, observations
+Model = tuple[str, grids.Posterior, likelihood.Blocks]  # name, a posterior of its runs, observations
 
 
 def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
@@ -158,7 +156,7 @@ def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
         yield name(errors[0], "k constant"), constant, post.blocks
 
 
-def left_out(post: Posterior) -> Array:
+def left_out(post: grids.Posterior) -> Array:
     """Return ln of the probability of each inspection given all others; NaN where that is much to do."""
     run = post.histories[0]
     if len(post.histories) * sum(len(asked.cycle) for asked in run.asked) > MOST_LEFT_OUT:

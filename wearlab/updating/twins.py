@@ -19,8 +19,7 @@ import numpy as np
 import xarray as xr
 
 from wearlab import arrays, tables, units
-from wearlab.campaign import Campaign, load
-from wearlab.campaign.update_options import TrueModel
+from wearlab.campaign import Campaign, load, update_options
 from wearlab.updating import answers, cases, grids, layout, likelihood, lives, run_curves, sampling, scores
 from wearlab.updating.measurements import Observed, UpdateError
 
@@ -94,7 +93,7 @@ def _bent(run: run_curves.RunHistory, power: float) -> run_curves.RunHistory:
     return run if power == 1.0 else replace(run, clock=run_curves.Clock(run.start + last * share, bent))
 
 
-def _true_blocks(post: grids.Posterior, true: TrueModel) -> tuple[likelihood.Block, ...]:
+def _true_blocks(post: grids.Posterior, true: update_options.TrueModel) -> tuple[likelihood.Block, ...]:
     """Return the blocks with the errors that are true of twins."""
     made = []
     for block in post.blocks:

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
+from wearlab.gears import helix, specification
 from wearlab.gears.gear import Gear, GearPair
-from wearlab.gears.helix import SlicedFlank
-from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffness import PiecewiseCurve
 
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
@@ -98,7 +97,7 @@ def nodal(profile: MeasuredProfile, pair: GearPair, gear: int, s: Array) -> Arra
 
 
 def over_face(
-    place: Array, depth: Array, name: str, flank: SlicedFlank, how: tuple[Zero, Continuation]
+    place: Array, depth: Array, name: str, flank: helix.SlicedFlank, how: tuple[Zero, Continuation]
 ) -> Array:
     """Return the wear depth of a flank that was measured over its face, at its slices, (n_face, n) [m].
 
@@ -119,14 +118,14 @@ def over_face(
     """
     zero, continuation = how
     if zero not in ("as-measured", "max"):
-        raise GearError(
+        raise specification.GearError(
             f"{name}: zero = {zero!r} is a profile's, and this flank was measured over its face: give "
             "'as-measured' or 'max'"
         )
     ends = float(flank.position[0]), float(flank.position[-1])
     slack = SLACK * flank.width
     if continuation == "refuse" and (place[0] > ends[0] + slack or place[-1] < ends[1] - slack):
-        raise GearError(
+        raise specification.GearError(
             f"{name}: what was measured covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} "
             f"mm, the slices {1e3 * ends[0]:.4g} to {1e3 * ends[1]:.4g} mm; measure all of the face, check "
             "face_position, counted from mid-face, and its unit, or say how it goes on: continuation = "
@@ -154,7 +153,7 @@ def _worn(depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead
     above = -float(depth.flat[lowest])
     if above > max(LEAST_NOISE, NOISE * float(depth.max())):
         standing = where[0].format(where[1][lowest])
-        raise GearError(
+        raise specification.GearError(
             f"{name}: with zero = {zero!r} the measured flank stands {1e6 * above:.3g} µm above its unworn "
             f"{standing}, and wear adds no material; check the sign, or choose zero = {instead}"
         )
@@ -189,7 +188,7 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
 def _at_diameter(body: Gear, diameter: Array) -> Array:
     square = (0.5 * diameter) ** 2 - body.base_radius**2
     if square.min() < 0.0:
-        raise GearError(
+        raise specification.GearError(
             f"{body.name}: a measured diameter of {1e3 * diameter.min():.6g} mm lies below the base circle, "
             f"{2e3 * body.base_radius:.6g} mm; leave out points off the involute"
         )
@@ -240,13 +239,13 @@ def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
     if where[0] > begin + slack or where[-1] < end - slack:
         shown = [np.array([where[0], where[-1]]), np.array([begin, end])]
         have, need = ([f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))] for ends in shown)
-        raise GearError(
+        raise specification.GearError(
             f"{pair.gears[gear].name}: the measured profile covers diameters {have[0]} to {have[1]} mm, the "
             f"active flank {need[0]} to {need[1]} mm; measure all of it, check {along} and its unit, or say "
             "how it goes on: continuation = 'hold', 'slope' or 'zero'"
         )
     if inside < LEAST_POINTS:
-        raise GearError(
+        raise specification.GearError(
             f"{pair.gears[gear].name}: {inside} measured points lie on the active flank; give "
             f"{LEAST_POINTS} or more"
         )

@@ -13,8 +13,7 @@ from numpy.polynomial import Legendre
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, acceleration, forces_at, place_of
 from wearlab.gears.gear import GearPair
-from wearlab.mesh import excitation, force, gear_set, profile
-from wearlab.mesh.stages import StageGrid, parabola
+from wearlab.mesh import excitation, force, gear_set, profile, stages
 
 
 def friction_force(
@@ -118,7 +117,7 @@ SAME_MEAN, MOST_HALVINGS = 1e-5, 14
 
 
 def mesh_acceleration_at(
-    response: Response, grid: StageGrid, phase: Array, segment: Index | None = None
+    response: Response, grid: stages.StageGrid, phase: Array, segment: Index | None = None
 ) -> Array:
     """Return the relative acceleration of both bodies along each line of action, (n_kept, n_mesh, n) [m/s²].
 
@@ -134,11 +133,11 @@ def mesh_acceleration_at(
     """
     place = place_of(grid, phase, segment)
     forces, motion = forces_at(response, *place), response.motion.at(*place)
-    a = acceleration(response, *motion, forces, lambda table: parabola(table, *place))
+    a = acceleration(response, *motion, forces, lambda table: stages.parabola(table, *place))
     return np.ascontiguousarray((a @ response.system.direction.T).transpose(0, 2, 1))
 
 
-def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, Index, Array]:
+def within_steps(grid: stages.StageGrid, nodes: int = NODES) -> tuple[Array, Index, Array]:
     """Return phases within and at both ends of all steps, their segments, and weights of a mean over them.
 
     Lobatto's rule, of order ``2 nodes − 2`` on each smooth segment: (nodes · n_steps,) each. A wave that
@@ -150,7 +149,7 @@ def within_steps(grid: StageGrid, nodes: int = NODES) -> tuple[Array, Index, Arr
     return phase.ravel(), np.repeat(grid.segment, nodes), weight.ravel() / weight.sum()
 
 
-def mean_over_period(grid: StageGrid, values: Callable[[StageGrid], Array]) -> Array:
+def mean_over_period(grid: stages.StageGrid, values: Callable[[stages.StageGrid], Array]) -> Array:
     """Return the mean over a mesh period of values that may jump within steps, (...,).
 
     Steps whose halves, by Lobatto's rule, do not add up to them are halved again.
@@ -166,7 +165,7 @@ def mean_over_period(grid: StageGrid, values: Callable[[StageGrid], Array]) -> A
     """
     share = lobatto(NODES)[1]
 
-    def integrals(steps: StageGrid) -> Array:
+    def integrals(steps: stages.StageGrid) -> Array:
         each = values(steps)
         return np.asarray(each.reshape(*each.shape[:-1], -1, NODES) @ share * steps.width)
 
@@ -180,7 +179,7 @@ def mean_over_period(grid: StageGrid, values: Callable[[StageGrid], Array]) -> A
         again = np.repeat((np.abs(change) > bound).reshape(-1, len(grid.start)).any(axis=0), 2)
         if not again.any():
             break
-        grid, whole = StageGrid(*(column[again] for column in halves)), parts[..., again]
+        grid, whole = stages.StageGrid(*(column[again] for column in halves)), parts[..., again]
     return mean
 
 

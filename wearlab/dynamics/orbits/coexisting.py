@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.dynamics.orbits import periodic, shooting
 from wearlab.dynamics.orbits.integrate import LOCATED
-from wearlab.dynamics.orbits.periodic import Periodic, periods_of
 from wearlab.dynamics.orbits.response import Response, step_forces
-from wearlab.dynamics.orbits.shooting import RHS_PER_STEP, Shooting
 from wearlab.dynamics.rigid import rigid_modes
 
 BLOCK = 50
@@ -78,7 +77,7 @@ class _CutOff(Exception):
 
 
 def coexisting(
-    response: Response, method: Periodic, most_steps: int = MOST_STEPS, tries: Tries = WHOLE
+    response: Response, method: periodic.Periodic, most_steps: int = MOST_STEPS, tries: Tries = WHOLE
 ) -> Search:
     """Look for another attractor that the released flanks reach; there is none when all return.
 
@@ -112,10 +111,10 @@ def coexisting(
     return Search(rival, starts, int(hunt.maps), spent=hunt.spent)
 
 
-class _Hunt(Shooting):
+class _Hunt(shooting.Shooting):
     """Attractors beside a response, found with a bounded number of mesh periods."""
 
-    def __init__(self, response: Response, method: Periodic, most: int) -> None:
+    def __init__(self, response: Response, method: periodic.Periodic, most: int) -> None:
         super().__init__(response.system, response.tables, response.mesh_period, method)
         self.known, self.method, self.most = Attractor(response, self.rate), method, most
         self.patience = sum(method.transients(self))
@@ -123,7 +122,7 @@ class _Hunt(Shooting):
     @property
     def spent(self) -> float:
         """Mesh periods so far, with what locating changes of contact is worth."""
-        return self.maps + self.located * self.per_change / (RHS_PER_STEP * self.steps)
+        return self.maps + self.located * self.per_change / (shooting.RHS_PER_STEP * self.steps)
 
     def integrate(self, state: Array, count: int, keep: int = 1) -> tuple[Array, Array]:
         """Integrate as `Shooting.integrate` does, if the bound allows."""
@@ -164,7 +163,7 @@ class _Hunt(Shooting):
     def _led_to(self, state: Array) -> Response | None:
         """Return another attractor near a motion that has not settled."""
         strobe, _ = self.integrate(state.copy(), 2 * self.method.longest)
-        shown = list(islice(periods_of(strobe, self.method.longest, self.rate), 1))
+        shown = list(islice(periodic.periods_of(strobe, self.method.longest, self.rate), 1))
         for periods in shown or TRIED:
             if (rival := self._beside(periods, strobe[-1])) is not None:
                 return rival
@@ -190,7 +189,7 @@ class _Hunt(Shooting):
         """Return the attractor on which a motion has settled."""
         method = self.method
         strobe, path = self.integrate(state, max(method.averaged, 2 * method.longest), method.averaged)
-        for periods in periods_of(strobe, method.longest, self.rate):
+        for periods in periodic.periods_of(strobe, method.longest, self.rate):
             orbit = self.shoot(periods, strobe[-1].copy())
             if orbit is not None and orbit.largest <= 1.0 + method.margin:
                 return None if self.known.is_at(orbit.state[0, 0]) else orbit

@@ -24,8 +24,7 @@ from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.mesh.face.solve import Section, Slices, layer_compliance, solve_phases
-from wearlab.mesh.finite_element import compliance, elements, solid
-from wearlab.mesh.finite_element.outline import LoadedFlank
+from wearlab.mesh.finite_element import compliance, elements, outline, solid
 from wearlab.mesh.stages import Springs
 
 LIGHT = 1.0
@@ -66,7 +65,7 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
     for number, gear in enumerate(pair.gears):
         oblique = turned.sense * math.tan(turned.angle) * (-1.0 if number == DRIVING else 1.0)
         tooth = solid.solid_compliance(gear, edges, oblique)
-        q = LoadedFlank(gear).parameter(pair.radius(number, position))
+        q = outline.LoadedFlank(gear).parameter(pair.radius(number, position))
         sampled = np.clip(q, tooth.q[0], tooth.q[-1])
         at = compliance.spline_weights(tooth.q, sampled)
         local = solid.indentation(gear, sampled) / turned.cosine

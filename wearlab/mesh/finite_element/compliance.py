@@ -28,8 +28,7 @@ from scipy.sparse.linalg import splu
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import DRIVING, Gear, GearPair
-from wearlab.mesh.finite_element import elements
-from wearlab.mesh.finite_element.outline import LoadedFlank, Wear
+from wearlab.mesh.finite_element import elements, outline
 
 KEPT_IN_PROCESS = 64
 LENGTHS = (
@@ -178,7 +177,7 @@ def _remembered(shape: Gear, options: elements.Options) -> GearCompliance:
     return solve_gear(shape, options)
 
 
-def solve_gear(gear: Gear, options: elements.Options, wear: Wear | None = None) -> GearCompliance:
+def solve_gear(gear: Gear, options: elements.Options, wear: outline.Wear | None = None) -> GearCompliance:
     """Compute the compliance of a gear with finite elements.
 
     Teeth, root and body of the whole wheel yield, clamped at the bore. The local indentation is the
@@ -231,7 +230,7 @@ def pair_compliance(
     compliances = solved or tuple(gear_compliance(gear, options) for gear in pair.gears)
     own, shared = np.zeros(len(s)), np.zeros((pairs - 1, len(s)))
     for index, (gear, compliance) in enumerate(zip(pair.gears, compliances, strict=True)):
-        flank = LoadedFlank(gear)
+        flank = outline.LoadedFlank(gear)
         here = compliance.weights(flank.parameter(pair.radius(index, s)))
         own += here @ compliance.own / gear.face_width
         for apart in range(1, pairs):

@@ -11,8 +11,7 @@ import numpy as np
 from pydantic import ConfigDict, ValidationInfo, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
-from wearlab import table_options
-from wearlab.arrays import Array
+from wearlab import arrays, table_options
 from wearlab.options import NOT_NEGATIVE, POSITIVE, Alternatives, Depth, Length, Part, option
 from wearlab.slots import Slot, Variant
 
@@ -51,7 +50,7 @@ class InitialModel(Variant):
                 "shape or a file"
             )
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return its depth along the flank normal, (n,) [m].
 
         Parameters
@@ -66,7 +65,9 @@ class InitialModel(Variant):
         """
         raise NotImplementedError(f"{type(self).__name__} has no at_nodes")
 
-    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
+    def over_face(
+        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
+    ) -> arrays.Array:
         """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
 
         Parameters
@@ -111,7 +112,7 @@ class UniformWear(ShapedWear):
     shape: Literal["uniform"] = "uniform"
     """the same everywhere. Source: W23"""
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return the depth, (n,) [m]."""
         return np.full(np.shape(position), self.depth)
 
@@ -122,12 +123,12 @@ class QuadraticWear(ShapedWear):
     shape: Literal["quadratic"] = "quadratic"
     """depth·(s/s_far)² from the pitch point. Source: W23"""
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
         return quadratic(position, self.depth)
 
 
-def quadratic(position: Array, depth: float) -> Array:
+def quadratic(position: arrays.Array, depth: float) -> arrays.Array:
     """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
     return np.asarray(depth * (position / np.abs(position).max()) ** 2)
 
@@ -211,13 +212,15 @@ class MeasuredWear(InitialModel):
         """Whether it was measured over the face: a lead or a topography."""
         return self.across is not None or self.x == "face_position"
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
         from wearlab.wear.measured_profile import measured
 
         return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
 
-    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
+    def over_face(
+        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
+    ) -> arrays.Array:
         """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
         from wearlab.wear.measured_profile import nodal, over_face
 
