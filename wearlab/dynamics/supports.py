@@ -206,6 +206,10 @@ class TorsionalSpring(options.Part):
 class TorsionalSupport(TorsionalSpring):
     """What holds a gear that only turns."""
 
+    radial_stiffness: ClassVar[None] = None
+    damping: ClassVar[None] = None
+    preload: ClassVar[float] = 0.0
+
 
 class AxialBearing(TorsionalSpring):
     """A bearing along the axis of one helical gear."""
