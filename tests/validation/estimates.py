@@ -37,7 +37,7 @@ def main(words: list[str] | None = None) -> int:
     made_by = provenance(draw_any(asked.seed, 0), begun)
     source = made_by["source_hash"]
     try:
-        with bar(asked.scenes, silent=False) as tell:
+        with bar(asked.scenes) as tell:
             rows = estimate_rows.run(asked, source, out / TABLE, given.workers, tell)
     except KeyboardInterrupt:
         rows = estimate_rows.done(asked, source, out / TABLE)
