@@ -17,42 +17,8 @@ from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 
 NEWTON_STEPS = 30
+SECANT_STEPS = 40
 CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
-FIRST_STEP = 2e-6
-ITERATIONS = 60
-RESOLUTION = 1e-16
-
-
-def _root_of(function):  # type: ignore[no-untyped-def]
-    """Return a kernel that finds the root of a kernel ``function(given, x)`` between x0 and x1.
-
-    By Ridders' method; NaN where the function jumps over zero.
-    """
-
-    @jit_inner
-    def root(given, x0, f0, x1, f1):  # type: ignore[no-untyped-def]
-        scale = max(abs(f0), abs(f1))
-        x, f = x1, f1
-        for _ in range(ITERATIONS):
-            middle = 0.5 * (x0 + x1)
-            f_middle = function(given, middle)
-            spread = math.sqrt(f_middle * f_middle - f0 * f1)
-            if spread == 0.0:
-                break
-            before = x
-            x = middle + (middle - x0) * (f_middle if f0 > f1 else -f_middle) / spread
-            f = function(given, x)
-            if f == 0.0 or abs(x - before) <= RESOLUTION:
-                break
-            if f_middle * f < 0.0:
-                x0, f0, x1, f1 = middle, f_middle, x, f
-            elif f * f0 < 0.0:
-                x1, f1 = x, f
-            else:
-                x0, f0 = x, f
-        return x if abs(f) <= 1e-9 * scale + 1e-15 else math.nan
-
-    return root
 
 
 @jit_inner
@@ -105,13 +71,14 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
     best, where = math.inf, math.nan
     for p in range(len(driving.piece) - 1):
         first, last = driving.piece[p], driving.piece[p + 1] - 1
-        given = driving, driven, x, reach, first, last
         a, b = driving.start[first], driving.start[last] + driving.width[last]
-        f_a, f_b = _excess_reach(given, a), _excess_reach(given, b)
+        f_a = _excess_reach(driving, driven, x, a, driving.shift[first, 0], reach)
+        f_b = _excess_reach(driving, driven, x, b, driving.shift[last, 1], reach)
         if not f_a * f_b <= 0.0:
             continue
-        s = a if f_a == 0.0 else b if f_b == 0.0 else _same_reach(given, a, f_a, b, f_b)
-        _, q_n, q_u = _seen(driving, driven, x, s, _shift_within(driving, first, last, s))
+        s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
+        w = _shift_within(driving, first, last, s)
+        _, q_n, q_u = _seen(driving, driven, x, s, w)
         gap = x - s2 - _turned(driven, reach, q_n, q_u)
         if gap < best:
             best, where = gap, s
@@ -119,10 +86,9 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
 
 
 @jit_inner
-def _excess_reach(given, s):  # type: ignore[no-untyped-def]
+def _excess_reach(driving, driven, x, s, w, reach):  # type: ignore[no-untyped-def]
     """Return by how much a driving point reaches further; inside the base circle, to that."""
-    driving, driven, x, reach, first, last = given
-    excess, _, _ = _seen(driving, driven, x, s, _shift_within(driving, first, last, s))
+    excess, _, _ = _seen(driving, driven, x, s, w)
     return (excess if excess == excess else -driven.side * driven.curvature) - reach
 
 
@@ -131,7 +97,24 @@ def _shift_within(flank, first, last, s):  # type: ignore[no-untyped-def]
     return shift_at(flank, min(max(interval_of(flank, s), first), last), s)[0]
 
 
-_same_reach = _root_of(_excess_reach)
+@jit_inner
+def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: ignore[no-untyped-def]
+    """Return the driving point between a and b at the corner's distance from the driven gear's centre.
+
+    By false position, halving the older end's value where it stays (Illinois).
+    """
+    s = b
+    for _ in range(SECANT_STEPS):
+        before, s = s, (a * f_b - b * f_a) / (f_b - f_a) if f_b != f_a else b
+        if abs(s - before) <= CLOSE:
+            break
+        f = _excess_reach(driving, driven, x, s, _shift_within(driving, first, last, s), reach)
+        if f * f_b <= 0.0:
+            a, f_a = b, f_b
+        else:
+            f_a *= 0.5
+        b, f_b = s, f
+    return s
 
 
 def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
@@ -211,6 +194,11 @@ def along_normal(flank: Flank, s: float, w: float, slope: float) -> tuple[float,
     return tilt, -versine * v_n + sin * v_u, -sin * v_n - versine * v_u + s + w
 
 
+FIRST_STEP = 2e-6
+ITERATIONS = 60
+RESOLUTION = 1e-16
+
+
 class FlankContact(NamedTuple):
     """Points of two flanks that touch; NaN where none does.
 
@@ -259,7 +247,7 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
     for i in range(len(s)):
         w, slope = shift_at(driving, interval_of(driving, s[i]), s[i])
         eta, a_n, a_u = along_normal(driving, s[i], w, slope)
-        s2 = root_near((driven, a_n, a_u, d_n, d_u), s[i])
+        s2 = root_near(driven, s[i], a_n, a_u, d_n, d_u)
         if not s2 == s2:
             continue
         w2, slope2 = shift_at(driven, interval_of(driven, s2), s2)
@@ -273,39 +261,62 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def excess_distance(given, s):  # type: ignore[no-untyped-def]
+def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m].
 
     References
     ----------
     Y23: ``R1² + R2² − 2 R1 R2 cos(γ2 + λ2 − γ1 − λ1) = a²``.
     """
-    flank, a_n, a_u, d_n, d_u = given
-    w, slope = shift_at(flank, interval_of(flank, s), s)
+    w, slope = shift_at(flank, k, s)
     _, b_n, b_u = along_normal(flank, s, w, slope)
     n, u = b_n - a_n, b_u - a_u
     return (d_n * n + d_u * u + 0.5 * (n * n + u * u)) / math.hypot(d_n, d_u)
 
 
-_same_distance = _root_of(excess_distance)
-
-
 @jit_inner
-def root_near(given, start):  # type: ignore[no-untyped-def]
+def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return the root nearest to ``start``, bracketed by growing steps towards falling distance."""
-    flank, d_u = given[0], given[4]
-    low_end, high_end = flank.start[0], flank.start[-1] + flank.width[-1]
-    outer = min(max(start, low_end), high_end)
-    f_outer = f_begin = excess_distance(given, outer)
+    last = len(flank.start) - 1
+    low_end, high_end = flank.start[0], flank.start[last] + flank.width[last]
+    begin = min(max(start, low_end), high_end)
+    f_begin = excess_distance(flank, interval_of(flank, begin), begin, a_n, a_u, d_n, d_u)
     if f_begin == 0.0:
-        return outer
-    step = -FIRST_STEP if (d_u > 0.0) == (f_begin > 0.0) else FIRST_STEP
-    inner, f_inner = outer, f_outer
+        return begin
+    rising = 1.0 if d_u > 0.0 else -1.0
+    step = -FIRST_STEP * rising * (1.0 if f_begin > 0.0 else -1.0)
+    inner, f_inner = begin, f_begin
+    outer, f_outer = begin, f_begin
     while f_outer * f_begin > 0.0:
         inner, f_inner = outer, f_outer
         if (outer <= low_end and step < 0.0) or (outer >= high_end and step > 0.0):
             return math.nan
         outer = min(max(outer + step, low_end), high_end)
-        f_outer = excess_distance(given, outer)
+        f_outer = excess_distance(flank, interval_of(flank, outer), outer, a_n, a_u, d_n, d_u)
         step *= 2.0
-    return _same_distance(given, inner, f_inner, outer, f_outer)
+    return _ridders(flank, inner, f_inner, outer, f_outer, a_n, a_u, d_n, d_u)
+
+
+@jit_inner
+def _ridders(flank, x0, f0, x1, f1, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
+    """Return the root between x0 and x1 by Ridders' method; NaN where the function jumps over zero."""
+    scale = max(abs(f0), abs(f1))
+    x, f = x1, f1
+    for _ in range(ITERATIONS):
+        middle = 0.5 * (x0 + x1)
+        f_middle = excess_distance(flank, interval_of(flank, middle), middle, a_n, a_u, d_n, d_u)
+        root = math.sqrt(f_middle * f_middle - f0 * f1)
+        if root == 0.0:
+            break
+        before = x
+        x = middle + (middle - x0) * (f_middle if f0 > f1 else -f_middle) / root
+        f = excess_distance(flank, interval_of(flank, x), x, a_n, a_u, d_n, d_u)
+        if f == 0.0 or abs(x - before) <= RESOLUTION:
+            break
+        if f_middle * f < 0.0:
+            x0, f0, x1, f1 = middle, f_middle, x, f
+        elif f * f0 < 0.0:
+            x1, f1 = x, f
+        else:
+            x0, f0 = x, f
+    return x if abs(f) <= 1e-9 * scale + 1e-15 else math.nan
