@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import map_coordinates
-from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 from scipy.special import logsumexp, ndtri, softmax
 from scipy.stats import qmc
@@ -362,10 +361,11 @@ def population(units: Sequence[FleetMember], law: Law, seed: int) -> Population:
         z = ndtri(np.clip(qmc.Sobol(d, rng=seed + n).random(GUIDES), 1e-6, 1.0 - 1e-6))
         theta = mean + z @ root.T
         seen, before = log_units(theta, some).sum(axis=0), log_prior(theta) + 0.5 * np.sum(z * z, axis=1)
-        if _surplus(1.0, before, seen) >= 0.0:
-            temper = 1.0
-        elif _surplus(temper, before, seen) > 0.0:
-            temper = brentq(_surplus, temper, 1.0, args=(before, seen))
+        most = 1.0
+        for _ in range(30 if _surplus(1.0, before, seen) < 0.0 else 0):  # not one root: from above
+            middle = 0.5 * (temper + most)
+            temper, most = (middle, most) if _surplus(middle, before, seen) >= 0.0 else (temper, middle)
+        temper = 1.0 if most == 1.0 else temper
         mean, root = _fitted(theta, before + temper * seen)
         if temper == 1.0 and len(some) < len(units):
             temper, some = len(some) / len(units), units
