@@ -80,7 +80,9 @@ def on_solid(gap, solid, hertz, force=FORCE):
     slices = Slices(np.zeros((1, 1, n), np.int64), np.full(n, B / n), np.ones(1))
     section = Section(np.ones(1), np.zeros((0, 1)), np.array([hertz]), 0.0, 1.0)
     gap, start = np.asarray(gap)[:, None], np.zeros((1, 1, n))
-    load, approach, tangent = solve_phases(slices, section, gap, np.array([force]), start, solid[None, None])
+    load, approach, tangent = solve_phases(
+        slices, section, gap, np.array([force]), start, None, solid[None, None]
+    )
     return load[0, 0], approach[0], tangent[0]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearlab.mesh.face.solve import Section, Slices, layer_compliance, solve_phases
+from wearlab.mesh.face.solve import Section, Slices, layer_of, solve_phases
 
 B, FORCE, STIFFNESS = 0.1, 40e3, 20e9
 """Face width [m], force [N], stiffness per width [N/m²]."""
@@ -25,7 +25,8 @@ def pressed(gap, *, compliance=1.0 / STIFFNESS, contact=None, shear_length=0.0, 
         np.asarray(gap)[:, None],
         np.array([force]),
         np.zeros((1, 1, n)),
-        layer_compliance(slices, middle, body, shear_length),
+        layer_of(slices, middle, body, shear_length),
+        None,
     )
     return load[0, 0], approach[0], tangent[0], width
 

@@ -23,7 +23,7 @@ from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.contact import LEAST_LOADED, ContactAnalysis
 from wearlab.mesh.exact.gaps import DisplacementBeyond
 from wearlab.mesh.face.grid import FaceGrid
-from wearlab.mesh.face.solve import Section, Slices, layer_compliance, solve_phases
+from wearlab.mesh.face.solve import Section, ShearLayer, Slices, layer_of, solve_phases
 from wearlab.mesh.finite_element import compliance, elements, outline, solid
 from wearlab.mesh.stages import Springs
 
@@ -163,10 +163,10 @@ class FaceContact:
         return Slices(self.grid.node, self.grid.width, self.grid.filled)
 
     @cached_property
-    def _compliance(self) -> Array:
+    def _layer(self) -> ShearLayer | None:
         if self.solid is not None:
-            return self.solid.compliance
-        return layer_compliance(self._slices, self.grid.position, self.section.body, self.shear_length)
+            return None
+        return layer_of(self._slices, self.grid.position, self.section.body, self.shear_length)
 
     @property
     def mean_stiffness(self) -> float:
@@ -207,7 +207,9 @@ class FaceContact:
         asked = np.broadcast_to(self.analysis.load if force is None else force, len(grid.phase))
         pressed = np.where(asked > 0.0, asked, LIGHT)
         start = np.zeros(grid.node.shape) if near is None else near.load
-        load, deflection, tangent = solve_phases(self._slices, given, gap, pressed, start, self._compliance)
+        load, deflection, tangent = solve_phases(
+            self._slices, given, gap, pressed, start, self._layer, self.solid and self.solid.compliance
+        )
         free = ~(asked > 0.0)  # as stiff as under a light touch, and not deflected
         if free.any():
             load[free], deflection[free] = 0.0, self._unloaded(gap)[free]

@@ -1,17 +1,16 @@
-"""The contact problem of a face at every phase: one-sided springs on teeth that bend along the face.
+"""The contact problem of a face at every phase: one-sided springs on layers that bend along the face.
 
-Each line of contact presses on the teeth of one pair, which yield by ``u = C f`` under the forces f on
-slices, with Hertz's contact as a spring of its own at each slice. Lines act on each other through the bodies
-that their teeth share.
+Each line of contact presses on the teeth of one pair: an elastic layer of stiffness k(y) whose neighbouring
+slices are joined by a shear stiffness T, free at both ends of the face (Pasternak), with Hertz's contact as a
+spring of its own at each slice. Lines act on each other through the bodies that their teeth share.
 
-    ``u + c_h(w) w + g = δ_l`` where ``w ≥ 0`` touches, ``≥ δ_l`` elsewhere,
+    ``K u = b w``,  ``u + c_h(w) w + g = δ_l`` where ``w ≥ 0`` touches, ``≥ δ_l`` elsewhere,
     ``δ_l = δ − Σ X_lq F_q``,  ``Σ F_l = F``
 
-C is that of solid elements, or of an elastic layer of stiffness k(y) whose neighbouring slices are joined by
-a shear stiffness T, free at both ends of the face (Pasternak).
+Solid teeth yield otherwise: ``u = C f`` of the forces f on slices, C from elements.
 
 By Newton's method, the contact straightened about the last loads, and those of negative load released. The
-factor of a line is kept while its loads change little.
+factor of a solid line is kept while its loads change little.
 """
 
 from typing import NamedTuple
@@ -26,7 +25,7 @@ MOST_ITERATIONS = 80
 SETTLED = 1e-11
 """Largest change of a line load in the last iteration, over the mean one."""
 NEAR = 0.1
-"""Change of a line load, over the mean one, up to which the factor of a line is kept."""
+"""Change of a line load, over the mean one, up to which the factor of a solid line is kept."""
 
 
 class Section(NamedTuple):
@@ -63,10 +62,21 @@ class Slices(NamedTuple):
     filled: Array
 
 
-def layer_compliance(slices: Slices, position: Array, body: Array, shear_length: float) -> Array:
-    """Return how layers in shear yield, (n_phases, n_lines, n_face, n_face) as for `solve_phases` [m/N].
+class ShearLayer(NamedTuple):
+    """The layers of all lines: the three diagonals of K.
 
-    Where a line does not reach, its layer is as stiff as at the path's end.
+    Parameters
+    ----------
+    diagonal : (n_phases, n_lines, n_face) [N/m]
+    joint : (n_phases, n_lines, n_face − 1) shear stiffness between neighbours, less K beside it [N/m]
+    """
+
+    diagonal: Array
+    joint: Array
+
+
+def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) -> ShearLayer:
+    """Return the layers of a face. Where a line does not reach it is as stiff as at the path's end.
 
     Parameters
     ----------
@@ -92,12 +102,10 @@ def layer_compliance(slices: Slices, position: Array, body: Array, shear_length:
     stiffness = 1.0 / body[near]
     part = np.where(reached, slices.filled[near], 1.0) if shear_length == 0.0 else 1.0
     joint = shear_length**2 * 0.5 * (stiffness[..., :-1] + stiffness[..., 1:]) / np.diff(position)
-    matrix = (part * slices.width * stiffness)[..., None] * np.eye(node.shape[2])
-    at = np.arange(node.shape[2] - 1)
-    for one, other in ((at, at + 1), (at + 1, at)):
-        matrix[..., one, one] += joint
-        matrix[..., one, other] -= joint
-    return np.asarray(np.linalg.inv(matrix))
+    diagonal = part * slices.width * stiffness
+    diagonal[..., :-1] += joint
+    diagonal[..., 1:] += joint
+    return ShearLayer(diagonal, joint)
 
 
 @jit
@@ -107,18 +115,20 @@ def solve_phases(
     gap: Array,
     force: Array,
     start: Array,
-    compliance: Array,
+    layer: ShearLayer | None,
+    solid: Array | None,
 ) -> tuple[Array, Array, Array]:
     """Return line loads, deflection and stiffness of every phase.
 
     Parameters
     ----------
     slices : across the face
-    section : how each yields; its body does so by the compliance
+    section : how each yields; its body does so by the layer or the solid
     gap : (n_face, n_contact) [m]
     force : (n_phases,) F [N]
     start : (n_phases, n_lines, n_face) w to start from, all 0: none [N/m]
-    compliance : (n_phases, n_lines, n_face, n_face) C, of slices to forces on slices [m/N]
+    layer : in which slices hold each other
+    solid : (n_phases, n_lines, n_face, n_face) compliance of slices to forces on slices, in its place [m/N]
 
     Returns
     -------
@@ -127,14 +137,15 @@ def solve_phases(
 
     References
     ----------
-    Conry & Seireg 1973 for the release of negative loads.
+    Ajmi & Velex 2005 for the layer; Conry & Seireg 1973 for the release of negative loads.
     """
     n_phases, n_lines, n_face = slices.node.shape
     slots = (n_lines, n_face)
     line_load, deflection, tangent = start.copy(), np.empty(n_phases), np.empty(n_phases)
     in_contact = np.zeros(slots, np.bool_)
     unit, offset, spring, free = np.zeros(slots), np.zeros(slots), np.zeros(slots), np.zeros(slots)
-    factor, place = np.zeros((n_lines, n_face, n_face)), np.zeros((n_lines, n_face), np.int64)
+    work, size = np.zeros((3, n_face)), 0 if solid is None else n_face
+    factor, place = np.zeros((n_lines, size, size)), np.zeros((n_lines, n_face), np.int64)
     shared, system = np.zeros((n_lines, n_lines)), np.zeros((n_lines, n_lines + 2))
     slope, preload, at = np.zeros(n_lines), np.zeros(n_lines), np.zeros(n_lines)
     far = np.ones(n_lines, np.bool_)
@@ -149,15 +160,32 @@ def solve_phases(
         settled = False
         for iteration in range(MOST_ITERATIONS + 1):  # the last time about what the contact yields, held
             for line in range(n_lines):
-                solid, pressed, own_free = compliance[i, line], spring[line], free[line]
-                touching, anew = in_contact[line], far[line] or settled
+                own, other, pressed = unit[line], offset[line], spring[line]
+                anew = solid is None or far[line] or settled
+                held = 0.0 if settled else 1.0
                 _straighten(
-                    slices, section, gap, reach[line], load[line], touching, pressed, own_free, anew, settled
+                    i,
+                    line,
+                    slices,
+                    section,
+                    gap,
+                    load[line],
+                    in_contact[line],
+                    pressed,
+                    free[line],
+                    anew,
+                    held,
                 )
-                if anew:
-                    slope[line] = _factorise(solid, factor[line], place[line], unit[line], pressed)
-                if not settled:
-                    preload[line] = _respond(solid, factor[line], place[line], offset[line], own_free)
+                if layer is not None:
+                    slope[line], preload[line] = _respond(
+                        layer.diagonal[i, line], layer.joint[i, line], work, own, other, pressed, free[line]
+                    )
+                if solid is not None and anew:
+                    slope[line] = _factorise(solid[i, line], factor[line], place[line], own, pressed)
+                if solid is not None and not settled:
+                    preload[line] = _respond_solid(
+                        solid[i, line], factor[line], place[line], other, free[line]
+                    )
             deflected, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
             if settled:
                 break
@@ -208,23 +236,23 @@ def _start(reach, load, force, in_contact):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _straighten(  # type: ignore[no-untyped-def]
-    slices, section, gap, reach, load, in_contact, spring, free, anew, settled
+    i, line, slices, section, gap, load, in_contact, spring, free, anew, straightened
 ):
     """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
 
     ``anew``: about the last loads, else stiffnesses stay and the gaps alone follow the loads.
-    ``settled``: with what the contact yields under them held.
+    ``straightened``: 1 about them, 0 with what the contact yields under them held.
     """
     softening, least = section.softening, section.least
     for j in range(len(load)):
         if not in_contact[j]:
             spring[j], free[j] = 0.0, 0.0
             continue
-        k = reach[j]
+        k = slices.node[i, line, j]
         touching = slices.filled[k] * slices.width[j]
         yielding = section.hertz[k] - softening * np.log(max(load[j], least) / least)
         if anew:
-            straight = softening if load[j] > least and not settled else 0.0
+            straight = straightened * softening if load[j] > least else 0.0
             spring[j] = touching / (yielding - straight)
         free[j] = gap[j, k] + (yielding - touching / spring[j]) * load[j]
 
@@ -291,8 +319,8 @@ def _spread(compliance, place, force, filled):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def _respond(compliance, factor, place, offset, free):  # type: ignore[no-untyped-def]
-    """Fill ``offset`` of forces ``unit δ − offset`` on one line, and return B of ``A δ − B``."""
+def _respond_solid(compliance, factor, place, offset, free):  # type: ignore[no-untyped-def]
+    """Fill ``offset`` of forces ``unit δ − offset`` on one solid line, and return B of ``A δ − B``."""
     count = 0
     while count < len(place) and place[count] >= 0:
         count += 1
@@ -302,6 +330,33 @@ def _respond(compliance, factor, place, offset, free):  # type: ignore[no-untype
     _solve(factor, force)
     _spread(compliance, place, force, offset)
     return force.sum()
+
+
+@jit_inner
+def _respond(diagonal, joint, work, unit, offset, spring, free):  # type: ignore[no-untyped-def]
+    """Fill ``unit δ − offset`` of one line on its layer, and return A and B of ``F = A δ − B``.
+
+    That is the force of a slice that touches, and what the others yield.
+    """
+    n_face = len(diagonal)
+    forward, right, other = work
+    for j in range(n_face):
+        forward[j], right[j], other[j] = diagonal[j] + spring[j], spring[j], spring[j] * free[j]
+        if j > 0:
+            factor = joint[j - 1] / forward[j - 1]
+            forward[j] -= factor * joint[j - 1]
+            right[j] += factor * right[j - 1]
+            other[j] += factor * other[j - 1]
+    slope, preload, u, v = 0.0, 0.0, 0.0, 0.0
+    for j in range(n_face - 1, -1, -1):
+        after = joint[j] if j < n_face - 1 else 0.0
+        u, v = (right[j] + after * u) / forward[j], (other[j] + after * v) / forward[j]
+        unit[j], offset[j] = u, v
+        if spring[j] > 0.0:
+            unit[j], offset[j] = spring[j] * (1.0 - u), spring[j] * (free[j] - v)
+            slope += unit[j]
+            preload += offset[j]
+    return slope, preload
 
 
 @jit_inner
