@@ -94,6 +94,18 @@ def test_reindex_finds_them_again(store):
     assert len(found(store, "tag = all")) == 3
 
 
+def test_reindex_makes_a_table_anew_that_no_wearlab_made(store):
+    first = ids(store)[0]
+    store.tag(first, "good")
+    with store.catalogue._transaction() as connection:
+        connection.execute("DROP TABLE remarks")
+        connection.execute("CREATE TABLE remarks (subject, other)")
+    with pytest.raises(StoreError, match="no such column"):
+        store.verify()
+    assert store.reindex() == [] and store.verify() == []
+    assert found(store, "tag = good") == [first]
+
+
 def test_lines_are_added_and_never_written_over(store):
     first = ids(store)[0]
     store.tag(first, "one")

@@ -262,5 +262,5 @@ def verify(catalogue: Catalogue) -> Iterator[Problem]:
 def reindex(catalogue: Catalogue) -> list[Problem]:
     """Record the remarks of all files anew; return the lines that were left out."""
     with catalogue._transaction() as connection:
-        connection.execute("DELETE FROM remarks")
+        connection.execute("DROP TABLE IF EXISTS remarks")
     return [problem for path in files_of(catalogue).held() for problem in _index(catalogue, path.stem)]
