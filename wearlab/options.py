@@ -61,16 +61,16 @@ class OptionTable(BaseModel):
         """Return description, derived and source of options: of the text under a field, or of `option`."""
         words: dict[str, dict[str, str]] = {}
         for base in reversed(cls.__mro__):
-            words |= _texts_under_fields(base)
+            words |= _texts_under_fields(base) if issubclass(base, OptionTable) else {}
         told = {key: field.description for key, field in cls.model_fields.items()}
         return words | {key: {"description": meaning} for key, meaning in told.items() if meaning}
 
 
 def _texts_under_fields(part: type) -> dict[str, dict[str, str]]:
-    module = sys.modules[part.__module__]
     try:
+        module = sys.modules[part.__module__]
         classes = _classes_of(getattr(module, "__source__", None) or inspect.getsource(module))
-    except (TypeError, OSError):  # built in, or its source was never a file
+    except (KeyError, TypeError, OSError):  # its source was never a file, or is gone
         return {}
     texts: dict[str, dict[str, str]] = {}
     for field, text in pairwise(classes[part.__name__].body if part.__name__ in classes else ()):

@@ -112,10 +112,8 @@ def frozen(scene: Scene) -> HeldNumerics:
         steps = len(parts.vibration.sampling.grid.width)
     for kind in parts.kinds:
         grid, pitch = kind.analysis.grid, kind.pair.base_pitch
-        before, after = (
-            grid.position[0] - grid.contact_position[0],
-            grid.contact_position[-1] - grid.position[-1],
-        )
+        before = grid.position[0] - grid.contact_position[0]
+        after = grid.contact_position[-1] - grid.position[-1]
         reach.append(Extension(float(before / pitch), float(after / pitch)))
     return HeldNumerics(build.mesh.profile_points(scene), steps, tuple(reach))
 

@@ -159,10 +159,7 @@ def states_of(states: Sequence[coupled.WearState], kind: int) -> list[face.FaceS
 
 def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
-    kinds, load = (
-        [coupling.kinds[mesh.kind] for mesh in parts.meshes],
-        all(k.load > 0.0 for k in parts.gears.kinds),
-    )
+    kinds = [coupling.kinds[mesh.kind] for mesh in parts.meshes]
     values: label.Values = {
         "base_helix_angle": [kind.contact.helix.sense * kind.contact.helix.base_angle for kind in kinds],
         "overlap_ratio": [
@@ -170,7 +167,7 @@ def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) ->
             for kind in kinds
         ],
     }
-    if not load:
+    if not all(kind.load > 0.0 for kind in parts.gears.kinds):
         return values
     off = np.zeros((len(coupling.kinds), len(states)))
     for number, kind in enumerate(coupling.kinds):

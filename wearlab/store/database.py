@@ -217,10 +217,8 @@ class Database:
                 journal.unlink()
 
     def _unusable(self, error: Exception) -> StoreError:
-        name, said = (
-            getattr(error, "sqlite_errorname", ""),
-            f"{self.path}: the catalogue cannot be used ({error})",
-        )
+        name = getattr(error, "sqlite_errorname", "")
+        said = f"{self.path}: the catalogue cannot be used ({error})"
         if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
             return Damaged(f"{said}; 'wearlab reindex' makes it anew from the run files")
         busy = name.startswith("SQLITE_BUSY")

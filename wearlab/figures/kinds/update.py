@@ -282,12 +282,10 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     declared = schema.VARIABLES[name]
     up = Scale(declared.long_name, declared.display_units)
     scale = units.convert(1.0, declared.units, declared.display_units)
-    x, q, before = (
-        predictions["cycle"].values,
-        *(
-            predictions[f"{prior}{name}_quantile"].transpose("quantile", "cycle").values * scale
-            for prior in ("", "prior_")
-        ),
+    x = predictions["cycle"].values
+    q, before = (
+        predictions[f"{prior}{name}_quantile"].transpose("quantile", "cycle").values * scale
+        for prior in ("", "prior_")
     )
     there = np.isfinite(q).all(axis=0)  # cases have cycles of their own
     x, q, before = x[there], q[:, there], before[:, there]
