@@ -87,18 +87,17 @@ def check(
     refused, cases = refuse_the_impossible(campaign), first_of_each_label(campaign)
     built = _built(cases)
     content = {
-        **{
-            "title": campaign.title,
-            "cases": len(campaign.cases),
-            "runs": len({c.id for c in campaign.cases}),
-        },
+        "title": campaign.title,
+        "cases": len(campaign.cases),
+        "runs": len({case.id for case in campaign.cases}),
         "axes": [{"name": a.name, "values": a.values, "units": a.units} for a in campaign.axes],
         "parts": {
             label: {"present": parts_present(case.scene), "left_out": parts_left_out(case.scene)}
             for label, case in cases.items()
         },
         "gears": {label: table.rows for label, table in built.items()},
-        **{"refused": refused, "warnings": campaign.warnings},
+        "refused": refused,
+        "warnings": campaign.warnings,
     }
     well = all(one["expected"] for one in refused)
     return output.Findings(content, _asked_for(campaign, cases, content, built), well)
