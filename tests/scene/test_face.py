@@ -6,7 +6,6 @@ import pytest
 from gear_unit import GEAR_UNIT
 
 from wearlab.scene import Scene, SceneError
-from wearlab.scene.face import face_coupling, face_keys, hands
 from wearlab.scene.presence import parts_present
 
 PAIR = GEAR_UNIT
@@ -24,7 +23,7 @@ def refused(**changes):
 
 def test_a_scene_without_these_keys_has_no_face_and_keeps_its_identity():
     plain = Scene.from_mapping(PAIR)
-    assert face_keys(plain) == ()
+    assert plain.face_keys == ()
     assert not any(part.startswith("face") for part in parts_present(plain))
     assert "face" not in plain.canonical().replace("face_width", "").replace("face_load_factor", "")
     assert plain.id == "ff4c4ba36c8a92b829ba"
@@ -45,7 +44,7 @@ def test_a_scene_without_these_keys_has_no_face_and_keeps_its_identity():
 )
 def test_each_key_gives_a_face(key, value):
     faced = Scene.from_mapping(PAIR).replace(key, value)
-    assert face_keys(faced) == (key,)
+    assert faced.face_keys == (key,)
     assert any(part.startswith("face: ") for part in parts_present(faced))
     assert faced.id != Scene.from_mapping(PAIR).id
     assert Scene.from_canonical(faced.canonical()).id == faced.id
@@ -53,8 +52,8 @@ def test_each_key_gives_a_face(key, value):
 
 def test_hands_follow_the_driving_gear():
     helical = scene(gears__helix_angle="12 deg")
-    assert hands(helical) == {"pinion": "right", "gear": "left"}
-    assert hands(helical.replace("gears.gear.hand", "right")) == {"pinion": "left", "gear": "right"}
+    assert helical.hands() == {"pinion": "right", "gear": "left"}
+    assert helical.replace("gears.gear.hand", "right").hands() == {"pinion": "left", "gear": "right"}
 
 
 def test_hands_that_do_not_mesh_are_refused():
@@ -79,11 +78,11 @@ def test_misalignment_of_axes_and_over_torque():
 
 def test_slices_hold_each_other_as_their_stiffness_can_tell():
     faced = scene(mesh__misalignment="20 um")
-    assert face_coupling(faced.mesh).chosen == "elements"
+    assert faced.mesh.coupling.chosen == "elements"
     by_energy = faced.replace("mesh.stiffness", {"model": "potential-energy"})
-    assert face_coupling(by_energy.mesh).chosen == "pasternak"
+    assert by_energy.mesh.coupling.chosen == "pasternak"
     given = faced.replace("mesh.stiffness", {"model": "constant", "value": "4e8 N/m"})
-    assert face_coupling(given.mesh).chosen == "none"
+    assert given.mesh.coupling.chosen == "none"
 
 
 def test_a_coupling_that_goes_without_saying_is_part_of_the_identity():

@@ -7,7 +7,6 @@ import pytest
 
 from wearlab.scene import Scene, SceneError
 from wearlab.scene.build import build
-from wearlab.scene.face import hands
 from wearlab.simulation import simulate
 from wearlab.wear.path import sliding_velocity
 
@@ -160,8 +159,8 @@ def test_line_loads_of_every_mesh_carry_its_force_and_wear_what_slides():
 
 def test_hands_of_a_set_follow_the_sun_and_a_carrier_that_drives_turns_the_lines():
     helical = scene(HELICAL)
-    assert hands(helical) == {"sun": "right", "planet": "left", "ring": "left"}
-    assert hands(helical.replace("gears.ring.hand", "right"))["sun"] == "left"
+    assert helical.hands() == {"sun": "right", "planet": "left", "ring": "left"}
+    assert helical.replace("gears.ring.hand", "right").hands()["sun"] == "left"
     with pytest.raises(SceneError, match=r"gears\.ring\.hand: .* the same hand"):
         helical.replace({"gears.planet.hand": "left", "gears.ring.hand": "right"})
     wind = {"operation.input": "carrier", "operation.output": "sun", "operation.fixed": "ring"}

@@ -21,7 +21,6 @@ from wearlab.cli.output import say, show_table
 from wearlab.mesh.finite_element import compliance, kept, solid
 from wearlab.scene import Scene
 from wearlab.scene.build import build
-from wearlab.scene.face import face_keys
 from wearlab.simulation import simulate
 
 PHASES, SLICES, DEPTH = 64, 41, 5e-6
@@ -64,7 +63,7 @@ def main(files: list[str]) -> None:
     rows, static, coupled = [], [], []
     for file in files:
         for case in load(file).cases:
-            if not face_keys(case.scene):
+            if not case.scene.face_keys:
                 continue
             simulate(case.scene)
             setup = setup_seconds(case.scene)

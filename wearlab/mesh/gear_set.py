@@ -8,6 +8,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.clock import Mesh
 from wearlab.mesh.errors import quadrature
 
@@ -99,6 +100,7 @@ class GearSet:
     angles : where the planets stand, in the sense in which the models count; none in a pair [rad]
     sense : −1 for a set that the models see mirrored: the one whose sun is driven
     notes : what the set as a whole assumes, in words
+    helix : of all gears, as the driving gear of the first kind of mesh has it
     """
 
     kinds: tuple[PairOfSet, ...]
@@ -116,6 +118,7 @@ class GearSet:
     angles: tuple[float, ...] = ()
     sense: float = 1.0
     notes: tuple[str, ...] = ()
+    helix: Helix = SPUR
 
     @property
     def mesh_frequency(self) -> float:

@@ -138,6 +138,19 @@ class OneMesh(options.Part):
         return self.damping_in == "always"
 
     @property
+    def coupling(self) -> face_couplings.FaceCouplingModel:
+        """How the slices of a face hold each other: as said, or as their stiffness can tell.
+
+        As solid teeth with finite elements, apart where the stiffness is prescribed, else in shear.
+        """
+        if self.face_coupling is not None:
+            return self.face_coupling
+        if isinstance(self.stiffness, stiffnesses.FiniteElementStiffness):
+            return face_couplings.ElementsCoupling()
+        apart = isinstance(self.stiffness, stiffnesses.PrescribedStiffness)
+        return face_couplings.NoFaceCoupling() if apart else face_couplings.PasternakCoupling()
+
+    @property
     def _corners_known(self) -> bool:
         return not self.stiffness.of_mesh and self.contact.tip_corners
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from wearlab.scene.face import face_coupling, face_keys
 from wearlab.scene.gears import LEAD_KEYS
 from wearlab.scene.scene import Scene
 from wearlab.wear.coefficients import HardnessCoefficient
@@ -68,11 +67,11 @@ def is_one_state(scene: Scene) -> bool:
 
 def _face(scene: Scene) -> str | None:
     """Return how the slices of a face hold each other, None where flanks have no width."""
-    if not face_keys(scene):
+    if not scene.face_keys:
         return None
     beta = scene.gears.helix_angle
     helical = "" if beta is None else f"helix angle {math.degrees(beta):.4g} deg, "
-    return f"{helical}coupling {_chosen(face_coupling(mesh).chosen for mesh in scene.meshes.values())}"
+    return f"{helical}coupling {_chosen(mesh.coupling.chosen for mesh in scene.meshes.values())}"
 
 
 def _chosen(models: Iterable[str]) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from wearlab.mesh import contacts, stiffnesses
 from wearlab.mesh.damping_laws import ViscousDamping
-from wearlab.scene import face, gears, mesh, sections
+from wearlab.scene import gears, mesh, sections
 from wearlab.wear.coefficients import CalibratedCoefficient
 
 Problems = Iterator[tuple[str, str]]
@@ -237,7 +237,7 @@ def _rating(scene: sections.Sections, rating: Any) -> Problems:
 
 def _face(scene: sections.Sections, given: Any) -> Problems:
     """What flanks with a width cannot go together with, each with what to give instead."""
-    keys = face.face_keys(scene)
+    keys = scene.face_keys
     yield from _measured(scene, keys)
     if not keys:
         return
@@ -290,7 +290,7 @@ def _hands(scene: sections.Sections, members: dict[str, gears.Toothed]) -> Probl
         for name in (name for name, gear in members.items() if gear.hand is not None):
             yield f"gears.{name}.hand", "is that of a helix: give gears.helix_angle, or leave it out"
         return
-    for (first, one), (second, two) in pairwise(face.hands(scene).items()):
+    for (first, one), (second, two) in pairwise(scene.hands().items()):
         if (one == two) != (second == "ring"):
             wanted = "the same hand" if second == "ring" else "opposite hands"
             told = f"{two!r} does not mesh with {first}'s {one!r}: these gears have {wanted}"
@@ -309,7 +309,7 @@ def _one_face(given: gears.SetOptions, key: str) -> Problems:
 
 
 def _mesh_of_a_face(own: mesh.OneMesh, path: str, key: str) -> Problems:
-    coupling, stiffness, contact = face.face_coupling(own), own.stiffness, own.contact
+    coupling, stiffness, contact = own.coupling, own.stiffness, own.contact
     if own.face_load_factor != 1.0:
         told = f"is of scenes without a face, and {key} gives this one a face, of which it is a result"
         yield f"{path}.face_load_factor", f"{told}: leave one out"

@@ -14,7 +14,7 @@ from typing import Any, cast
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from wearlab import options, plugins, slots, tables
-from wearlab.scene import face, gears, identity, merge, problems, rules, sections
+from wearlab.scene import gears, identity, merge, problems, rules, sections
 from wearlab.scene.mesh import OWN_MESHES, ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, WearSection
 from wearlab.wear import coefficients
@@ -187,15 +187,6 @@ class Scene(sections.Sections):
     def canonical(self) -> str:
         """Return the canonical JSON: defaults filled in, SI, 12 significant digits."""
         return self._canonical
-
-    def identifying(self) -> dict[str, Any]:
-        """Return the sections, with the coupling along a face where it goes without saying.
-
-        Of helical teeth that are not solid also that they bend as oblique ones: a run of the time when they
-        did not is none of now.
-        """
-        thinner = {"oblique": True} if face.oblique_layers(self) else {}
-        return {**super().identifying(), "mesh": face.told_mesh(self)} | thinner
 
     @cached_property
     def id(self) -> str:

@@ -6,6 +6,8 @@
 """
 
 from functools import cache
+from itertools import accumulate
+from operator import mul
 from typing import Annotated, Any, ClassVar, get_args
 
 from annotated_types import Ge, Le, Lt, MinLen
@@ -14,7 +16,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from wearlab import nearest, options, schema, slots
-from wearlab.scene.gears import ALL_TOOTHED, Gears
+from wearlab.mesh.stiffnesses import PrescribedStiffness
+from wearlab.scene.gears import ALL_TOOTHED, LEAD_KEYS, Gears
 from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
 from wearlab.scene.operation import Dynamics, Operation
@@ -111,6 +114,10 @@ class StoreSection(options.Part):
         return tuple(name for name in self.variables or () if name in schema.ON_REQUEST)
 
 
+KEYS_OF_A_FACE = ("misalignment", "face_coupling", "face_points")
+"""Options of a mesh that give a scene a face."""
+
+
 class Sections(options.Part):
     """The sections of a scene; an absent one is ``None``."""
 
@@ -153,6 +160,53 @@ class Sections(options.Part):
     def initial_of(self, flank: str) -> Any:
         """Return the wear that a flank starts with, None of a new one."""
         return None if self.wear is None else self.wear.initial_of(flank)
+
+    @property
+    def face_keys(self) -> tuple[str, ...]:
+        """The keys by which the flanks have a width, () where they have none."""
+        keys = [] if self.gears.helix_angle is None else ["gears.helix_angle"]
+        places: list[Any] = [(f"gears.{name}", gear, LEAD_KEYS) for name, gear in self.gears.gears().items()]
+        places += [(path, mesh, KEYS_OF_A_FACE) for path, mesh in self.meshes.items()]
+        keys += [
+            f"{path}.{key}" for path, part, own in places for key in own if getattr(part, key) is not None
+        ]
+        return tuple(keys)
+
+    def hands(self) -> dict[str, str]:
+        """Return the hand of each helical gear: as said, or opposite outside, the same in a ring.
+
+        Where none is said the driving gear is right-handed, of a planetary set the sun.
+        """
+        gears = self.gears.gears()
+        chain = list(gears)  # each meshes with the one before it
+        turns = accumulate((1 if name == "ring" else -1 for name in chain[1:]), mul, initial=1)
+        alike = dict(zip(chain, turns, strict=True))
+        first = str(self.operation.input) if self.gears.descriptor.is_pair else chain[0]
+        told = [name for name in (first, *chain) if gears[name].hand is not None]
+        known, hand = (told[0], gears[told[0]].hand) if told else (first, "right")
+        other = {"left": "right", "right": "left"}[str(hand)]
+        derived = {name: str(hand) if alike[name] == alike[known] else other for name in chain}
+        return {name: gears[name].hand or derived[name] for name in chain}
+
+    def identifying(self) -> dict[str, Any]:
+        """Return the sections, with the coupling along a face where it goes without saying.
+
+        The coupling of solid teeth was another once: a run of then is none of now. Nor is one of helical
+        teeth that are not solid, of the time when these did not bend as oblique ones.
+        """
+        own = super().identifying()
+        if not self.face_keys:
+            return own
+        solid = {path: mesh for path, mesh in self.meshes.items() if mesh.coupling.of_elements}
+        each = {
+            path: mesh.model_copy(update={"face_coupling": mesh.coupling}) for path, mesh in solid.items()
+        }
+        general = each.pop("mesh", self.mesh)
+        told = {path.removeprefix("mesh."): mesh for path, mesh in each.items()}
+        own["mesh"] = general.model_copy(update=told)
+        sections = [mesh for mesh in self.meshes.values() if not mesh.coupling.of_elements]
+        oblique = any(not isinstance(mesh.stiffness, PrescribedStiffness) for mesh in sections)
+        return own | ({"oblique": True} if self.gears.helix_angle and oblique else {})
 
 
 Path = tuple[str, ...]

@@ -262,7 +262,7 @@ def rougher_over_face(parts: build.Parts) -> build.Parts:
     """Return the physics of a scene on half the nodes and half the slices."""
     scene, mesh = parts.scene, parts.scene.mesh
     for kind in parts.gears.kinds:
-        fewer = {"face_points": max(3, build.face.slices_of(scene, kind) // 2)}
+        fewer = {"face_points": max(3, build.mesh.slices_of(scene, kind) // 2)}
         own = scene.mesh.of(kind.section).model_copy(update=fewer)
         mesh = mesh.model_copy(update={kind.section: own} if kind.section else fewer)
     numerics = scene.numerics.model_copy(update={"profile_points": build.mesh.profile_points(scene) // 2})

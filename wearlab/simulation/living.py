@@ -299,7 +299,7 @@ def initial_wear(scene: Scene, parts: build.Parts, coupling: coupled.Coupled | N
             wear[kind][gear] = flank.at_nodes(pair, gear, position)
         else:
             slices = parts.face.kinds[kind].contact.grid.position
-            sliced = build.face.sliced_flank(scene, parts.gears, (kind, gear), slices)
+            sliced = build.mesh.sliced_flank(scene, parts.gears, (kind, gear), slices)
             wear[kind][gear] = flank.over_face(pair, gear, position, sliced)
     if not by_law:
         return wear

@@ -7,7 +7,7 @@ from wearlab.gears import iso_6336_1 as iso
 from wearlab.gears import iso_6336_2 as pitting
 from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene, sections
-from wearlab.scene.build import Parts, face
+from wearlab.scene.build import Parts
 
 ROUGHEST_OVER_MEAN = 6.0
 """R_z over R_a, as ISO 6336-2 converts them."""
@@ -22,7 +22,7 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
     """
     if scene.rating is None:
         return {}
-    asked, pair, turned = scene.rating, parts.kinds[0].pair, face.helix_of(scene, parts.gears)
+    asked, pair, turned = scene.rating, parts.kinds[0].pair, parts.gears.helix
     module, cosine = scene.gears.module, math.cos(turned.angle)
     gears = sorted(pair.gears, key=lambda gear: gear.teeth)
     first, second = (  # a ring has endless teeth there
@@ -54,7 +54,7 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
 
 def _pitting(asked: sections.Rating, scene: Scene, parts: Parts, face_load_factor: float) -> dict[str, Any]:
     """Return contact stresses and, where a limit is given, the safety against pitting of each flank."""
-    kind, turned, pair = parts.gears.kinds[0], face.helix_of(scene, parts.gears), parts.gears.kinds[0].pair
+    kind, turned, pair = parts.gears.kinds[0], parts.gears.helix, parts.gears.kinds[0].pair
     if pair.contact_ratio >= MOST_CONTACT_RATIO:
         return {}
     overlap = overlap_ratio(pair.face_width, turned.angle, scene.gears.module)

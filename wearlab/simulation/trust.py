@@ -12,7 +12,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life import history
-from wearlab.scene import Scene, build, face
+from wearlab.scene import Scene, build
 from wearlab.simulation import estimates, monitoring, operating
 from wearlab.wear.coefficients import CoefficientModel
 
@@ -192,7 +192,7 @@ def _lines(scene: Scene, parts: build.Parts) -> Iterator[str]:
         yield EVERYWHERE
     else:
         for section, kind in zip(sections, parts.face.kinds, strict=True):
-            told, solid = face.face_coupling(scene.mesh.of(section)).model_error, kind.contact.solid
+            told, solid = scene.mesh.of(section).coupling.model_error, kind.contact.solid
             if solid is not None:
                 softer = 100.0 * (solid.even / kind.contact.section.body - 1.0)
                 told += f"; at even load {softer.min():+.1f} to {softer.max():+.1f} % against plane elements"

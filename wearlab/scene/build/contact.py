@@ -1,5 +1,7 @@
 """Contact of a scene's flanks: what a run must say of it, and what is refused before anything runs."""
 
+import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from wearlab.gears import gear, outline, specification
 from wearlab.mesh import contact, corners, gear_set, profile
 from wearlab.mesh.exact.gaps import MeetingGaps
 from wearlab.scene import Scene
-from wearlab.scene.build import face, mesh, sets
+from wearlab.scene.build import mesh, sets
 
 EXTENDED_CONTACT = 0.05
 """Share of the path by which contact may be extended before a run without extended contact says so."""
@@ -42,6 +44,31 @@ def contact_flags(
                 "under this load teeth may touch further out"
             )
     return tuple(flags)
+
+
+def helix_flags(gears: gear_set.GearSet, loads: Sequence[float], *, bearings: bool) -> Iterator[str]:
+    """Yield what the helix of gears does that nothing here answers to, in words.
+
+    Parameters
+    ----------
+    gears : the gear set
+    loads : largest static force of each kind of mesh, in the heaviest of all conditions [N]
+    bearings : whether the dynamics know bearings, which hold the axial force
+    """
+    if not gears.helix.angle:
+        return
+    axial = [abs(gears.helix.slope) * load for load in loads]
+    if not bearings:
+        force = f"up to {max(axial):.4g} N"
+        yield f"helix: each mesh pushes its gears {force} along their axes; no bearing here holds it"
+    if gears.shares:
+        radius = gears.bodies["planet"].radius
+        arms = sum(radius / math.cos(kind.pair.working_pressure_angle) for kind in gears.kinds)
+        yield (
+            f"helix: the two meshes of a planet tilt it by up to {axial[0] * arms:.4g} N m, and how its "
+            "bearing gives way is not computed: give mesh.sun_planet.misalignment and "
+            "mesh.planet_ring.misalignment, over torque"
+        )
 
 
 def reached_limits(
@@ -165,7 +192,7 @@ def check_initial_wear(scene: Scene, gears: gear_set.GearSet) -> None:
         pair = gears.kinds[kind].pair
         position = _checked(pair)
         thickness = tooth_thickness(pair, number, position)
-        sliced = None if flank.by_law else face.sliced_flank(scene, gears, (kind, number), CHECKED_SLICES)
+        sliced = None if flank.by_law else mesh.sliced_flank(scene, gears, (kind, number), CHECKED_SLICES)
         if flank.by_law:  # which course it has, the run finds out
             thickness, depth = thickness.max(keepdims=True), np.array([getattr(flank, "depth", 0.0)])
         elif sliced is None:

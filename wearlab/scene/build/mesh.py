@@ -1,4 +1,4 @@
-"""``[mesh]`` and ``[errors]`` → contact analysis, excitation and prescribed errors."""
+"""``[mesh]`` and ``[errors]`` → contact analysis, contact over the face, and prescribed errors."""
 
 import math
 from collections.abc import Sequence
@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearlab.gears import gear, tolerances
+from wearlab.arrays import Array
+from wearlab.gears import gear, helix, tolerances
 from wearlab.mesh import clock, contact, contacts, corners, errors, gear_set, profile, stiffnesses
 from wearlab.mesh.exact.gaps import WornFlanks
-from wearlab.mesh.face.grid import lattice, nodes_per_pitch
-from wearlab.scene import Scene, face
+from wearlab.mesh.face.contact import FaceContact
+from wearlab.mesh.face.grid import equal_slices, helical_face, lattice, nodes_per_pitch, spur_face
+from wearlab.scene import Scene
 from wearlab.scene.build import sets
 
 LARGEST_STATIC = 2.0
@@ -24,6 +26,7 @@ STEP = 0.02
 NODES_AT_DEFAULT, NODES_OF_A_FACE, NODES_IN_MOTION = 201, 101, 121
 """Nodes on the path at the default tolerance: of flanks without a width, with one, and of helical gears that
 vibrate, whose lines enter little by little."""
+SLICES_AT_DEFAULT, LEAST_SLICES, MOST_SLICES = 41, 11, 161
 DEFAULT_TOLERANCE = 1e-3
 MOST_MORE_POINTS = 60
 KEPT_ANALYSES = 8
@@ -163,11 +166,81 @@ def profile_points(scene: Scene) -> int:
     if scene.numerics.profile_points is not None:
         return int(scene.numerics.profile_points)
     ratio = DEFAULT_TOLERANCE / scene.numerics.tolerance
-    if face.face_keys(scene):
+    if scene.face_keys:
         moving = NODES_IN_MOTION if scene.gears.helix_angle else NODES_AT_DEFAULT
         nodes = NODES_OF_A_FACE if scene.dynamics is None else moving
         return int(np.clip(nodes * ratio ** (1 / 3), 41, 401))
     return int(np.clip(NODES_AT_DEFAULT * ratio ** (1 / 3), 81, 1601))
+
+
+def slices_of(scene: Scene, kind: gear_set.PairOfSet) -> int:
+    """Return the slices asked for: as said, or for a second-order error from the tolerance."""
+    asked = scene.mesh.of(kind.section).face_points
+    if asked is not None:
+        return asked
+    wanted = SLICES_AT_DEFAULT * (DEFAULT_TOLERANCE / scene.numerics.tolerance) ** 0.5
+    return int(np.clip(wanted, LEAST_SLICES, MOST_SLICES))
+
+
+def build_face_contact(
+    scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis, turned: helix.Helix
+) -> FaceContact:
+    """Return the contact over the face of one kind of mesh."""
+    mesh, slices = scene.mesh.of(kind.section), slices_of(scene, kind)
+    if turned.angle:
+        grid = helical_face(analysis.grid, kind.pair, turned, slices)
+    else:
+        grid = spur_face(analysis.grid, kind.pair.face_width, slices)
+    given, coupling, pair = mesh.misalignment, mesh.coupling, kind.pair
+    over = 0.0 if given is None else given.over_face(pair.working_pressure_angle, scene.operation.torque)
+    removed = [
+        lead(getattr(scene.gears, gear.name)).removed(
+            grid.position, pair.from_root(number, grid.profile.position), grid.face_width
+        )
+        for number, gear in enumerate(pair.gears)
+    ]
+    return FaceContact(
+        grid=grid,
+        analysis=analysis,
+        lead=np.stack(removed),
+        opening=over * grid.position / grid.face_width,
+        shear_length=coupling.shear_length(scene.gears.module),
+        pitch=kind.pair.base_pitch,
+        helix=turned,
+        solid=coupling.lines(pair, grid, turned),
+    )
+
+
+def sliced_flank(
+    scene: Scene, gears: gear_set.GearSet, of: tuple[int, int], slices: Array | int
+) -> helix.SlicedFlank | None:
+    """Return a flank by slices, None in a scene without a face.
+
+    Parameters
+    ----------
+    scene, gears : the scene and its gear set
+    of : kind of mesh, and 0 for its driving gear or 1
+    slices : their middles (n_face,) from mid-face [m], or how many equal ones
+    """
+    if not scene.face_keys:
+        return None
+    pair = gears.kinds[of[0]].pair
+    if isinstance(slices, int):
+        slices, _ = equal_slices(pair.face_width, slices)
+    own: Any = getattr(scene.gears, pair.gears[of[1]].name)
+    return helix.SlicedFlank(slices, pair.face_width, lead(own), gears.helix.cosine)
+
+
+def lead(gear: Any) -> helix.Lead:
+    """Return the lead modification that ``[gears.<name>]`` says."""
+    ends = gear.end_relief
+    return helix.Lead(
+        crowning=gear.lead_crowning or 0.0,
+        slope=gear.lead_slope or 0.0,
+        relief=0.0 if ends is None else ends.amount,
+        relief_length=1.0 if ends is None else ends.length,
+        bias=gear.bias or 0.0,
+    )
 
 
 def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:

@@ -12,16 +12,13 @@ from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.dynamics.orbits.response import dashpot_of
 from wearlab.life.coupled import MeshKind
 from wearlab.life.coupling import Coupling
-from wearlab.life.face import FaceCoupling
+from wearlab.life.face import FaceCoupling, FaceKind
 from wearlab.life.vibration import Vibration
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, presence
 from wearlab.scene.build import contact, mesh, sets
-from wearlab.scene.build.face import build_face, helix_flags, helix_of
-from wearlab.scene.build.vibration import OnClock, build_vibration, fluctuation, mean_stiffness
-from wearlab.scene.build.wear import KindParts, build_kind, build_load
-from wearlab.scene.face import face_keys
-from wearlab.wear.patch import PatchSetting
+from wearlab.scene.build.vibration import OnClock, build_vibration, fluctuation
+from wearlab.scene.build.wear import KindParts, build_kind, build_load, joined_kinds
 
 PHASE_POINTS = 256
 
@@ -143,7 +140,7 @@ class Parts:
             flags += [] if given is None else given.told
         bearings = self.vibration is not None and self.vibration.system.on_bearings
         loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
-        told = helix_flags(gears, helix_of(scene, gears), loads, bearings=bearings)
+        told = contact.helix_flags(gears, loads, bearings=bearings)
         return (*dict.fromkeys(flags), *told)
 
 
@@ -164,47 +161,22 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     analyses = mesh.build_analyses(scene, gears.kinds, reach)
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
-    turned = helix_of(scene, gears)
-    kinds = tuple(
-        build_kind(scene, kind, analysis, turned.cosine)
-        for kind, analysis in zip(gears.kinds, analyses, strict=True)
-    )
-    join = _over_face if face_keys(scene) else _of_pairs
-    coupling: Any = join(scene, gears, kinds, OnClock(analyses, meshes, edges))
-    return Parts(scene, gears, kinds, meshes, edges, coupling)
+    kinds = tuple(build_kind(scene, gears, *own) for own in zip(gears.kinds, analyses, strict=True))
+    joined = tuple(joined_kinds(scene, gears, kinds, meshes, edges))
+    join: Any = FaceCoupling if scene.face_keys else Coupling
+    vibration = None
+    if scene.dynamics is not None:
+        stiffness = np.array([unworn_stiffness(kind) for kind in joined])
+        vibration = build_vibration(scene, gears, OnClock(analyses, meshes, edges), stiffness)
+    return Parts(scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene)))
 
 
-def _of_pairs(
-    scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: OnClock
-) -> Coupling:
-    """Return contact, dynamics and wear of flanks without a width, joined."""
-    wear, (_, meshes, edges), kinds_of_mesh = scene.wear, on_clock, list[MeshKind]()
-    for number, own in enumerate(kinds):
-        setting, mine = PatchSetting(own.analysis, own.path, own.law), clock.of_kind(meshes, number)
-        patch = None if wear is None else wear.contact_patch.build(setting)
-        grid, where = own.analysis.grid, own.analysis.at_nodes
-        when = tuple(clock.instants_of(grid, meshes[mesh].lag, where, edges) for mesh in mine)
-        kinds_of_mesh.append(MeshKind(own.analysis, own.law, patch, mine, when))
-    joined = tuple(kinds_of_mesh)
-    if scene.dynamics is None:
-        return Coupling(joined, None, build_load(scene))
-    unworn = [(mean_stiffness(own), own.unworn[1].tangent.max()) for own in on_clock.analyses]
-    return Coupling(joined, build_vibration(scene, gears, on_clock, np.array(unworn)), build_load(scene))
-
-
-def _over_face(
-    scene: Scene, gears: gear_set.GearSet, sections: Sequence[KindParts], on_clock: OnClock
-) -> FaceCoupling:
-    """Return contact, dynamics and wear over the face of a gear set."""
-    turned, meshes, kinds = helix_of(scene, gears), on_clock.meshes, []
-    for number, (kind, own) in enumerate(zip(gears.kinds, sections, strict=True)):
-        lags = {mesh: meshes[mesh].lag for mesh in clock.of_kind(meshes, number)}
-        kinds.append(build_face(scene, kind, own, lags, turned))
-    if scene.dynamics is None:
-        return FaceCoupling(tuple(kinds), None, build_load(scene))
-    unworn = [(own.contact.mean_stiffness, own.contact.unworn.tangent.max()) for own in kinds]
-    vibration = build_vibration(scene, gears, on_clock, np.array(unworn), by_pairs=False)
-    return FaceCoupling(tuple(kinds), vibration, build_load(scene))
+def unworn_stiffness(kind: MeshKind | FaceKind) -> tuple[float, float]:
+    """Return mean and largest stiffness of an unworn mesh over a period [N/m]."""
+    if isinstance(kind, FaceKind):
+        return kind.contact.mean_stiffness, kind.contact.unworn.tangent.max()
+    tangent, (_, weight) = kind.analysis.unworn[1].tangent, kind.analysis.grid.phase_nodes
+    return float(weight @ tangent), tangent.max()
 
 
 class SceneModes(NamedTuple):
@@ -228,9 +200,7 @@ class SceneModes(NamedTuple):
 def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
     system = parts.moving.system
-    mean = [mean_stiffness(kind.analysis) for kind in parts.kinds]
-    if parts.face is not None:
-        mean = [kind.contact.mean_stiffness for kind in parts.face.kinds]
+    mean = [unworn_stiffness(kind)[0] for kind in parts.coupling.kinds]
     stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
     system_modes = modes(system, stiffness)
     return SceneModes(

@@ -1,6 +1,6 @@
 """Gears and gear sets of a scene, from their tables."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -114,7 +114,14 @@ APART = "planet: its two meshes deflect apart, as if they shared no body"
 
 def build_set(scene: Scene) -> GearSet:
     """Return the gear set of a scene, in operation."""
-    return _of_pair(scene) if scene.gears.descriptor.is_pair else _of_planetary(scene)
+    gears = _of_pair(scene) if scene.gears.descriptor.is_pair else _of_planetary(scene)
+    if not scene.gears.helix_angle:
+        return gears
+    # contact of a right-handed driving gear that drives with its right flanks reaches larger y later, and so
+    # it does in every mesh of a set: the next gear turns the other way with the other hand, or is a ring
+    right = scene.hands()[gears.kinds[0].pair.driving.name] == "right"
+    sense = 1.0 if right == (scene.operation.drive_flank == "right") else -1.0
+    return replace(gears, helix=helix.helix(scene.gears.helix_angle, scene.gears.pressure_angle, sense))
 
 
 def _of_planetary(scene: Scene) -> GearSet:

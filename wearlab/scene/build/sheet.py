@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from wearlab.gears import drawing, helix, shifts
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.scene import Scene
-from wearlab.scene.build import face, sets
+from wearlab.scene.build import sets
 from wearlab.shop.materials import KGF_PER_MM2
 
 
@@ -89,7 +89,7 @@ def thickness(gear: Gear) -> float:
 
 def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     """Yield the table of a gear set, what all share first."""
-    module, turned = scene.gears.module, face.helix_of(scene, gears)
+    module, turned = scene.gears.module, gears.helix
     pairs = [(kind.pair, _tail(gears, kind.pair)) for kind in gears.kinds]
     yield "m_n", "module", "mm", [1e3 * module]
     yield "α_n", "pressure angle", "°", [math.degrees(scene.gears.pressure_angle)]
@@ -158,7 +158,7 @@ def _rolling(pair: GearPair, members: tuple[str, ...], tail: str) -> Iterator[Ro
 
 def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
     """Yield tip alteration, over a normal module, and tooth thickness at the tip, in the normal section."""
-    module, beta = scene.gears.module, face.helix_of(scene, gears).angle
+    module, beta = scene.gears.module, gears.helix.angle
     given: dict[str, Any] = scene.gears.gears()
     alterations, thicknesses = [], []
     for name, gear in gears.gears.items():

@@ -19,7 +19,6 @@ from wearlab.mesh import contact, gear_set, stages
 from wearlab.mesh.clock import Friction, Mesh, Sampling, look_within, sampling
 from wearlab.mesh.damping_laws import MeshesInOperation
 from wearlab.scene import Scene, operation
-from wearlab.scene.build.face import helix_of
 
 ANY = 1e8
 """A mesh stiffness, where its size is of no account [N/m]."""
@@ -33,8 +32,7 @@ def build_system(scene: Scene, gears: gear_set.GearSet, stiffness: Array) -> sys
         own, drawn = scene.mesh.of(kind.section), kind.pair.drawn_backlash
         given = own.normal_backlash is not None or drawn is None
         meshes.append(own if given else own.model_copy(update={"normal_backlash": drawn}))
-    slope = helix_of(scene, gears).slope
-    return scene.dynamics.build(InMotion(gears, tuple(meshes), scene.operation, stiffness, slope))
+    return scene.dynamics.build(InMotion(gears, tuple(meshes), scene.operation, stiffness, gears.helix.slope))
 
 
 def check_held(scene: Scene, gears: gear_set.GearSet) -> None:
@@ -87,16 +85,13 @@ class OnClock(NamedTuple):
         return sampling(grids, self.meshes, self.edges, grid, build_friction(scene, gears))
 
 
-def build_vibration(
-    scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: Array, *, by_pairs: bool = True
-) -> Vibration:
+def build_vibration(scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiffness: Array) -> Vibration:
     """Return the dynamics of a gear set that moves.
 
     Parameters
     ----------
     scene, gears, clock : what moves, and its clock
     stiffness : (n_kinds, 2) mean and largest stiffness of the meshes of each kind [N/m]
-    by_pairs : whether steps have to follow pairs that enter and leave; not those of flanks with a width
     """
     assert scene.dynamics is not None
     mean, stiffest = stiffness[[mesh.kind for mesh in clock.meshes]].T
@@ -107,7 +102,8 @@ def build_vibration(
         except ValueError as error:
             raise specification.GearError(str(error)) from error
     system = system._replace(damping_law=damping_law(scene, gears, system))
-    followed = clock if by_pairs else clock._replace(meshes=())
+    # over a face no pair enters or leaves at once, so steps need not follow pairs
+    followed = clock._replace(meshes=()) if scene.face_keys else clock
     grid = steps_grid(scene, followed, system, stiffest, gears.period)
     hunting = hunting_period(scene, gears, clock.meshes)
     turning = [gears.coordinate_speeds.get(name, 0.0) for name in system.coordinates]
@@ -275,12 +271,6 @@ def slow_errors(
     free = system.direction @ null_space(system.total_stiffness)
     taken_up = free @ np.linalg.lstsq(free, rows.T, rcond=None)[0] if free.size else np.zeros_like(rows.T)
     return None if np.abs(taken_up - rows.T).max() <= TAKEN_UP * np.abs(rows).max() else rows
-
-
-def mean_stiffness(analysis: contact.ContactAnalysis) -> float:
-    """Return the mean of the mesh stiffness of unworn flanks over one period [N/m]."""
-    _, weight = analysis.grid.phase_nodes
-    return float(weight @ analysis.unworn[1].tangent)
 
 
 def fluctuation(scene: Scene, grid: stages.StageGrid, periods: int, duration: float) -> Array | None:

@@ -1,20 +1,26 @@
 """``[wear]`` and ``[lubricant]`` → wear law, film, load, limits, snapshots and the step over cycles."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-from wearlab import arrays, compiled, slots
+from wearlab import compiled, slots
+from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits, loads
-from wearlab.mesh import contact, gear_set
+from wearlab.life.face import FaceKind
+from wearlab.mesh import clock, contact, gear_set
+from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene
-from wearlab.scene.build import sets
+from wearlab.scene.build import mesh, sets
 from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
-from wearlab.wear.path import WearPath, contact_modulus, wear_path
+from wearlab.wear.patch import PatchSetting
+from wearlab.wear.path import WearPath, contact_half_width, contact_modulus, wear_path
 from wearlab.wear.setting import Setting
 
 
@@ -33,16 +39,16 @@ class KindParts:
 
     pair: GearPair
     analysis: contact.ContactAnalysis
-    modification: arrays.Array
+    modification: Array
     path: WearPath
     law: PreparedLaw | None
     film: films.Film | None
 
 
 def build_kind(
-    scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis, cosine: float
+    scene: Scene, gears: gear_set.GearSet, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis
 ) -> KindParts:
-    """Return the physics of one kind of mesh; ``cosine``: of the base helix angle, which flattens flanks.
+    """Return the physics of one kind of mesh; a helix flattens flanks.
 
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
     """
@@ -60,9 +66,70 @@ def build_kind(
         ),
         concave=pair.internal,
     )
-    path = path._replace(equivalent_radius=path.equivalent_radius / cosine)
+    path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
     law, film = build_law(scene, pair, path), build_film(scene, pair)
     return KindParts(pair, analysis, sets.modifications(pair, position), path, law, film)
+
+
+@dataclass(frozen=True)
+class FacePatchSetting(PatchSetting):
+    """What a contact patch may know of flanks with a width: forces and law slice after slice.
+
+    Parameters
+    ----------
+    face : contact over the face
+    """
+
+    face: FaceContact
+
+    @cached_property
+    def line_load(self) -> Array:
+        """Static load per width of unworn flanks when they touch at the node, (n_face, n) [N/m]."""
+        return self.face.grid.at_nodes(self.face.unworn.load)
+
+    @cached_property
+    def static(self) -> Array:
+        """That load as a force on the whole face, (n_face n,) [N]."""
+        return self.line_load.ravel() * self.path.face_width
+
+    @cached_property
+    def half_width(self) -> Array:
+        """Hertz's half width of every slice, (n_face, n) [m]."""
+        return contact_half_width(self.reference.reshape(self.line_load.shape), self.path)
+
+
+def joined_kinds(
+    scene: Scene,
+    gears: gear_set.GearSet,
+    kinds: Sequence[KindParts],
+    meshes: Sequence[clock.Mesh],
+    edges: Array,
+) -> Iterator[coupled.MeshKind | FaceKind]:
+    """Yield contact and wear of each kind of mesh, over the face where flanks have a width."""
+    for number, (kind, own) in enumerate(zip(gears.kinds, kinds, strict=True)):
+        mine, law, setting = (
+            clock.of_kind(meshes, number),
+            own.law,
+            PatchSetting(own.analysis, own.path, own.law),
+        )
+        if scene.face_keys:
+            face = mesh.build_face_contact(scene, kind, own.analysis, gears.helix)
+            law = build_law(scene, kind.pair, repeated(own.path, face.grid.shape[0]))
+            setting = FacePatchSetting(own.analysis, own.path, law, face)
+        patch = None if scene.wear is None else scene.wear.contact_patch.build(setting)
+        if scene.face_keys:
+            yield FaceKind(face, law, patch, {at: meshes[at].lag for at in mine})
+            continue
+        grid, where = own.analysis.grid, own.analysis.at_nodes
+        when = tuple(clock.instants_of(grid, meshes[at].lag, where, edges) for at in mine)
+        yield coupled.MeshKind(own.analysis, law, patch, mine, when)
+
+
+def repeated(path: WearPath, slices: int) -> WearPath:
+    """Return the path of a section as that of all slices, one after another."""
+    along = ("curvature", "surface_velocity", "specific_sliding", "arc_weight", "arc", "pressure_angle")
+    wide: dict[str, Any] = {name: np.tile(getattr(path, name), (1, slices)) for name in along}
+    return path._replace(equivalent_radius=np.tile(path.equivalent_radius, slices), **wide)
 
 
 def build_film(scene: Scene, pair: GearPair) -> films.Film | None:
