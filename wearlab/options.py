@@ -23,6 +23,7 @@ from pydantic import (
     Field,
     GetJsonSchemaHandler,
     StrictBool,
+    ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
@@ -112,15 +113,32 @@ class Part(OptionTable):
         """Return a table of this part's options as it is written."""
         return table
 
+    @model_validator(mode="before")
+    @classmethod
+    def _completed(cls, given: Any, info: ValidationInfo) -> Any:
+        return cls._complete(given, info) if isinstance(given, dict) else given
+
+    @classmethod
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        """Return a table as it is written with what goes without saying."""
+        return given
+
     @model_validator(mode="after")
-    def _one_alternative(self) -> "Part":
+    def _checked(self) -> "Part":
+        self._one_alternative()
+        self._check()
+        return self
+
+    def _check(self) -> None:
+        """Refuse options that do not go together, by a `ValueError`; fill in those that others tell."""
+
+    def _one_alternative(self) -> None:
         for groups in self.alternatives:
             given = [g for g in groups if any(key in self.model_fields_set for key in g)]
             given = [g for g in given if any(getattr(self, key) is not None for key in g)]
             if len(given) > 1:
                 keys = [next(k for k in g if k in self.model_fields_set) for g in given]
                 raise ValueError(f"give one of {' and '.join(map(repr, keys))}, not both")
-        return self
 
 
 class ClosedTable(OptionTable):

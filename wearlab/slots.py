@@ -16,8 +16,8 @@ from pydantic import (
     BeforeValidator,
     GetCoreSchemaHandler,
     SerializerFunctionWrapHandler,
+    ValidationInfo,
     model_serializer,
-    model_validator,
 )
 from pydantic_core import CoreSchema, core_schema
 
@@ -138,11 +138,10 @@ class Variant(Part):
             return self.written(written)
         return {**written, PLUGIN: {"file": self.origin.file, "sha256": self.origin.sha256}}
 
-    @model_validator(mode="before")
     @classmethod
-    def _of_this_plugin(cls, given: Any) -> Any:
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Refuse what another source of the same name was chosen from."""
-        if cls.origin is None or not isinstance(given, dict) or PLUGIN not in given:
+        if cls.origin is None or PLUGIN not in given:
             return given
         was = given[PLUGIN]
         if not isinstance(was, dict) or was.get("sha256") != cls.origin.sha256:

@@ -4,7 +4,7 @@ import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Ge, Gt, Le
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, ValidationInfo
 
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SETS, UNSAID, SetDescriptor
 from wearlab.options import (
@@ -74,11 +74,9 @@ class ReliefOptions(Part):
     shape: Literal["linear", "parabolic"] = "linear"
     """course of the relief along the path"""
 
-    @model_validator(mode="after")
-    def _begins_somewhere(self) -> "ReliefOptions":
+    def _check(self) -> None:
         if self.length is self.start_diameter is self.start_roll_angle is None:
             raise ValueError("give length along the path, start_diameter or start_roll_angle")
-        return self
 
 
 class ThicknessAllowance(Part):
@@ -89,11 +87,9 @@ class ThicknessAllowance(Part):
     lower: Annotated[Depth, Le(0.0)]
     """lower allowance E_sni of the tooth thickness, below it"""
 
-    @model_validator(mode="after")
-    def _in_order(self) -> "ThicknessAllowance":
+    def _check(self) -> None:
         if self.lower > self.upper:
             raise ValueError("lower must not be above upper; both are below 0 where teeth are thinned")
-        return self
 
     @property
     def mean(self) -> float:
@@ -172,18 +168,13 @@ class Toothed(Part):
     bias: Depth | None = None
     """profile slope at the end of positive face_position less that at the other end. Source: ISO 21771"""
 
-    @model_validator(mode="after")
-    def _root_by_length(self) -> "Toothed":
+    def _check(self) -> None:
         if self.root_relief is not None and self.root_relief.length is None:
             begins = "root_relief begins where the mate's tip first touches"
             raise ValueError(f"{begins}: give its length along the path")
-        return self
 
-    @model_validator(mode="before")
     @classmethod
-    def _standard_rack(cls, given: Any) -> Any:
-        if not isinstance(given, dict):
-            return given
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         filled = dict(given)
         if given.get("tip_diameter") is None:
             filled.setdefault("addendum_coefficient", 1.0)
@@ -267,11 +258,10 @@ class SetOptions(Part):
     material: NamedMaterial = STEEL
     """material of every gear [steel]"""
 
-    @model_validator(mode="before")
     @classmethod
-    def _no_shift(cls, given: Any) -> Any:
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Fill in shift 0 where no centre distance asks for another."""
-        if not isinstance(given, dict) or given.get("centre_distance") is not None:
+        if given.get("centre_distance") is not None:
             return given
         members = {m: given[m] for m in cls.descriptor.toothed if isinstance(given.get(m), dict)}
         return {**given, **{m: {"profile_shift_coefficient": 0.0, **value} for m, value in members.items()}}
@@ -353,12 +343,10 @@ class PlanetaryOptions(SetOptions):
     carrier: CarrierOptions = CarrierOptions()
     """the carrier"""
 
-    @model_validator(mode="after")
-    def _one_angle_each(self) -> "PlanetaryOptions":
+    def _check(self) -> None:
         if self.planet_angles is not None and len(self.planet_angles) != self.planets:
             told = f"planet_angles has {len(self.planet_angles)} entries for {self.planets} planets"
             raise ValueError(f"{told}; give one angle each, or none")
-        return self
 
 
 Gears = Annotated[ExternalPair | InternalPair | PlanetaryOptions, Field(discriminator="kind")]

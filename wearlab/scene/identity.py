@@ -52,10 +52,12 @@ def essence(part: options.Part, told: dict[str, Any] | None = None) -> dict[str,
     part : some options
     told : those of it that are looked at, by name [all]
     """
+    defaults, told = _defaults(type(part)), part.identifying() if told is None else told
     essential = {}
-    for name, value in (part.identifying() if told is None else told).items():
-        default = any(_alike(value, one) for one in _defaults(type(part), name))
-        if value is not None and (name == part.chooser or not default):
+    for name, value in told.items():
+        default = defaults.get(name)
+        alike = value == default or (default is not None and _plain(value) == _plain(default))
+        if value is not None and (name == part.chooser or not alike):
             essential[name] = _mapped(value, _essence)
     return essential
 
@@ -72,25 +74,13 @@ def _essence(value: Any) -> Any:
 
 
 @cache
-def _defaults(part: type[options.Part], name: str) -> tuple[Any, ...]:
-    """Return the default of an option, () where it has none."""
-    field = part.model_fields.get(name)
-    if field is None or field.is_required():
-        return ()
-    return (field.get_default(call_default_factory=True),)
-
-
-def _alike(value: Any, other: Any) -> bool:
-    """Say whether two values are the same in canonical JSON, which is not written where a look tells it."""
-    if value is None or other is None or value is other:
-        return value is other
-    if type(value) is type(other) and (value == other or isinstance(value, str | int | float)):
-        return bool(_plain(value) == _plain(other))
-    return canonical({"": _dumped(value)}) == canonical({"": _dumped(other)})
-
-
-def _dumped(value: Any) -> Any:
-    return _mapped(value, lambda own: own.model_dump() if isinstance(own, options.Part) else own)
+def _defaults(part: type[options.Part]) -> dict[str, Any]:
+    """Return the defaults of options by name, None where there is none."""
+    fields = part.model_fields.items()
+    return {
+        name: None if field.is_required() else field.get_default(call_default_factory=True)
+        for name, field in fields
+    }
 
 
 def stored(value: Any) -> Any:
@@ -105,6 +95,8 @@ def stored(value: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, options.Part):
+        value = value.model_dump()
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items() if inner is not None}
     if isinstance(value, list | tuple):

@@ -4,7 +4,7 @@ import re
 from typing import Annotated, ClassVar, Literal
 
 from annotated_types import Lt
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator
 
 from wearlab import nearest, options
 from wearlab.shop import materials, oil
@@ -121,8 +121,7 @@ class Lubricant(options.Part):
     base: Literal["mineral", "pao"] = options.option("mineral", identity=False)
     """base oil, for α. Source: AGMA 925-A03"""
 
-    @model_validator(mode="after")
-    def _at_the_temperature(self) -> "Lubricant":
+    def _check(self) -> None:
         """Fill in viscosity and α of a grade or datasheet."""
         words = self._words()
         if words is None:
@@ -131,13 +130,12 @@ class Lubricant(options.Part):
                     "give viscosity and pressure_viscosity; or grade and temperature, such as 'ISO VG 220' "
                     "and '60 degC'; or kinematic_viscosity_40, kinematic_viscosity_100 and temperature"
                 )
-            return self
+            return
         if self.temperature is None or not RANGE[0] <= self.temperature <= RANGE[1]:
             raise ValueError("a grade or datasheet needs temperature, such as '60 degC' (-10 to 150 degC)")
         viscosity = oil.dynamic_viscosity(words, self.temperature)
         alpha = self.pressure_viscosity or oil.pressure_viscosity(words, self.temperature)
         self.__dict__.update(viscosity=viscosity, pressure_viscosity=alpha)  # frozen from here on
-        return self
 
     def _words(self) -> oil.Oil | None:
         """Return the oil of a grade or of a datasheet, None where its viscosity is given."""

@@ -13,7 +13,6 @@ from pydantic import (
     ValidationInfo,
     field_validator,
     model_serializer,
-    model_validator,
 )
 
 from wearlab import options, slots
@@ -48,16 +47,12 @@ class Misalignment(options.Part):
     """torques of the input at which it is given, straight between: shafts bend; held beyond [the same under
     all]. Source: wearlab"""
 
-    @model_validator(mode="before")
     @classmethod
-    def _lists(cls, given: Any) -> Any:
-        if not isinstance(given, dict):
-            return given
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         single = {key: one for key, one in given.items() if not isinstance(one, list | tuple)}
         return {**given, **{key: [one] for key, one in single.items() if one is not None}}
 
-    @model_validator(mode="after")
-    def _one_for_each(self) -> "Misalignment":
+    def _check(self) -> None:
         given = [key for key in ("value", "in_plane", "out_of_plane") if getattr(self, key) is not None]
         if not given:
             raise ValueError("give a length such as '20 um', value, or in_plane and out_of_plane")
@@ -68,7 +63,6 @@ class Misalignment(options.Part):
             count = len(getattr(self, key))
             if count != wanted:
                 raise ValueError(f"{key} has {count} values and needs {wanted}: one for each torque, or one")
-        return self
 
     def over_face(self, working_pressure_angle: float, torque: float) -> float:
         """Return F_βy at a torque, ``f_Σβ cos α_wt + f_Σδ sin α_wt`` of deviations of the axes [m].
@@ -125,12 +119,10 @@ class OneMesh(options.Part):
     """slices across the face; of helical gears about as many, on the lattice of the nodes [41, by the
     tolerance]. Source: wearlab"""
 
-    @model_validator(mode="after")
-    def _contact_onset(self) -> "OneMesh":
+    def _check(self) -> None:
         """Let contact reach beyond A and E wherever pairs and corners are known."""
         if self.extended_contact is None:
             object.__setattr__(self, "extended_contact", self._corners_known)
-        return self
 
     @property
     def damps_always(self) -> bool:
@@ -255,14 +247,11 @@ class ErrorHarmonic(options.Part):
     phase: options.Angle = 0.0
     """phase angle at mesh phase 0. Source: L16 Eq. 8"""
 
-    @model_validator(mode="before")
     @classmethod
-    def _the_only_mesh(cls, given: Any, info: ValidationInfo) -> Any:
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Fill in the mesh of a pair; a planetary set must say which, and hears so at that key."""
         meshes = gears.set_in(info.context).meshes
-        return (
-            {"mesh": meshes[0] if len(meshes) == 1 else None, **given} if isinstance(given, dict) else given
-        )
+        return {"mesh": meshes[0] if len(meshes) == 1 else None, **given}
 
     @field_validator("mesh", mode="before")
     @classmethod

@@ -12,7 +12,6 @@ from pydantic import (
     Tag,
     ValidationInfo,
     field_validator,
-    model_validator,
 )
 from pydantic_core import PydanticCustomError
 
@@ -142,12 +141,10 @@ class TorqueFluctuation(options.Part):
     phase: options.Angle = 0.0
     """phase angle. Source: L16 Eq. 9"""
 
-    @model_validator(mode="after")
-    def _has_a_frequency(self) -> "TorqueFluctuation":
+    def _check(self) -> None:
         if self.order is self.frequency is None:
             wanted = "give its 'order', a multiple of the mesh frequency, or its 'frequency'"
             raise ValueError(f'{wanted}, "25 Hz"')
-        return self
 
     def order_at(self, period: float) -> float:
         """Return its multiple of the mesh frequency at the duration of a mesh period [s]."""
@@ -237,12 +234,9 @@ class Operation(options.Part):
         """The conditions in order, none without stages."""
         return self.stage or ()
 
-    @model_validator(mode="before")
     @classmethod
-    def _roles(cls, given: Any, info: ValidationInfo) -> Any:
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Fill in who drives, who is driven and who is at rest."""
-        if not isinstance(given, dict):
-            return given
         known, filled = set_in(info.context), dict(given)
         keys = ("input", "output", "fixed")
         taken = [filled[key] for key in keys if filled.get(key) is not None]
@@ -272,30 +266,23 @@ class Operation(options.Part):
             return given
         raise ValueError(f"{given!r} is no member that may be that; there are {', '.join(known.central)}")
 
-    @model_validator(mode="after")
-    def _one_role_each(self) -> "Operation":
+    def _one_alternative(self) -> None:
+        """Allow two of torque, speed and power."""
+        if None not in (self.torque, self.speed, self.power):
+            rpm = self.speed * 30.0 / math.pi
+            raise PydanticCustomError(
+                "alternatives",
+                "torque = {torque} N*m, speed = {speed} rpm and power = {power} W are one too many: leave "
+                'one out; drop = ["operation.speed"] drops one that is inherited',
+                {"torque": f"{self.torque:.6g}", "speed": f"{rpm:.6g}", "power": f"{self.power:.6g}"},
+            )
+
+    def _check(self) -> None:
+        """Give each member one role; resolve power, or the first of several conditions."""
         roles = {"input": self.input, "output": self.output, "fixed": self.fixed}
         named = [f"{key} {name!r}" for key, name in roles.items() if name is not None]
         if len(set(roles.values()) - {None}) != len(named):
             raise ValueError(f"one member in two roles: {', '.join(named)}")
-        return self
-
-    @model_validator(mode="after")
-    def _one_alternative(self) -> "Operation":
-        """Allow two of torque, speed and power."""
-        if None in (self.torque, self.speed, self.power):
-            return self
-        rpm = self.speed * 30.0 / math.pi
-        raise PydanticCustomError(
-            "alternatives",
-            "torque = {torque} N*m, speed = {speed} rpm and power = {power} W are one too many: leave "
-            'one out; drop = ["operation.speed"] drops one that is inherited',
-            {"torque": f"{self.torque:.6g}", "speed": f"{rpm:.6g}", "power": f"{self.power:.6g}"},
-        )
-
-    @model_validator(mode="after")
-    def _power(self) -> "Operation":
-        """Resolve power, or the first of several conditions, into torque and speed."""
         if several := self.blocks or self.stages:
             self._of_first(several[0])
         torque, speed, power = self.torque, self.speed, self.power
@@ -309,7 +296,6 @@ class Operation(options.Part):
                 f"{' and '.join(missing)} missing: give torque and speed, such as '340 N*m' and '1100 rpm', "
                 "or power with one of them"
             )
-        return self
 
     def _of_first(self, first: DutyBlock | OperationStage) -> None:
         """Take over torque and speed of the first of several conditions."""

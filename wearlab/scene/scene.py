@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 from typing import Any, cast
 
-from pydantic import PrivateAttr, ValidationError, model_validator
+from pydantic import PrivateAttr, ValidationError, ValidationInfo
 
 from wearlab import options, plugins, slots, tables
 from wearlab.scene import gears, identity, merge, problems, rules, sections
@@ -56,12 +56,9 @@ class Scene(sections.Sections):
     _start_wear: StartWear | None = PrivateAttr(default=None)
     _calibration: CalibrationLife | None = PrivateAttr(default=None)
 
-    @model_validator(mode="before")
     @classmethod
-    def _whole(cls, given: Any) -> Any:
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Say which load wears, and complete what a mesh says of itself by what all meshes have."""
-        if not isinstance(given, dict):
-            return given
         whole, wear, meshes = dict(given), given.get("wear"), given.get("mesh")
         if isinstance(wear, dict):
             whole["wear"] = {"load": "static" if given.get("dynamics") is None else "instant", **wear}

@@ -11,7 +11,6 @@ from pydantic import (
     Tag,
     ValidationInfo,
     create_model,
-    model_validator,
 )
 
 from wearlab import options, slots, units
@@ -113,13 +112,11 @@ class Until(options.Part):
     """largest wear depth [no such limit]. Source: W23: 400 µm"""
     flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
-    @model_validator(mode="after")
-    def _some_limit(self) -> "Until":
+    def _check(self) -> None:
         if self.cycles is self.mesh_cycles is self.hours is self.depth is None:
             raise ValueError("give at least one of 'cycles', 'mesh_cycles', 'hours', 'depth'")
         if self.flank is not None and self.depth is None:
             raise ValueError("'flank' belongs to a 'depth', and there is none")
-        return self
 
 
 class SnapshotOptions(options.Part):
@@ -135,11 +132,9 @@ class SnapshotOptions(options.Part):
     """when the wear reaches these depths [not by depth]"""
     flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
-    @model_validator(mode="after")
-    def _something(self) -> "SnapshotOptions":
+    def _check(self) -> None:
         if self.cycles is self.mesh_cycles is self.depth is None:
             raise ValueError("give one of 'cycles', 'mesh_cycles', 'depth'")
-        return self
 
 
 Step = Annotated[steps.StepMethod, *options.named("adaptive", "method")]
@@ -184,14 +179,11 @@ class WearSection(options.Part):
     step: Step = steps.AdaptiveStep()
     """how the wear is stepped over cycles. Source: wearlab"""
 
-    @model_validator(mode="before")
     @classmethod
-    def _one_word(cls, given: Any) -> Any:
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         """Read the other word for a contact patch as what it means."""
-        if not isinstance(given, dict) or "contact_patch" in given:
-            return given
         averaged = given.get("average_over_contact_width")
-        if not isinstance(averaged, bool):
+        if "contact_patch" in given or not isinstance(averaged, bool):
             return given
         rest = {key: value for key, value in given.items() if key != "average_over_contact_width"}
         return {**rest, "contact_patch": "one-way" if averaged else "none"}
@@ -263,11 +255,9 @@ class Start(options.Part):
     replace: tuple[str, ...] = ()
     """members that get new flanks. Source: wearlab"""
 
-    @model_validator(mode="after")
-    def _one_run(self) -> "Start":
+    def _check(self) -> None:
         if self.run is None:
             raise ValueError("give 'run', or 'campaign' and 'select', of the run to continue")
-        return self
 
 
 def is_replaced(flank: str, replaced: tuple[str, ...]) -> bool:
