@@ -12,13 +12,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import Any, ClassVar, NamedTuple, get_args
 
-from pydantic import (
-    BeforeValidator,
-    GetCoreSchemaHandler,
-    SerializerFunctionWrapHandler,
-    ValidationInfo,
-    model_serializer,
-)
+import pydantic
 from pydantic_core import CoreSchema, core_schema
 
 from wearlab.nearest import meant
@@ -131,15 +125,15 @@ class Variant(Part):
         """Return a table of options as it is written: a word where the slot has words and it says no more."""
         return self.chosen if self.slot.by_name and set(table) == {self.slot.chooser} else table
 
-    @model_serializer(mode="wrap")
-    def _with_plugin(self, dump: SerializerFunctionWrapHandler) -> Any:
+    @pydantic.model_serializer(mode="wrap")
+    def _with_plugin(self, dump: pydantic.SerializerFunctionWrapHandler) -> Any:
         written: dict[str, Any] = dump(self)
         if self.origin is None:
             return self.written(written)
         return {**written, PLUGIN: {"file": self.origin.file, "sha256": self.origin.sha256}}
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
         """Refuse what another source of the same name was chosen from."""
         if cls.origin is None or PLUGIN not in given:
             return given
@@ -203,7 +197,7 @@ class Variant(Part):
             raise SlotError(f"{cls.__name__}.needs: {cls.__dict__['needs']!r} is no tuple: write {needs!r}")
 
     @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(cls, source: Any, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
         """Choose among the variants known now, by the chooser, where the slot stands for any of them."""
         if not cls.is_slot() or cls.slot.base is None:
             return handler(source)
@@ -212,7 +206,7 @@ class Variant(Part):
         return core_schema.tagged_union_schema(choices, cls.slot.chooser, serialization=own)
 
 
-def implied(base: type[Variant]) -> BeforeValidator:
+def implied(base: type[Variant]) -> pydantic.BeforeValidator:
     """Let options that one variant of a slot alone has choose it, where a table names none."""
 
     def read(given: object) -> object:
@@ -222,7 +216,7 @@ def implied(base: type[Variant]) -> BeforeValidator:
                     return {base.slot.chooser: name, **given}
         return given
 
-    return BeforeValidator(read)
+    return pydantic.BeforeValidator(read)
 
 
 @contextmanager

@@ -6,21 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, Field, ValidationInfo
 
+from wearlab import options
 from wearlab.gears.sets import EXTERNAL_PAIR, INTERNAL_PAIR, PLANETARY, SETS, UNSAID, SetDescriptor
-from wearlab.options import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    Alternatives,
-    Angle,
-    Count,
-    Depth,
-    Inertia,
-    Length,
-    Mass,
-    Number,
-    Part,
-    option,
-)
 from wearlab.scene.materials import STEEL, NamedMaterial
 
 ALL_TOOTHED, ALL_FLANKS = UNSAID.toothed, UNSAID.flanks
@@ -43,7 +30,7 @@ def member_of(flank: str) -> str:
     return flank.split("-")[0]
 
 
-def alone(part: type[Part], kind: Any, *keys: str) -> BeforeValidator:
+def alone(part: type[options.Part], kind: Any, *keys: str) -> BeforeValidator:
     """Let a value of a kind stand for the table of a part in which each of some keys has it."""
 
     def read(given: object) -> object:
@@ -57,19 +44,19 @@ LEAD_KEYS = ("hand", "lead_crowning", "lead_slope", "end_relief", "bias")
 """Options of a member that give a scene a face."""
 
 
-class ReliefOptions(Part):
+class ReliefOptions(options.Part):
     """Material removed at one end of the active profile."""
 
-    alternatives: ClassVar[Alternatives] = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
+    alternatives = ((("length",), ("start_diameter",), ("start_roll_angle",)),)
 
-    amount: Annotated[Depth, POSITIVE]
+    amount: Annotated[options.Depth, options.POSITIVE]
     """removed at the end of the active profile, along the normal"""
-    length: Annotated[Length, POSITIVE] | None = None
+    length: Annotated[options.Length, options.POSITIVE] | None = None
     """length of the relief along the path of contact, from the end of the active profile [from where it
     starts]"""
-    start_diameter: Annotated[Length, POSITIVE] | None = None
+    start_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """diameter at which the relief starts [from length]. Source: ISO 21771"""
-    start_roll_angle: Annotated[Angle, POSITIVE] | None = None
+    start_roll_angle: Annotated[options.Angle, options.POSITIVE] | None = None
     """roll angle at which the relief starts [from length]. Source: ISO 21771"""
     shape: Literal["linear", "parabolic"] = "linear"
     """course of the relief along the path"""
@@ -79,12 +66,12 @@ class ReliefOptions(Part):
             raise ValueError("give length along the path, start_diameter or start_roll_angle")
 
 
-class ThicknessAllowance(Part):
+class ThicknessAllowance(options.Part):
     """Allowances of the tooth thickness as drawings print them; the mean of both is run."""
 
-    upper: Annotated[Depth, Le(0.0)]
+    upper: Annotated[options.Depth, Le(0.0)]
     """upper allowance E_sns of the tooth thickness, 0 or below"""
-    lower: Annotated[Depth, Le(0.0)]
+    lower: Annotated[options.Depth, Le(0.0)]
     """lower allowance E_sni of the tooth thickness, below it"""
 
     def _check(self) -> None:
@@ -97,75 +84,75 @@ class ThicknessAllowance(Part):
         return 0.5 * (self.upper + self.lower)
 
 
-class EndRelief(Part):
+class EndRelief(options.Part):
     """Material removed at both ends of the face."""
 
-    amount: Annotated[Depth, POSITIVE]
+    amount: Annotated[options.Depth, options.POSITIVE]
     """removed at the very ends of the face, along the normal"""
-    length: Annotated[Length, POSITIVE]
+    length: Annotated[options.Length, options.POSITIVE]
     """length along the face over which it fades, from either end"""
 
 
-class Toothed(Part):
+class Toothed(options.Part):
     """What every gear has, external or ring."""
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives: ClassVar[options.Alternatives] = (
         (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient")),
         (("root_diameter",), ("dedendum_coefficient",)),
     )
 
-    teeth: Annotated[Count, Gt(2), Le(10_000)]
+    teeth: Annotated[options.Count, Gt(2), Le(10_000)]
     """number of teeth z"""
-    profile_shift_coefficient: Number | None = None
+    profile_shift_coefficient: options.Number | None = None
     """profile shift x over the module; positive moves the profile outwards: thicker teeth, larger spaces of a
     ring [0, or derived from centre_distance]. Source: ISO 21771"""
     tooth_thickness_allowance: Annotated[
-        ThicknessAllowance | None, alone(ThicknessAllowance, Depth, "upper", "lower")
+        ThicknessAllowance | None, alone(ThicknessAllowance, options.Depth, "upper", "lower")
     ] = None
     """allowance E_sn of the tooth thickness at the reference circle, 0 or below, or {upper, lower} of a
     drawing, whose mean is run; it leaves backlash. Source: DIN 3967"""
-    addendum_coefficient: Annotated[Number, POSITIVE] | None = None
+    addendum_coefficient: Annotated[options.Number, options.POSITIVE] | None = None
     """addendum of the basic rack over the module [1, unless tip_diameter is given]. Source: ISO 53"""
-    dedendum_coefficient: Annotated[Number, POSITIVE] | None = None
+    dedendum_coefficient: Annotated[options.Number, options.POSITIVE] | None = None
     """dedendum of the basic rack over the module [1.25, unless root_diameter is given]. Source: ISO 53"""
-    tip_alteration_coefficient: Number | None = None
+    tip_alteration_coefficient: options.Number | None = None
     """tip alteration k over the module, negative shortens [(a − a_d)/m − Σx, which keeps the tip clearance; a
     is at most that without backlash]. Source: ISO 21771"""
-    tip_diameter: Annotated[Length, POSITIVE] | None = None
+    tip_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """tip diameter, instead of the coefficients [from the coefficients]"""
-    root_diameter: Annotated[Length, POSITIVE] | None = None
+    root_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """root diameter, instead of the coefficient [from the coefficient]"""
-    fillet_radius_coefficient: Annotated[Number, NOT_NEGATIVE] = 0.38
+    fillet_radius_coefficient: Annotated[options.Number, options.NOT_NEGATIVE] = 0.38
     """tip rounding of the generating rack, or root fillet of a ring, over the module. Source: ISO 53"""
-    face_width: Annotated[Length, POSITIVE] | None = None
+    face_width: Annotated[options.Length, options.POSITIVE] | None = None
     """face width of this gear [the set's]"""
     material: NamedMaterial | None = None
     """material of this gear [the set's]"""
-    mass: Annotated[Mass, POSITIVE] | None = None
+    mass: Annotated[options.Mass, options.POSITIVE] | None = None
     """mass [from the solid]"""
-    inertia: Annotated[Inertia, POSITIVE] | None = None
+    inertia: Annotated[options.Inertia, options.POSITIVE] | None = None
     """moment of inertia about the axis [from the solid]"""
-    roughness_ra: Annotated[Depth, POSITIVE] | None = None
+    roughness_ra: Annotated[options.Depth, options.POSITIVE] | None = None
     """mean roughness R_a of the flanks; R_q = 1.25 R_a is assumed [no film thickness ratio]"""
     tip_relief: ReliefOptions | None = None
     """relief at the tip [no relief]"""
     root_relief: ReliefOptions | None = None
     """relief at the root, by its length along the path [no relief]"""
-    profile_crowning: Depth | None = None
+    profile_crowning: options.Depth | None = None
     """removed at both ends of the active profile, 0 in its middle. Source: ISO 1328-1"""
-    profile_slope: Depth | None = None
+    profile_slope: options.Depth | None = None
     """surplus of material at the tip end against the root end. Source: ISO 1328-1 f_Hα"""
     hand: Literal["left", "right"] | None = None
     """hand of the helix, of a helical gear [right of the driving gear; of its mate the other one, in a ring
     the same]. Source: ISO 21771"""
-    lead_crowning: Depth | None = None
+    lead_crowning: options.Depth | None = None
     """removed at both ends of the face, 0 in its middle. Source: ISO 21771"""
-    lead_slope: Depth | None = None
+    lead_slope: options.Depth | None = None
     """surplus of material at the end of positive face_position against the other end. Source: ISO 1328-1
     f_Hβ"""
     end_relief: EndRelief | None = None
     """relief at both ends of the face [no relief]. Source: ISO 21771"""
-    bias: Depth | None = None
+    bias: options.Depth | None = None
     """profile slope at the end of positive face_position less that at the other end. Source: ISO 21771"""
 
     def _check(self) -> None:
@@ -189,14 +176,14 @@ class GearOptions(Toothed):
     root_profile: Literal["trochoid", "radial"] | None = None
     """shape of the tooth below the involute; a radial root is up to 22 % softer [trochoid where it exists,
     else radial below the base circle]. Source: wearlab"""
-    bore_diameter: Annotated[Length, NOT_NEGATIVE] | None = None
+    bore_diameter: Annotated[options.Length, options.NOT_NEGATIVE] | None = None
     """bore of the wheel body [half the root diameter, flagged as assumed]"""
 
 
 class Ring(Toothed):
     """A ring gear: teeth that point inwards."""
 
-    alternatives: ClassVar[Alternatives] = (
+    alternatives = (
         (("tip_diameter",), ("addendum_coefficient", "tip_alteration_coefficient", "tip_alteration")),
         (("tip_alteration_coefficient",), ("tip_alteration",)),
         (("root_diameter",), ("dedendum_coefficient",)),
@@ -209,7 +196,7 @@ class Ring(Toothed):
     root_profile: Literal["fillet", "radial"] | None = None
     """a circle between involute and root circle, or the involute up to the root circle [fillet, the largest
     that fits if the wanted one does not]. Source: wearlab"""
-    rim_diameter: Annotated[Length, POSITIVE]
+    rim_diameter: Annotated[options.Length, options.POSITIVE]
     """outside diameter of the rim, above the root diameter, where the body is held"""
 
 
@@ -219,41 +206,41 @@ ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
 class PlanetaryGear(GearOptions):
     """The sun, or every planet, of a planetary set."""
 
-    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY)
+    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(None, ECCENTRICITY)
 
 
 class PlanetaryRing(Ring):
     """The ring of a planetary set."""
 
-    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = option(None, ECCENTRICITY)
+    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(None, ECCENTRICITY)
 
 
-class CarrierOptions(Part):
+class CarrierOptions(options.Part):
     """What carries the planets' pins."""
 
-    mass: Annotated[Mass, POSITIVE] | None = None
+    mass: Annotated[options.Mass, options.POSITIVE] | None = None
     """mass, without the planets [required with dynamics]"""
-    inertia: Annotated[Inertia, POSITIVE] | None = None
+    inertia: Annotated[options.Inertia, options.POSITIVE] | None = None
     """moment of inertia about the axis, without the planets [required with dynamics]"""
-    pin_circle_diameter: Annotated[Length, POSITIVE] | None = None
+    pin_circle_diameter: Annotated[options.Length, options.POSITIVE] | None = None
     """diameter of the circle of pins [twice the centre distance]"""
-    eccentricity: Annotated[Depth, NOT_NEGATIVE] | None = None
+    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
     """distance of the pin circle's axis from the carrier's"""
 
 
-class SetOptions(Part):
+class SetOptions(options.Part):
     """What every kind of gear set has; ``toothed`` are the members with teeth."""
 
     chooser: ClassVar[str] = "kind"
     descriptor: ClassVar[SetDescriptor]
 
-    module: Annotated[Length, POSITIVE]
+    module: Annotated[options.Length, options.POSITIVE]
     """module m; of helical gears that of the normal section"""
-    pressure_angle: Annotated[Angle, POSITIVE] = math.radians(20.0)
+    pressure_angle: Annotated[options.Angle, options.POSITIVE] = math.radians(20.0)
     """pressure angle α of the rack; of helical gears that of the normal section"""
-    helix_angle: Annotated[Angle, NOT_NEGATIVE] | None = None
+    helix_angle: Annotated[options.Angle, options.NOT_NEGATIVE] | None = None
     """helix angle β at the reference circle, unsigned [spur gears]. Source: ISO 21771"""
-    face_width: Annotated[Length, POSITIVE]
+    face_width: Annotated[options.Length, options.POSITIVE]
     """face width B of every gear"""
     material: NamedMaterial = STEEL
     """material of every gear [steel]"""
@@ -276,7 +263,7 @@ class SetOptions(Part):
         return {name: getattr(self, name) for name in self.toothed}
 
 
-CENTRE_DISTANCE: Any = option(
+CENTRE_DISTANCE: Any = options.option(
     None, "operating centre distance a", derived="from the profile shifts", source=Iso21771
 )
 
@@ -288,7 +275,7 @@ class ExternalPair(SetOptions):
 
     kind: Literal["external-pair"]
     """kind of gear set"""
-    centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
+    centre_distance: Annotated[options.Length, options.POSITIVE] | None = CENTRE_DISTANCE
     pinion: GearOptions
     """the pinion; a cycle is one revolution of it"""
     gear: GearOptions
@@ -302,19 +289,19 @@ class InternalPair(SetOptions):
 
     kind: Literal["internal-pair"]
     """kind of gear set"""
-    centre_distance: Annotated[Length, POSITIVE] | None = CENTRE_DISTANCE
+    centre_distance: Annotated[options.Length, options.POSITIVE] | None = CENTRE_DISTANCE
     pinion: GearOptions
     """the pinion; a cycle is one revolution of it"""
     ring: Ring
     """the ring around it"""
 
 
-class CentreDistances(Part):
+class CentreDistances(options.Part):
     """Two operating centre distances, as printed of sets that cannot be assembled so."""
 
-    sun_planet: Annotated[Length, POSITIVE]
+    sun_planet: Annotated[options.Length, options.POSITIVE]
     """of sun and planets"""
-    planet_ring: Annotated[Length, POSITIVE]
+    planet_ring: Annotated[options.Length, options.POSITIVE]
     """of planets and ring"""
 
 
@@ -326,13 +313,13 @@ class PlanetaryOptions(SetOptions):
     kind: Literal["planetary"]
     """kind of gear set"""
     centre_distance: Annotated[
-        CentreDistances | None, alone(CentreDistances, Length, "sun_planet", "planet_ring")
+        CentreDistances | None, alone(CentreDistances, options.Length, "sun_planet", "planet_ring")
     ] = None
     """operating centre distance of both meshes, or {sun_planet, planet_ring} for sets as printed [from the
     profile shifts]. Source: ISO 21771"""
-    planets: Annotated[Count, Ge(2)]
+    planets: Annotated[options.Count, Ge(2)]
     """number of planets N"""
-    planet_angles: tuple[Angle, ...] | None = None
+    planet_angles: tuple[options.Angle, ...] | None = None
     """angles of the planets, in the sense in which the sun turns relative to the carrier [equally spaced]"""
     sun: PlanetaryGear
     """the sun; a cycle is one revolution of it relative to the carrier"""

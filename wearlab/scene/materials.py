@@ -1,7 +1,7 @@
 """Materials of gears and ``[lubricant]``: constants, or names of the catalogues."""
 
 import re
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from annotated_types import Lt
 from pydantic import BeforeValidator
@@ -92,7 +92,7 @@ Grade = Annotated[
 class Lubricant(options.Part):
     """Viscosity and its growth with pressure: given, or those of an ISO VG grade or datasheet when warm."""
 
-    alternatives: ClassVar[options.Alternatives] = (
+    alternatives = (
         (("viscosity",), ("grade", "viscosity_index"), ("kinematic_viscosity_40", "kinematic_viscosity_100")),
     )
 

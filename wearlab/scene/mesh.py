@@ -3,17 +3,11 @@
 import math
 import re
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+import pydantic
 from annotated_types import Ge, Le, MinLen
-from pydantic import (
-    BeforeValidator,
-    SerializerFunctionWrapHandler,
-    ValidationInfo,
-    field_validator,
-    model_serializer,
-)
 
 from wearlab import options, slots
 from wearlab.gears.sets import PLANETARY, UNSAID
@@ -34,7 +28,7 @@ Several = Annotated[tuple[options.Depth, ...], MinLen(1)]
 class Misalignment(options.Part):
     """How far the flanks of a mesh open from one end of the face to the other, with no load between them."""
 
-    alternatives: ClassVar[options.Alternatives] = ((("value",), ("in_plane", "out_of_plane")),)
+    alternatives = ((("value",), ("in_plane", "out_of_plane")),)
 
     value: Several | None = None
     """F_βy over the face, in the plane of action; with torque one for each [from the axes]. Source: ISO
@@ -48,7 +42,7 @@ class Misalignment(options.Part):
     all]. Source: wearlab"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
         single = {key: one for key, one in given.items() if not isinstance(one, list | tuple)}
         return {**given, **{key: [one] for key, one in single.items() if one is not None}}
 
@@ -80,7 +74,7 @@ class Misalignment(options.Part):
 class OneMesh(options.Part):
     """A mesh of two gears."""
 
-    alternatives: ClassVar[options.Alternatives] = ((("damping",), ("damping_ratio",)),)
+    alternatives = ((("damping",), ("damping_ratio",)),)
 
     stiffness: Stiffness = stiffnesses.FiniteElementStiffness()
     """stiffness of a tooth pair"""
@@ -182,8 +176,8 @@ class MeshSection(OneMesh):
             return each[OWN_MESHES[0]].identifying()
         return each or super().identifying()
 
-    @model_serializer(mode="wrap")
-    def _what_holds(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    @pydantic.model_serializer(mode="wrap")
+    def _what_holds(self, dump: pydantic.SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Dump what holds for each kind of mesh, wherever it was written: once if it is the same for both."""
         if not (each := {key: own.model_dump() for key, own in self._each().items()}):
             written: dict[str, Any] = dump(self)
@@ -201,7 +195,9 @@ def _listed(given: object) -> object:
 
 
 Grade = Annotated[options.Count, options.NOT_NEGATIVE, Le(12)]
-Tolerances = Annotated[tuple[Annotated[options.Depth, options.NOT_NEGATIVE], ...], BeforeValidator(_listed)]
+Tolerances = Annotated[
+    tuple[Annotated[options.Depth, options.NOT_NEGATIVE], ...], pydantic.BeforeValidator(_listed)
+]
 """One tolerance or several, each in a direction of its own [m]."""
 
 
@@ -248,14 +244,14 @@ class ErrorHarmonic(options.Part):
     """phase angle at mesh phase 0. Source: L16 Eq. 8"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
         """Fill in the mesh of a pair; a planetary set must say which, and hears so at that key."""
         meshes = gears.set_in(info.context).meshes
         return {"mesh": meshes[0] if len(meshes) == 1 else None, **given}
 
-    @field_validator("mesh", mode="before")
+    @pydantic.field_validator("mesh", mode="before")
     @classmethod
-    def _known_mesh(cls, mesh: Any, info: ValidationInfo) -> Any:
+    def _known_mesh(cls, mesh: Any, info: pydantic.ValidationInfo) -> Any:
         meshes = gears.set_in(info.context).meshes
         if isinstance(mesh, str) and any(re.fullmatch(rf"{name}(-[1-9][0-9]*)?", mesh) for name in meshes):
             return mesh
@@ -290,9 +286,9 @@ class ErrorsSection(options.Part):
     harmonic: tuple[ErrorHarmonic, ...] = ()
     """prescribed errors of the mesh frequency"""
 
-    @field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
+    @pydantic.field_validator("pinion", "gear", "sun", "planet", "ring", "carrier", mode="before")
     @classmethod
-    def _of_the_set(cls, given: Any, info: ValidationInfo) -> Any:
+    def _of_the_set(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
         known = gears.set_in(info.context)
         members = (*known.toothed, *(name for name in known.members if name not in known.toothed))
         if given is None or info.field_name in members:

@@ -2,17 +2,9 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Discriminator,
-    PrivateAttr,
-    Tag,
-    ValidationInfo,
-    field_validator,
-)
+import pydantic
 from pydantic_core import PydanticCustomError
 
 from wearlab import options, tables, units
@@ -60,7 +52,7 @@ class OperationStage(options.Part):
     """cycles of the stage [up to wear.until, in the last stage]"""
 
 
-def _blocks(given: Any, info: ValidationInfo) -> Any:
+def _blocks(given: Any, info: pydantic.ValidationInfo) -> Any:
     """Return the blocks of a file as if they were written in place."""
     if isinstance(given, str):
         raise ValueError(f'{given!r} is a text: write duty = {{ file = "{given}" }}')
@@ -116,12 +108,12 @@ def _written(value: Any) -> str:
 
 
 Duty = Annotated[
-    Annotated[tuple[DutyBlock, ...], Tag("blocks")] | Annotated[DutyFile, Tag("file")],
-    Discriminator(_written),
-    BeforeValidator(_blocks),
-    AfterValidator(_shares),
+    Annotated[tuple[DutyBlock, ...], pydantic.Tag("blocks")] | Annotated[DutyFile, pydantic.Tag("file")],
+    pydantic.Discriminator(_written),
+    pydantic.BeforeValidator(_blocks),
+    pydantic.AfterValidator(_shares),
 ]
-OperationStages = Annotated[tuple[OperationStage, ...], AfterValidator(_labels)]
+OperationStages = Annotated[tuple[OperationStage, ...], pydantic.AfterValidator(_labels)]
 
 
 Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
@@ -130,7 +122,7 @@ Central = Literal["pinion", "gear", "ring", "sun", "carrier"]
 class TorqueFluctuation(options.Part):
     """A harmonic of the input torque, ``amplitude cos(order ω_m t + phase)``."""
 
-    alternatives: ClassVar[options.Alternatives] = ((("order",), ("frequency",)),)
+    alternatives = ((("order",), ("frequency",)),)
 
     order: Annotated[options.Number, options.POSITIVE] | None = None
     """multiple of the mesh frequency [from frequency]. Source: L16 Eq. 9"""
@@ -156,18 +148,16 @@ def _harmonics(given: Any) -> str:
 
 
 Fluctuation = Annotated[
-    Annotated[TorqueFluctuation, Tag("one")] | Annotated[tuple[TorqueFluctuation, ...], Tag("list")],
-    Discriminator(_harmonics),
+    Annotated[TorqueFluctuation, pydantic.Tag("one")]
+    | Annotated[tuple[TorqueFluctuation, ...], pydantic.Tag("list")],
+    pydantic.Discriminator(_harmonics),
 ]
 
 
 class Operation(options.Part):
     """Torque and speed of the input member, or its power and one of them."""
 
-    alternatives: ClassVar[options.Alternatives] = (
-        (("torque",), ("power",)),
-        (("torque", "speed", "power"), ("duty",), ("stage",)),
-    )
+    alternatives = ((("torque",), ("power",)), (("torque", "speed", "power"), ("duty",), ("stage",)))
 
     torque: Annotated[options.Torque, options.NOT_NEGATIVE] = None
     """torque on the input member; drive_flank gives its sense [power over speed; of the first block or
@@ -202,7 +192,7 @@ class Operation(options.Part):
         """Whether a torque on the output balances the input; None: nobody said."""
         return None if self.load_torque is None else self.load_torque == "balance"
 
-    _largest_torque: float | None = PrivateAttr(None)
+    _largest_torque: float | None = pydantic.PrivateAttr(None)
 
     @property
     def fluctuation(self) -> tuple[TorqueFluctuation, ...]:
@@ -235,7 +225,7 @@ class Operation(options.Part):
         return self.stage or ()
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
         """Fill in who drives, who is driven and who is at rest."""
         known, filled = set_in(info.context), dict(given)
         keys = ("input", "output", "fixed")
@@ -255,9 +245,9 @@ class Operation(options.Part):
             taken.append(free[0])
         return filled
 
-    @field_validator("input", "output", "fixed", mode="before")
+    @pydantic.field_validator("input", "output", "fixed", mode="before")
     @classmethod
-    def _known_members(cls, given: Any, info: ValidationInfo) -> Any:
+    def _known_members(cls, given: Any, info: pydantic.ValidationInfo) -> Any:
         """Refuse members that this kind of gear set has not, or that cannot be central."""
         known = set_in(info.context)
         if given is not None and info.field_name == "fixed" and len(known.central) < 3:
@@ -310,7 +300,7 @@ class Operation(options.Part):
         object.__setattr__(self, "speed", first.speed)
 
 
-def _of_the_set(value: Any, info: ValidationInfo) -> Any:
+def _of_the_set(value: Any, info: pydantic.ValidationInfo) -> Any:
     """Refuse a model of another kind of gear set before what that model requires is missed."""
     kind = set_in(info.context).kind
     model = value.get("model") if isinstance(value, dict) else value
@@ -325,4 +315,4 @@ def _of_the_set(value: Any, info: ValidationInfo) -> Any:
     return value
 
 
-Dynamics = Annotated[DynamicModel, *options.named(), BeforeValidator(_of_the_set)]
+Dynamics = Annotated[DynamicModel, *options.named(), pydantic.BeforeValidator(_of_the_set)]

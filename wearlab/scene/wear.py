@@ -1,17 +1,10 @@
 """``[wear]``: law, coefficient, initial wear and end of a life; ``[start]``: the run that it goes on from."""
 
 import re
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+import pydantic
 from annotated_types import Le, MinLen
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Discriminator,
-    Tag,
-    ValidationInfo,
-    create_model,
-)
 
 from wearlab import options, slots, units
 from wearlab.life import loads, steps
@@ -22,7 +15,7 @@ NAMES = (*dict.fromkeys((*gears.ALL_TOOTHED, *gears.ALL_FLANKS)), "carrier")
 OneCoefficient = Annotated[coefficients.CoefficientModel, *options.named()]
 
 
-def _per_member(value: Any, info: ValidationInfo) -> Any:
+def _per_member(value: Any, info: pydantic.ValidationInfo) -> Any:
     """Read per-member tables as overrides of the general one."""
     if not isinstance(value, dict):
         return value
@@ -57,10 +50,11 @@ def _one_or_each(value: Any) -> str:
 
 
 Coefficient = Annotated[
-    Annotated[OneCoefficient, Tag("one")] | Annotated[dict[str, OneCoefficient], Tag("each")],
-    Discriminator(_one_or_each),
-    BeforeValidator(_per_member),
-    AfterValidator(_one_if_equal),
+    Annotated[OneCoefficient, pydantic.Tag("one")]
+    | Annotated[dict[str, OneCoefficient], pydantic.Tag("each")],
+    pydantic.Discriminator(_one_or_each),
+    pydantic.BeforeValidator(_per_member),
+    pydantic.AfterValidator(_one_if_equal),
 ]
 
 
@@ -83,12 +77,12 @@ Initial = Annotated[
 OF_FLANK: Any = {
     flank: (Initial | None, options.option(None, f"initial wear of {flank}")) for flank in gears.ALL_FLANKS
 }
-InitialWears = create_model(
+InitialWears = pydantic.create_model(
     "InitialWears", __base__=options.Part, __doc__="Initial wear of each flank.", **OF_FLANK
 )  # some flanks have names that Python could not spell
 
 
-def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
+def _of_the_set(flank: Any, info: pydantic.ValidationInfo) -> Any:
     """Return the name of a flank, or refuse one that this kind of gear set has not."""
     flanks = gears.set_in(info.context).flanks
     if flank is None or flank in flanks:
@@ -96,7 +90,7 @@ def _of_the_set(flank: Any, info: ValidationInfo) -> Any:
     raise ValueError(f"{flank!r} is no flank of this gear set; there are {', '.join(flanks)}")
 
 
-Flank = Annotated[str, BeforeValidator(_of_the_set)]
+Flank = Annotated[str, pydantic.BeforeValidator(_of_the_set)]
 
 
 class Until(options.Part):
@@ -122,13 +116,13 @@ class Until(options.Part):
 class SnapshotOptions(options.Part):
     """Wear states stored on the way; asking for them changes nothing."""
 
-    alternatives: ClassVar[options.Alternatives] = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
+    alternatives = ((("cycles",), ("mesh_cycles",), ("depth", "flank")),)
 
-    cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = None
+    cycles: Annotated[tuple[Positive, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
     """at these revolutions of the pinion [not by cycles]"""
-    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), AfterValidator(_ascending)] | None = None
+    mesh_cycles: Annotated[tuple[Positive, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
     """at these mesh cycles [not by mesh cycles]"""
-    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), AfterValidator(_ascending)] | None = None
+    depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
     """when the wear reaches these depths [not by depth]"""
     flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
 
@@ -147,7 +141,7 @@ def _no_table(value: Any) -> Any:
 class WearSection(options.Part):
     """Archard's law along the path, stepped over cycles."""
 
-    alternatives: ClassVar[options.Alternatives] = ((("contact_patch",), ("average_over_contact_width",)),)
+    alternatives = ((("contact_patch",), ("average_over_contact_width",)),)
 
     coefficient: Coefficient | None = None
     """wear coefficient k; required with until [nothing wears]. Source: Archard 1953"""
@@ -170,7 +164,7 @@ class WearSection(options.Part):
     average_over_contact_width: options.Switch | None = None
     """another word: true for contact_patch = one-way, false for none [as contact_patch says]. Source: Archard
     1953"""
-    initial: Annotated[InitialWears | None, BeforeValidator(_no_table)] = None
+    initial: Annotated[InitialWears | None, pydantic.BeforeValidator(_no_table)] = None
     """wear before the first cycle [new flanks]"""
     until: Until | None = None
     """where the life ends [one wear state]"""
@@ -180,7 +174,7 @@ class WearSection(options.Part):
     """how the wear is stepped over cycles. Source: wearlab"""
 
     @classmethod
-    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+    def _complete(cls, given: dict[str, Any], info: pydantic.ValidationInfo) -> dict[str, Any]:
         """Read the other word for a contact patch as what it means."""
         averaged = given.get("average_over_contact_width")
         if "contact_patch" in given or not isinstance(averaged, bool):
@@ -237,12 +231,9 @@ class Start(options.Part):
     A campaign file may name the run by ``campaign`` and ``select`` instead of ``run``.
     """
 
-    alternatives: ClassVar[options.Alternatives] = (
-        (("run",), ("campaign", "select")),
-        (("cycle",), ("life_fraction",)),
-    )
+    alternatives = ((("run",), ("campaign", "select")), (("cycle",), ("life_fraction",)))
 
-    run: Annotated[str, AfterValidator(_identity)] | None = None
+    run: Annotated[str, pydantic.AfterValidator(_identity)] | None = None
     """identity of the run to continue [named by campaign and select]. Source: wearlab"""
     campaign: str | None = options.option(None, identity=False)
     """campaign file whose run is continued [named by run]. Source: wearlab"""
