@@ -165,8 +165,8 @@ def option(
     source : the paper, equation or standard behind it
     identity : whether the value is part of the scene's identity
     """
-    given: dict[str, Any] = {
-        key: text for key, text in (("derived", derived), ("source", source)) if text is not None
+    given: Any = {
+        key: text for key, text in {"derived": derived, "source": source}.items() if text is not None
     }
     return Field(default, description=meaning, json_schema_extra=given, exclude=None if identity else True)
 

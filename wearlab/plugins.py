@@ -109,9 +109,7 @@ class Sort:
         """
         own: dict[str, Any] = {}
         values: list[Any] = [value for value in vars(module).values() if isinstance(value, self.kind)]
-        for value in values:
-            if self.known.get(value.name) is value:
-                continue
+        for value in (value for value in values if self.known.get(value.name) is not value):
             what = f"{self.kind.__name__} {value.name!r}"
             if value.name in self.known and self.owner.get(value.name) != plugin.name:
                 raise SlotError(f"{what} is there already: give yours another name")
@@ -222,8 +220,8 @@ def use(named: Iterable[str]) -> tuple[Plugin, ...]:
         elif record is not None and record.is_file():
             stand_in(record.read_text())
         else:
-            said = f"Python code that would be run: look at it, then add {CONSENT}"
-            raise PluginError(f"{plugin.name} is {said}")
+            said = f"is Python code that would be run: look at it, then add {CONSENT}"
+            raise PluginError(f"{plugin.name} {said}")
     return plugins
 
 
@@ -299,16 +297,11 @@ def brought() -> list[tuple[str, type[Variant]]]:
 
 def declaration(plugin: Plugin) -> dict[str, Any]:
     """Return what there is to know of a plug-in that was run, as JSON can hold it."""
-    told: dict[str, Any] = {
-        "format": FORMAT,
-        "name": plugin.name,
-        "sha256": plugin.sha256,
-        "source": plugin.source,
-    }
-    told["variants"] = [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]]
-    for word, sort in Sort.all.items():
-        told[word] = [sort.declared(value) for value in sort.held.get(plugin.sha256, {}).values()]
-    return told
+    told = {"format": FORMAT, "name": plugin.name, "sha256": plugin.sha256, "source": plugin.source}
+    variants = [_declared(name, part) for name, part in _BROUGHT[plugin.sha256]]
+    held = {word: sort.held.get(plugin.sha256, {}).values() for word, sort in Sort.all.items()}
+    sorts = {word: [Sort.all[word].declared(value) for value in values] for word, values in held.items()}
+    return {**told, "variants": variants, **sorts}
 
 
 def _declared(name: str, part: type[Variant]) -> dict[str, Any]:
@@ -361,10 +354,8 @@ def _stand_in(record: Mapping[str, Any]) -> None:
             continue
         kind = Literal[str(record["name"])] if key == slot.chooser else _kind(said)
         default = ... if key in record["required"] else said.get("default")
-        fields[key] = (
-            kind if default is not None else kind | None,
-            option(default, said.get("description", "")),
-        )
+        kind = kind if default is not None else kind | None
+        fields[key] = kind, option(default, said.get("description", ""))
     create_model(str(record["class"]), __base__=slot.base, __doc__=record["doc"], **fields)
 
 

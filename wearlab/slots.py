@@ -184,17 +184,15 @@ class Variant(Part):
     @classmethod
     def _check_needs(cls) -> None:
         """Refuse a class that needs what no scene can say."""
-        needs = cls.__dict__.get("needs", ())
-        needs = (needs,) if isinstance(needs, str) else needs
-        if not cls.may_need or isinstance(needs, property):
+        given = cls.__dict__.get("needs", ())
+        if not cls.may_need or isinstance(given, property):
             return
-        for name in needs:
-            if name not in cls.may_need:
-                near = meant(name, cls.may_need, ";")
-                known = ", ".join(map(repr, cls.may_need))
-                raise SlotError(f"{cls.__name__}.needs: {name!r} is unknown{near} there are {known}")
-        if isinstance(cls.__dict__.get("needs"), str):
-            raise SlotError(f"{cls.__name__}.needs: {cls.__dict__['needs']!r} is no tuple: write {needs!r}")
+        needs = (given,) if isinstance(given, str) else given
+        if unknown := next((name for name in needs if name not in cls.may_need), None):
+            known = f"{meant(unknown, cls.may_need, ';')} there are {', '.join(map(repr, cls.may_need))}"
+            raise SlotError(f"{cls.__name__}.needs: {unknown!r} is unknown{known}")
+        if needs is not given:
+            raise SlotError(f"{cls.__name__}.needs: {given!r} is no tuple: write {needs!r}")
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: pydantic.GetCoreSchemaHandler) -> CoreSchema:
@@ -229,15 +227,11 @@ def coming_from(origin: Origin) -> Iterator[None]:
         _ORIGIN.reset(token)
 
 
-_WHEN_CHANGED: list[Callable[[], object]] = []
-
-
-def when_changed(renew: Callable[[], object]) -> None:
-    """Have something renewed whenever a slot has got other variants."""
-    _WHEN_CHANGED.append(renew)
+WHEN_CHANGED: list[Callable[[], object]] = []
+"""What renews what was made of the variants of slots, whenever one has got others."""
 
 
 def changed() -> None:
     """Renew all that was made of the variants known before."""
-    for renew in _WHEN_CHANGED:
+    for renew in WHEN_CHANGED:
         renew()

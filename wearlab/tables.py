@@ -36,6 +36,7 @@ DAYS = re.compile(rf"(\d{{1,2}})([./-])(\d{{1,2}})\2(\d{{4}}|\d{{2}}){CLOCK}")
 NAMED = re.compile(rf"\d{{1,2}}[- ][A-Za-z]{{3}}[- ](?:\d{{4}}|\d{{2}}){CLOCK}")
 CLOCKS = ("", " %H:%M", " %H:%M:%S", " %I:%M %p", " %I:%M:%S %p")
 TYPED = ("number", "date")
+BRACKETS = " []()"
 UNIT_IN_HEADER = re.compile(r"\s*(.+?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|/\s*(\S+)|\s+in\s+(\S+))\s*")
 UNITS_BY_NAME = re.compile(r"(.+)_(mm|um|µm|nm|m|deg|rad|inch|mg|g|kg|h|Nm|kNm|rpm)")
 SHORT_UNITS = frozenset("m g h s N W K % °".split())
@@ -199,10 +200,8 @@ class ReadTable:
         if not read.isna().any():
             return np.asarray(read.dt.tz_localize(None), "datetime64[s]")
         at = int(np.argmax(read.isna()))
-        told = (
-            f" as {date_format!r} tells it" if date_format else " that exists, or not written as the others"
-        )
-        raise TableError(f"{self._at(at, name)}: {texts[at]!r} is no date{told}")
+        told = f"as {date_format!r} tells it" if date_format else "that exists, or not written as the others"
+        raise TableError(f"{self._at(at, name)}: {texts[at]!r} is no date {told}")
 
     def _at(self, row: int, name: str) -> str:
         return f"{self.file}: line {self.lines[row]}, column {name!r}"
@@ -293,11 +292,8 @@ def _readings(lines: Sequence[tuple[int, str]], separator: str, decimal: str) ->
     """Yield the ways to read lines with a separator and a decimal sign, one for each line of headers."""
     rows = [_cells(line, separator) for _, line in lines]
     for header in range(len(rows) - 1):
-        row = rows[header]
-        headers = row[
-            : max((k for k, cell in enumerate(row, 1) if cell), default=0)
-        ]  # those at its end are empty
-        width, first = len(headers), header + 1
+        width = max((k for k, cell in enumerate(rows[header], 1) if cell), default=0)  # empty at the end
+        headers, first = rows[header][:width], header + 1
         if width < 2 or any(_kind(cell, decimal) != "text" for cell in headers):
             continue
         below = [_fitted(row, width) for row in rows[first:]]
@@ -325,8 +321,9 @@ def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading:
     parts = [_name_and_unit(cell) for cell in reading.headers]
     names, width, header_line = tuple(name for name, _ in parts), len(parts), lines[reading.header][0]
     if doubled := next((name for name in names if names.count(name) > 1), None):
-        said = f"two columns are called {doubled!r}; rename one of them"
-        raise TableError(f"{file}: line {header_line}: {said}")
+        raise TableError(
+            f"{file}: line {header_line}: two columns are called {doubled!r}; rename one of them"
+        )
     body = lines[reading.first :]
     rows = [_cells(line, reading.separator) for _, line in body]
     fitted = [_fitted(row, width) for row in rows]
@@ -338,10 +335,11 @@ def _parsed(file: str, lines: Sequence[tuple[int, str]], encoding: str, reading:
                 f"every row must hold {width} cells under {', '.join(names)}: mend or delete it"
             )
         if tuple(row) == reading.headers:
-            said = f"the headers of line {header_line} again; delete the line"
-            raise TableError(f"{file}: line {number}: {said}")
+            raise TableError(
+                f"{file}: line {number}: the headers of line {header_line} again; delete the line"
+            )
     kept = [row for row in fitted[: last + 1] if row]
-    units = [given or _bare(below) for (_, given), below in zip(parts, reading.units, strict=True)]
+    units = [given or below.strip(BRACKETS) for (_, given), below in zip(parts, reading.units, strict=True)]
     return ReadTable(
         file,
         reading.headers,
@@ -464,19 +462,15 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     return (tail[1], tail[2]) if tail else (plain, "")
 
 
-def _bare(text: str) -> str:
-    return text.strip(" []()")
-
-
 def _is_bare_unit(text: str) -> bool:
     """Say whether a cell under a header is its unit; one letter may also be a name, such as d."""
-    plain = _bare(text)
+    plain = text.strip(BRACKETS)
     return (len(plain) > 1 or plain in SHORT_UNITS) and _is_unit(plain)
 
 
 @cache
 def _is_unit(text: str) -> bool:
     """Say whether a text is a unit that something in a scene has."""
-    plain = _bare(text)
+    plain = text.strip(BRACKETS)
     known = ("1", *(kind.unit for kind in KINDS.values()))
     return of_speed(plain) == "rpm" or (bool(plain) and any(comparable(plain, unit) for unit in known))

@@ -168,14 +168,12 @@ def split(text: object, wanted: Measure | None = None) -> tuple[str, str]:
     named = f"{wanted.article} with its unit, such as {wanted.example!r}" if wanted else ""
     example = named or "a number with its unit"
     if not isinstance(text, str):
-        said = "has no unit" if is_number(text) else "is no quantity"
-        raise UnitError(f"{text!r} {said}: write {example}")
+        raise UnitError(f"{text!r} {'has no unit' if is_number(text) else 'is no quantity'}: write {example}")
     if comma := COMMA.match(text):
         thousands = f", or {text.replace(',', '')!r} for thousands" if len(comma[1]) == THOUSANDS else ""
         point = f"the decimal sign is a point, write {text.replace(',', '.')!r}"
         raise UnitError(f"{text!r} has a comma: {point}{thousands}")
-    match = NUMBER.fullmatch(text)
-    if match is None:
+    if (match := NUMBER.fullmatch(text)) is None:
         raise UnitError(f"{text!r}: write {example}")
     if not math.isfinite(float(match[1])):
         raise UnitError(f"{text!r} is not finite: write {example}")
@@ -262,29 +260,25 @@ def _between(from_unit: str, to_unit: str) -> tuple[float, float]:
     """Return factor and offset from one unit to another."""
     if from_unit in USUAL and to_unit in USUAL and USUAL[from_unit][1] == USUAL[to_unit][1]:
         return _decimal(USUAL[from_unit][0] / USUAL[to_unit][0]), 0.0
-    registry = _registry()
-    source, target = _unit(from_unit), _unit(to_unit)
+    registry, source, target = _registry(), _unit(from_unit), _unit(to_unit)
+    unlike = f"{from_unit!r} is not a unit like {to_unit!r}"
     if "degree_C" in f"{source}{target}" or "degree_F" in f"{source}{target}":
         try:
             at_zero, at_one = (float(registry.Quantity(x, source).to(target).magnitude) for x in (0.0, 1.0))
         except Exception as error:
-            raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}") from error
+            raise UnitError(unlike) from error
         return _decimal(at_one - at_zero), at_zero
     try:
         (up, base), (down, other) = registry.get_root_units(source), registry.get_root_units(target)
     except ArithmeticError as error:
         raise UnitError(f"{from_unit!r} is beyond all numbers") from error
-    if base != other:
-        raise UnitError(f"{from_unit!r} is not a unit like {to_unit!r}{_hint(base, other)}")
-    return _decimal(float(up) / float(down)), 0.0
-
-
-def _hint(base: Any, other: Any) -> str:
-    unit = _registry().Unit
-    if base not in (other / unit("radian"), other * unit("radian")):
-        return ""
-    frequency = base * unit("second") == unit("dimensionless")
-    return ": it says neither radians nor revolutions" if frequency else ": one counts angle, the other not"
+    if base == other:
+        return _decimal(float(up) / float(down)), 0.0
+    if base in (other / registry.radian, other * registry.radian):
+        frequency = base * registry.second == registry.dimensionless
+        words = "it says neither radians nor revolutions" if frequency else "one counts angle, the other not"
+        raise UnitError(f"{unlike}: {words}")
+    raise UnitError(unlike)
 
 
 def _decimal(scale: float) -> float:
@@ -325,13 +319,9 @@ def _expression(text: str) -> str:
         if match is None:
             raise UnitError(f"{text!r} is not a known unit")
         name, power, attached, unity, sign = match.groups()
-        factor = ALIASES.get(name, name) if name else unity
+        factor, exponent = ALIASES.get(name, name) if name else unity, power or attached
         if written and written[-1] not in "*/(" and (factor or sign == "("):
             written += "*"
-        exponent = power or attached
-        written += (factor + (f"**{exponent}" if exponent else "")) if factor else sign.translate(PRODUCTS)
+        written += f"{factor}**{exponent}" if exponent else factor or sign.replace("·", "*").replace("⋅", "*")
         at = match.end()
     return written
-
-
-PRODUCTS = str.maketrans("·⋅", "**")

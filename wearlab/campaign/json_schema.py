@@ -240,4 +240,4 @@ def _partial(table: dict[str, Any]) -> dict[str, Any]:
     return plain
 
 
-slots.when_changed(partial(CampaignFile.model_rebuild, force=True))
+slots.WHEN_CHANGED.append(partial(CampaignFile.model_rebuild, force=True))

@@ -39,7 +39,6 @@ def alone(part: type[options.Part], kind: Any, *keys: str) -> BeforeValidator:
     return BeforeValidator(read, json_schema_input_type=kind | part | None)
 
 
-Iso21771 = "ISO 21771"
 LEAD_KEYS = ("hand", "lead_crowning", "lead_slope", "end_relief", "bias")
 """Options of a member that give a scene a face."""
 
@@ -200,19 +199,18 @@ class Ring(Toothed):
     """outside diameter of the rim, above the root diameter, where the body is held"""
 
 
-ECCENTRICITY = "distance of the toothing's axis from the axis it turns about"
-
-
 class PlanetaryGear(GearOptions):
     """The sun, or every planet, of a planetary set."""
 
-    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(None, ECCENTRICITY)
+    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
+    """distance of the toothing's axis from the axis it turns about"""
 
 
 class PlanetaryRing(Ring):
     """The ring of a planetary set."""
 
-    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = options.option(None, ECCENTRICITY)
+    eccentricity: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
+    """distance of the toothing's axis from the axis it turns about"""
 
 
 class CarrierOptions(options.Part):
@@ -263,11 +261,6 @@ class SetOptions(options.Part):
         return {name: getattr(self, name) for name in self.toothed}
 
 
-CENTRE_DISTANCE: Any = options.option(
-    None, "operating centre distance a", derived="from the profile shifts", source=Iso21771
-)
-
-
 class ExternalPair(SetOptions):
     """A pinion and a gear."""
 
@@ -275,7 +268,8 @@ class ExternalPair(SetOptions):
 
     kind: Literal["external-pair"]
     """kind of gear set"""
-    centre_distance: Annotated[options.Length, options.POSITIVE] | None = CENTRE_DISTANCE
+    centre_distance: Annotated[options.Length, options.POSITIVE] | None = None
+    """operating centre distance a [from the profile shifts]. Source: ISO 21771"""
     pinion: GearOptions
     """the pinion; a cycle is one revolution of it"""
     gear: GearOptions
@@ -289,7 +283,8 @@ class InternalPair(SetOptions):
 
     kind: Literal["internal-pair"]
     """kind of gear set"""
-    centre_distance: Annotated[options.Length, options.POSITIVE] | None = CENTRE_DISTANCE
+    centre_distance: Annotated[options.Length, options.POSITIVE] | None = None
+    """operating centre distance a [from the profile shifts]. Source: ISO 21771"""
     pinion: GearOptions
     """the pinion; a cycle is one revolution of it"""
     ring: Ring

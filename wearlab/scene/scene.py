@@ -264,7 +264,7 @@ def _renew() -> None:
     sections.forget()
 
 
-slots.when_changed(_renew)
+slots.WHEN_CHANGED.append(_renew)
 
 
 def calibrated_coefficient(scene: Any) -> coefficients.CalibratedCoefficient | None:

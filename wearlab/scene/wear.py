@@ -60,8 +60,6 @@ Coefficient = Annotated[
 
 Positive = Annotated[options.Number, options.POSITIVE]
 PositiveDepth = Annotated[options.Depth, options.POSITIVE]
-SOURCE = "Archard 1953"
-FLANK = "the flank whose largest depth counts"
 
 
 def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
@@ -104,7 +102,8 @@ class Until(options.Part):
     """operating hours, a plain count or a time with its unit [no such limit]"""
     depth: PositiveDepth | None = None
     """largest wear depth [no such limit]. Source: W23: 400 µm"""
-    flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
+    flank: Flank | None = None
+    """the flank whose largest depth counts [whichever is deepest]"""
 
     def _check(self) -> None:
         if self.cycles is self.mesh_cycles is self.hours is self.depth is None:
@@ -124,7 +123,8 @@ class SnapshotOptions(options.Part):
     """at these mesh cycles [not by mesh cycles]"""
     depth: Annotated[tuple[PositiveDepth, ...], MinLen(1), pydantic.AfterValidator(_ascending)] | None = None
     """when the wear reaches these depths [not by depth]"""
-    flank: Flank | None = options.option(None, FLANK, derived="whichever is deepest")
+    flank: Flank | None = None
+    """the flank whose largest depth counts [whichever is deepest]"""
 
     def _check(self) -> None:
         if self.cycles is self.mesh_cycles is self.depth is None:

@@ -38,9 +38,9 @@ def vickers_of_rockwell(number: float) -> float:
     HardnessError : outside 20 to 68 HRC
     """
     _within(number, HRC_RANGE, "HRC", "ASTM E140, Table 1")
-    place = number - HRC_RANGE[0]
-    low = min(int(place), len(VICKERS_OF_HRC) - 2)
-    return VICKERS_OF_HRC[low] + (place - low) * (VICKERS_OF_HRC[low + 1] - VICKERS_OF_HRC[low])
+    low = min(int(number - HRC_RANGE[0]), len(VICKERS_OF_HRC) - 2)
+    first, second = VICKERS_OF_HRC[low : low + 2]
+    return first + (number - HRC_RANGE[0] - low) * (second - first)
 
 
 def vickers_of_brinell(number: float) -> float:
@@ -112,6 +112,11 @@ def _steel(treatment: str, hardness: float | None) -> NamedMaterial:
     return NamedMaterial(206e9, 0.3, 7830.0, hardness, treatment, STEEL)
 
 
+def _iron(modulus: float, poisson_ratio: float, density: float, brinell: float, source: str) -> NamedMaterial:
+    hardness = pressure_of(brinell, "HB")
+    return NamedMaterial(modulus, poisson_ratio, density, hardness, f"{brinell:g} HB, as cast", source)
+
+
 MATERIALS: dict[str, NamedMaterial] = {
     "steel": NamedMaterial(206e9, 0.3, 7830.0, None, "", "L16 Table 1"),
     **{name: _steel(*CASE) for name in ("16MnCr5", "20MnCr5", "18CrNiMo7-6", "17CrNiMo6", "18CrMo4")},
@@ -119,30 +124,16 @@ MATERIALS: dict[str, NamedMaterial] = {
     "34CrNiMo6": _steel("310 HV, quenched and tempered", pressure_of(310.0, "HV")),
     "31CrMoV9": _steel("700 HV, nitrided", pressure_of(700.0, "HV")),
     "C45": _steel("200 HB, normalised", pressure_of(200.0, "HB")),
-    "EN-GJL-250": NamedMaterial(
-        110e9, 0.26, 7200.0, pressure_of(210.0, "HB"), "210 HB, as cast", "EN 1561:2011, Annex (103-118 GPa)"
-    ),
-    "EN-GJS-400-15": NamedMaterial(
-        169e9, 0.275, 7100.0, pressure_of(155.0, "HB"), "155 HB, as cast", "EN 1563:2018, Annex"
-    ),
-    "EN-GJS-700-2": NamedMaterial(
-        176e9, 0.275, 7200.0, pressure_of(260.0, "HB"), "260 HB, as cast", "EN 1563:2018, Annex"
-    ),
+    "EN-GJL-250": _iron(110e9, 0.26, 7200.0, 210.0, "EN 1561:2011, Annex (103-118 GPa)"),
+    "EN-GJS-400-15": _iron(169e9, 0.275, 7100.0, 155.0, "EN 1563:2018, Annex"),
+    "EN-GJS-700-2": _iron(176e9, 0.275, 7200.0, 260.0, "EN 1563:2018, Annex"),
     "POM": NamedMaterial(2.8e9, 0.35, 1410.0, None, "dry, 23 °C", "VDI 2736-1:2016, POM-C"),
     "PA66": NamedMaterial(3.0e9, 0.38, 1140.0, None, "dry, 23 °C", "VDI 2736-1:2016, PA 66"),
 }
 ALIASES = {
-    "cast iron": "EN-GJL-250",
-    "GG25": "EN-GJL-250",
-    "GGG40": "EN-GJS-400-15",
-    "GGG70": "EN-GJS-700-2",
-    "POM-C": "POM",
-    "PA 66": "PA66",
-    "1.6587": "18CrNiMo7-6",
-    "1.7131": "16MnCr5",
-    "1.7147": "20MnCr5",
-    "1.7225": "42CrMo4",
-    "1.0503": "C45",
+    **{"cast iron": "EN-GJL-250", "GG25": "EN-GJL-250", "GGG40": "EN-GJS-400-15", "GGG70": "EN-GJS-700-2"},
+    **{"POM-C": "POM", "PA 66": "PA66", "1.6587": "18CrNiMo7-6", "1.7131": "16MnCr5", "1.7147": "20MnCr5"},
+    **{"1.7225": "42CrMo4", "1.0503": "C45"},
 }
 
 

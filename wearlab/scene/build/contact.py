@@ -19,10 +19,8 @@ CHECKED_POINTS, CHECKED_SLICES = 101, 41
 """Points of a profile, and slices of a face, at which the wear it starts with is looked at before a run."""
 
 
-def contact_flags(
-    scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis
-) -> tuple[str, ...]:
-    """Return what a run must say of its contact, in words.
+def contact_flags(scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis) -> Iterator[str]:
+    """Yield what a run must say of its contact, in words.
 
     Parameters
     ----------
@@ -30,20 +28,19 @@ def contact_flags(
     kind, analysis : the kind of mesh and its contact
     """
     given, path = scene.mesh.of(kind.section), kind.pair.path
-    flags = list(given.contact.flags())
+    yield from given.contact.flags()
     if given.extended_contact:
         first, *_, last = analysis.grid.contact_position
         before, after = path.A - first, last - path.E
-        flags.append(
+        yield (
             f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A and {1e3 * after:.3g} "
             "mm after E; tip corners do not wear, and the force they carry there wears no flank"
         )
         if max(before, after) > (corners.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
-            flags.append(
+            yield (
                 f"contact is followed no further than {corners.FURTHEST:g} base pitches beyond A and E: "
                 "under this load teeth may touch further out"
             )
-    return tuple(flags)
 
 
 def helix_flags(gears: gear_set.GearSet, loads: Sequence[float], *, bearings: bool) -> Iterator[str]:
@@ -73,8 +70,8 @@ def helix_flags(gears: gear_set.GearSet, loads: Sequence[float], *, bearings: bo
 
 def reached_limits(
     pair: gear.GearPair, analysis: contact.ContactAnalysis, wear: Array, gap: Array, deflection: Array
-) -> tuple[str, ...]:
-    """Return how the contact of one state left what was computed of it, in words.
+) -> Iterator[str]:
+    """Yield how the contact of one state left what was computed of it, in words.
 
     Parameters
     ----------
@@ -87,21 +84,19 @@ def reached_limits(
         on_flank, deepest = analysis.grid.on_flank, float(deflection.max())
         outermost = [*gap[:1]] if on_flank.start > 0 else []
         outermost += [*gap[-1:]] if on_flank.stop < len(gap) else []
-        told = f"extended contact is cut off at a deflection of {1e6 * deepest:.3g} µm"
-        return (told,) if any(deepest > corner for corner in outermost) else ()
+        if any(deepest > corner for corner in outermost):
+            yield f"extended contact is cut off at a deflection of {1e6 * deepest:.3g} µm"
+        return
     try:
         share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
+        if share > EXTENDED_CONTACT:
+            yield f"deflection would extend the path of contact by {100 * share:.0f} %"
     except corners.OverhangingFlank:
-        return ("flanks are worn too steeply to tell how far deflection extends their contact",)
-    if share <= EXTENDED_CONTACT:
-        return ()
-    return (f"deflection would extend the path of contact by {100 * share:.0f} %",)
+        yield "flanks are worn too steeply to tell how far deflection extends their contact"
 
 
-def cut_short(
-    pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: contact.Nodes
-) -> tuple[str, ...]:
-    """Return where the ranges of an exact mesh relationship end with the nodes, not with the contact.
+def cut_short(pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: contact.Nodes) -> Iterator[str]:
+    """Yield where the ranges of an exact mesh relationship end with the nodes, not with the contact.
 
     Parameters
     ----------
@@ -109,18 +104,17 @@ def cut_short(
     nodes : of one wear state
     """
     if not isinstance(analysis.gaps, MeetingGaps):
-        return ()
+        return
     if analysis.engagement_gap < np.inf:
         engaged = np.isfinite(analysis.at(nodes, analysis.at_nodes)[0]).astype(float)
     else:
         engaged = analysis.quasistatic(nodes, analysis.at_nodes).force
     along = analysis.force_at_nodes(engaged)
     ends = [letter for letter, value in (("A", along[0]), ("E", along[-1])) if value > 0.0]
-    if len(analysis.grid.contact_position) > len(along) or not ends:
-        return ()
-    told = f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at"
-    still = "where pairs are still engaged: extended_contact follows them beyond"
-    return (f"{told} {' and '.join(ends)}, {still}",)
+    if len(analysis.grid.contact_position) <= len(along) and ends:
+        told = f"meshing_range and contact_range of {pair.driving.name} and {pair.driven.name} stop at"
+        still = "where pairs are still engaged: extended_contact follows them beyond"
+        yield f"{told} {' and '.join(ends)}, {still}"
 
 
 def extended_length(

@@ -51,10 +51,8 @@ def build_analyses(
     if reach is None:
         far = [_reach(scene, kind, own) for kind, own in zip(kinds, asked, strict=True)]
     else:
-        far = [
-            profile.Extension(*(share * pair.base_pitch for share in own))
-            for pair, own in zip(pairs, reach, strict=True)
-        ]
+        shares = zip(pairs, reach, strict=True)
+        far = [profile.Extension(*(share * pair.base_pitch for share in own)) for pair, own in shares]
     matched = [points] * len(pairs) if even is not None else matched_points(pairs, points, far)
     return tuple(
         contact_analysis(own._replace(points=nodes, extension=extension), kind.load)
@@ -193,12 +191,10 @@ def build_face_contact(
         grid = spur_face(analysis.grid, kind.pair.face_width, slices)
     given, coupling, pair = mesh.misalignment, mesh.coupling, kind.pair
     over = 0.0 if given is None else given.over_face(pair.working_pressure_angle, scene.operation.torque)
-    removed = [
-        lead(getattr(scene.gears, gear.name)).removed(
-            grid.position, pair.from_root(number, grid.profile.position), grid.face_width
-        )
-        for number, gear in enumerate(pair.gears)
-    ]
+    removed = []
+    for number, turning in enumerate(pair.gears):
+        share, own = pair.from_root(number, grid.profile.position), lead(getattr(scene.gears, turning.name))
+        removed.append(own.removed(grid.position, share, grid.face_width))
     return FaceContact(
         grid=grid,
         analysis=analysis,
@@ -234,13 +230,8 @@ def sliced_flank(
 def lead(gear: Any) -> helix.Lead:
     """Return the lead modification that ``[gears.<name>]`` says."""
     ends = gear.end_relief
-    return helix.Lead(
-        crowning=gear.lead_crowning or 0.0,
-        slope=gear.lead_slope or 0.0,
-        relief=0.0 if ends is None else ends.amount,
-        relief_length=1.0 if ends is None else ends.length,
-        bias=gear.bias or 0.0,
-    )
+    amount, length = (0.0, 1.0) if ends is None else (ends.amount, ends.length)
+    return helix.Lead(gear.lead_crowning or 0.0, gear.lead_slope or 0.0, amount, length, gear.bias or 0.0)
 
 
 def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...]:

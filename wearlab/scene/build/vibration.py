@@ -190,13 +190,11 @@ def patient(method: methods.Method, system: system.System, steps: int) -> method
     afforded = AFFORDED if kernel.is_small(system) else AFFORDED_DENSE
     if not isinstance(method, methods.Periodic) or steps <= afforded:
         return method
-    share = afforded / steps
-    return replace(
-        method,
-        transient=max(20, int(method.transient * share)),
-        longest=max(2, int(method.longest * share)),
-        averaged=max(8, int(method.averaged * share)),
-    )
+    share, least = afforded / steps, {"transient": 20, "longest": 2, "averaged": 8}
+    fewer: dict[str, Any] = {
+        name: max(few, int(getattr(method, name) * share)) for name, few in least.items()
+    }
+    return replace(method, **fewer)
 
 
 def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.StageGrid) -> float:

@@ -53,7 +53,8 @@ def build_kind(
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
     """
     pair, position = kind.pair, analysis.grid.position
-    materials = [gear.material for gear in pair.gears]
+    first, second = (gear.material for gear in pair.gears)
+    ratios = first.poisson_ratio, second.poisson_ratio
     path = wear_path(
         np.stack(pair.curvature(position)),
         base_radius=[gear.base_radius for gear in pair.gears],
@@ -61,9 +62,7 @@ def build_kind(
         driving_speed=kind.speed,
         passes=kind.passes,
         face_width=pair.face_width / scene.mesh.of(kind.section).face_load_factor,
-        contact_modulus=contact_modulus(
-            [own.youngs_modulus for own in materials], [own.poisson_ratio for own in materials]
-        ),
+        contact_modulus=contact_modulus((first.youngs_modulus, second.youngs_modulus), ratios),
         concave=pair.internal,
     )
     path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
@@ -218,16 +217,12 @@ def build_limits(
     until: Any = scene.wear.until if scene.wear else None
     if until is None:
         return limits.Limits(None, None, slice(None))
-    turned = (gears.speed if speed is None else speed) / (2 * np.pi)
-    cycles = [
-        None if until.cycles is None else until.cycles - passed[0],
-        None if until.mesh_cycles is None else until.mesh_cycles / gears.reference_teeth - passed[0],
-        None if until.hours is None else (3600.0 * until.hours - passed[1]) * turned,
-    ]
-    given = [value for value in cycles if value is not None]
-    return limits.Limits(
-        min(given) if given else None, until.depth, flank_entries(until.flank, gears, coupling)
-    )
+    turns = (until.cycles, until.mesh_cycles and until.mesh_cycles / gears.reference_teeth)
+    cycles = [count - passed[0] for count in turns if count is not None]
+    if until.hours is not None:
+        turned = (gears.speed if speed is None else speed) / (2 * np.pi)
+        cycles.append((3600.0 * until.hours - passed[1]) * turned)
+    return limits.Limits(min(cycles, default=None), until.depth, flank_entries(until.flank, gears, coupling))
 
 
 def build_snapshots(scene: Scene, gears: gear_set.GearSet, coupling: coupled.Coupled) -> limits.Snapshots:
