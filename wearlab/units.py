@@ -61,41 +61,37 @@ class Measure(NamedTuple):
         return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
 
 
-KINDS = {
-    kind.name: kind
-    for kind in (
-        Measure("length", "m", "20 mm", ("mm", "m", "um", "cm", "inch"), 1e-6, 1e2),
-        Measure("depth", "m", "0.3 um", ("um", "mm", "nm", "m"), 1e-13, 1e-2),
-        Measure("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
-        Measure("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
-        Measure("frequency", "Hz", "25 Hz", ("Hz", "kHz"), 1e-6, 1e7),
-        Measure("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
-        Measure("power", "W", "1 kW", ("kW", "W", "MW", "N*m/s"), 1e-9, 1e12),
-        Measure("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),
-        Measure("mass", "kg", "2.8 kg", ("kg", "g", "t"), 1e-9, 1e7),
-        Measure("inertia", "kg*m^2", "7300 kg*mm^2", ("kg*m^2", "kg*mm^2", "g*mm^2"), 1e-15, 1e9),
-        Measure("stiffness", "N/m", "1150 N/um", ("N/m", "N/um", "N/mm", "kN/mm", "MN/m"), 1e1, 1e15),
-        Measure(
-            "torsional stiffness", "N*m/rad", "1e6 N*m/rad", ("N*m/rad", "kN*m/rad", "N*m/deg"), 1e-6, 1e14
-        ),
-        Measure("damping", "N*s/m", "1000 N*s/m", ("N*s/m", "N*s/mm", "kN*s/m"), 1e-6, 1e10),
-        Measure("torsional damping", "N*m*s/rad", "2 N*m*s/rad", ("N*m*s/rad", "N*mm*s/rad"), 1e-12, 1e9),
-        Measure("loss per speed", "s/m", "0.3 s/m", ("s/m",), 1e-6, 1e6),
-        Measure("pressure", "Pa", "206 GPa", ("GPa", "MPa", "Pa", "N/mm^2"), 1e3, 1e13),
-        Measure("density", "kg/m^3", "7830 kg/m^3", ("kg/m^3", "g/cm^3"), 1e0, 1e5),
-        Measure("viscosity", "Pa*s", "0.012 Pa*s", ("Pa*s", "mPa*s", "cP"), 1e-5, 1e3),
-        Measure(
-            "pressure-viscosity coefficient", "1/Pa", "1.6e-8 1/Pa", ("1/Pa", "1/GPa", "mm^2/N"), 1e-10, 1e-6
-        ),
-        Measure(
-            "wear coefficient", "m^2/N", "9.65e-19 m^2/N", ("m^2/N", "mm^3/Nm", "mm^2/N", "1/Pa"), 1e-24, 1e-8
-        ),
-        Measure("kinematic viscosity", "m^2/s", "220 mm^2/s", ("mm^2/s", "cSt", "m^2/s"), 1e-7, 1e-1),
-        Measure("hardness", "Pa", "60 HRC", (*SCALES, "GPa", "MPa"), 1e6, 3e10),
-        Measure("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
-        Measure("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
-    )
-}
+MEASURES = (
+    Measure("length", "m", "20 mm", ("mm", "m", "um", "cm", "inch"), 1e-6, 1e2),
+    Measure("depth", "m", "0.3 um", ("um", "mm", "nm", "m"), 1e-13, 1e-2),
+    Measure("angle", "rad", "20 deg", ("deg", "rad", "mrad", "arcmin"), 1e-12, 1e3),
+    Measure("speed", "rad/s", "1100 rpm", ("rpm", "rad/s", "rev/min", "1/min", "deg/s"), 1e-6, 1e5),
+    Measure("frequency", "Hz", "25 Hz", ("Hz", "kHz"), 1e-6, 1e7),
+    Measure("torque", "N*m", "340 N*m", ("N*m", "kN*m", "N*mm", "Nm", "kNm"), 1e-9, 1e9),
+    Measure("power", "W", "1 kW", ("kW", "W", "MW", "N*m/s"), 1e-9, 1e12),
+    Measure("force", "N", "100 N", ("N", "kN", "MN"), 1e-9, 1e9),
+    Measure("mass", "kg", "2.8 kg", ("kg", "g", "t"), 1e-9, 1e7),
+    Measure("inertia", "kg*m^2", "7300 kg*mm^2", ("kg*m^2", "kg*mm^2", "g*mm^2"), 1e-15, 1e9),
+    Measure("stiffness", "N/m", "1150 N/um", ("N/m", "N/um", "N/mm", "kN/mm", "MN/m"), 1e1, 1e15),
+    Measure("torsional stiffness", "N*m/rad", "1e6 N*m/rad", ("N*m/rad", "kN*m/rad", "N*m/deg"), 1e-6, 1e14),
+    Measure("damping", "N*s/m", "1000 N*s/m", ("N*s/m", "N*s/mm", "kN*s/m"), 1e-6, 1e10),
+    Measure("torsional damping", "N*m*s/rad", "2 N*m*s/rad", ("N*m*s/rad", "N*mm*s/rad"), 1e-12, 1e9),
+    Measure("loss per speed", "s/m", "0.3 s/m", ("s/m",), 1e-6, 1e6),
+    Measure("pressure", "Pa", "206 GPa", ("GPa", "MPa", "Pa", "N/mm^2"), 1e3, 1e13),
+    Measure("density", "kg/m^3", "7830 kg/m^3", ("kg/m^3", "g/cm^3"), 1e0, 1e5),
+    Measure("viscosity", "Pa*s", "0.012 Pa*s", ("Pa*s", "mPa*s", "cP"), 1e-5, 1e3),
+    Measure(
+        "pressure-viscosity coefficient", "1/Pa", "1.6e-8 1/Pa", ("1/Pa", "1/GPa", "mm^2/N"), 1e-10, 1e-6
+    ),
+    Measure(
+        "wear coefficient", "m^2/N", "9.65e-19 m^2/N", ("m^2/N", "mm^3/Nm", "mm^2/N", "1/Pa"), 1e-24, 1e-8
+    ),
+    Measure("kinematic viscosity", "m^2/s", "220 mm^2/s", ("mm^2/s", "cSt", "m^2/s"), 1e-7, 1e-1),
+    Measure("hardness", "Pa", "60 HRC", (*SCALES, "GPa", "MPa"), 1e6, 3e10),
+    Measure("time", "s", "10 h", ("s", "min", "h"), 1e-12, 1e12),
+    Measure("temperature", "K", "60 degC", ("degC", "K"), 1e2, 2e3),
+)
+KINDS = {measure.name: measure for measure in MEASURES}
 
 COMMA = re.compile(r"\s*[+-]?\d*,(\d+)(?![\d,.])")
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.])\s*(.*?)\s*", re.DOTALL)

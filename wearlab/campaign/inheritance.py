@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from wearlab import files, nearest
 from wearlab.options import OptionTable
 from wearlab.scene.merge import DropError, Table, merge, without
-from wearlab.scene.problems import EXPECTED, LIMITS, Refusal, not_a_choice, not_of_kind, shown
+from wearlab.scene.problems import EXPECTED, Refusal, limit_of, not_a_choice, not_of_kind, shown
 
 
 class CampaignError(Refusal):
@@ -194,9 +194,8 @@ def _line(key: str, errors: list[dict[str, Any]], given: Any, model: type[Option
     meaning = model.texts()[key]["description"]
     if error["type"] == "missing":
         return f"{where}.{key}: required: {meaning}"
-    if error["type"] in LIMITS:
-        limit, words = LIMITS[error["type"]]
-        return f"{where}.{key}: {shown(given[key])} must be {words} {error['ctx'][limit]:g}: {meaning}"
+    if limit := limit_of(error.get("ctx", {})):
+        return f"{where}.{key}: {shown(given[key])} {limit}: {meaning}"
     if any(problem["type"] not in EXPECTED for problem in errors):
         said = str(error["msg"])
         return f"{where}.{key}: {shown(given[key])}: {said[:1].lower()}{said[1:]}: {meaning}"

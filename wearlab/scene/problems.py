@@ -11,18 +11,10 @@ from wearlab import options, slots, units
 from wearlab.nearest import alike, nearest
 from wearlab.scene.sections import MEMBERS, Path, chooser_at, nearest_place, parts_at, parts_in
 
-LIMITS = {
-    "greater_than": ("gt", "greater than"),
-    "greater_than_equal": ("ge", "at least"),
-    "less_than": ("lt", "less than"),
-    "less_than_equal": ("le", "at most"),
-}
+LIMITS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 EXPECTED = {
-    "string_type": "text",
-    "path_type": "text",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "int_type": "whole number",
+    **{"string_type": "text", "path_type": "text", "int_type": "whole number"},
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
     **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "table"),
     **dict.fromkeys(("tuple_type", "list_type"), "list"),
 }
@@ -106,6 +98,11 @@ def shown(value: object) -> str:
     return text if len(text) <= SHOWN else text[: SHOWN - 1] + "…"
 
 
+def limit_of(context: dict[str, Any]) -> str:
+    """Return what a value must be beside the limit that pydantic's error tells, "" where it tells none."""
+    return next((f"must be {words} {context[key]:g}" for key, words in LIMITS.items() if key in context), "")
+
+
 def _line(error: dict[str, Any]) -> str:
     path, written, parts = _located(error["loc"], error["type"] == "extra_forbidden")
     chooser = chooser_at(path)
@@ -147,19 +144,16 @@ def _reason(error: dict[str, Any], path: Path, parts: Parts) -> str:
         if isinstance(value, dict):
             return f"required key {chooser_at(path)!r}: one of {', '.join(map(repr, _models(path)))}"
         return f"{shown(value)} is no table: {_wanted(path, parts)}"
-    if kind == "union_tag_invalid" and isinstance(value, dict) and isinstance(value.get(slots.PLUGIN), dict):
-        came = value[slots.PLUGIN]
-        return (
-            f"{context.get('tag')!r} comes from the plug-in {came.get('file')} (sha256 "
-            f"{str(came.get('sha256'))[:12]}…), which is not loaded here"
-        )
+    came = value.get(slots.PLUGIN) if kind == "union_tag_invalid" and isinstance(value, dict) else None
+    if isinstance(came, dict):
+        source = f"the plug-in {came.get('file')} (sha256 {str(came.get('sha256'))[:12]}…)"
+        return f"{context.get('tag')!r} comes from {source}, which is not loaded here"
     if kind in ("union_tag_invalid", "literal_error"):
         invalid = context.get("tag") if kind == "union_tag_invalid" else value
         expected = context.get("expected_tags", context.get("expected", ""))
         return not_a_choice(invalid, re.findall(r"'([^']*)'", str(expected))) + _as_a_value(invalid, path)
-    if kind in LIMITS:
-        key, words = LIMITS[kind]
-        return f"{shown(value)} must be {words} {context[key]:g}"
+    if limit := limit_of(context):
+        return f"{shown(value)} {limit}"
     if kind in EXPECTED:
         return f"{shown(value)} is {not_of_kind([kind])}: {_wanted(path, parts)}{_table_with(kind, path)}"
     if kind in ("too_short", "too_long"):
@@ -190,15 +184,10 @@ def _models(path: Path) -> list[str]:
 
 def _as_a_value(given: object, path: Path) -> str:
     """Return how a quantity is written where the name of a model with one value stands, "" of other texts."""
-    for part in parts_at(path if parts_at(path) else path[:-1]):
-        unit = (
-            options.unit_within(None, part.model_fields["value"].metadata)
-            if "value" in part.model_fields
-            else None
-        )
-        if unit is None or not units.is_quantity(given):
-            continue
-        return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
+    for part in (parts_at(path) or parts_at(path[:-1])) if units.is_quantity(given) else ():
+        field = part.model_fields.get("value")
+        if field is not None and options.unit_within(None, field.metadata):
+            return f"; write {{ {part.chooser} = {_name(part)!r}, value = {given!r} }}"
     return ""
 
 
