@@ -10,10 +10,10 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from wearlab.comparison import quantities, runs
+from wearlab.comparison import runs
 from wearlab.store import Store
 from wearlab.store.grid import DONE, EXCLUDED, MOST_MISSING, own_values
-from wearlab.store.outcome import place, value_text
+from wearlab.store.outcome import value_text
 from wearlab.units import KINDS, UnitError, convert
 
 BASE = "base"
@@ -64,12 +64,12 @@ def side(given: Any, store: Store | None, name: str) -> Side:
     if isinstance(given, xr.Dataset):
         return _of_grid(given, name) if "run_id" in given else _of_run(given, name)
     if store is None:
-        raise quantities.CompareError(f"{name}: {given!r} is looked up in a store: give store = Store(...)")
+        raise runs.CompareError(f"{name}: {given!r} is looked up in a store: give store = Store(...)")
     if isinstance(given, str):
         return _of_run(store.run(given), name)
     if hasattr(given, "cases"):
-        return _of_campaign(given, store)
-    raise quantities.CompareError(f"{name}: {type(given).__name__} is no run, no id and no campaign")
+        return _of_grid(store.open(given), name, store.run)
+    raise runs.CompareError(f"{name}: {type(given).__name__} is no run, no id and no campaign")
 
 
 def _of_run(run: xr.Dataset, name: str) -> Side:
@@ -77,51 +77,35 @@ def _of_run(run: xr.Dataset, name: str) -> Side:
     return Side(run_id[:10] or name, (SideRun((), run_id[:10] or name, run_id, lambda: run),), single=True)
 
 
-def _of_campaign(campaign: Any, store: Store) -> Side:
-    entries = store.entries(case.id for case in campaign.cases)
-    axes = {axis.name: axis for axis in campaign.axes}
-    members, absent = [], []
-    for case in campaign.cases:
-        places = {n: (axes[n].values[i], axes[n].units) for n, i in case.position.items()}
-        words = ", ".join(f"{n} = {text}" for n, text in place(campaign, case).items())
-        name = case.label if not words else words if case.label == BASE else f"{case.label}, {words}"
-        state = entries[case.id].state if case.id in entries else "missing"
-        if state == "done":
-            members.append(SideRun(_key(case.label, places), name, case.id, partial(store.run, case.id)))
-        else:
-            absent.append(f"{name}: {state}")
-    return Side(campaign.title, tuple(members), _first(absent))
-
-
-def _first(absent: list[str]) -> tuple[str, ...]:
-    """Return the first runs that are missing, and how many more there are."""
-    more = len(absent) - MOST_MISSING
-    return (*absent[:MOST_MISSING], *([f"and {more} more"] if more > 0 else []))
-
-
-def _of_grid(grid: xr.Dataset, name: str) -> Side:
+def _of_grid(grid: xr.Dataset, name: str, read: Callable[[str], xr.Dataset] | None = None) -> Side:
+    """Return the runs of a grid, read from it, or by their ids."""
     dims = [str(dim) for dim in grid["run_id"].dims]
     places = {dim: grid[dim].values.tolist() for dim in dims}
     members: dict[object, SideRun] = {}
     absent: list[str] = []  # of these points: the grid's own list tells of all that were opened with them
-    repeated = own_values(grid) if "computed" in grid.coords else None
+    repeated = own_values(grid) if read or "computed" in grid.coords else None
     for point in np.ndindex(*grid["run_id"].shape):
         run_id, state = str(grid["run_id"].values[point]), str(grid["status"].values[point])
-        if state == EXCLUDED:
+        if state in ("", EXCLUDED):
             continue
         index = dict(zip(dims, point, strict=True))
         values = {d: (places[d][i], grid[d].attrs.get("units")) for d, i in index.items()}
         label = str(values.pop("case", (BASE, None))[0])
-        words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
-        if not run_id or state != DONE:
-            absent.append(f"{words if label == BASE and words else label}: {state}")
-            continue
         own = point if repeated is not None and label not in repeated else (label, run_id)
         if own in members or label in (repeated or ()):  # repeated along the axes: known by its label alone
-            values, words = {}, label
-        members[own] = SideRun(_key(label, values), words or label, run_id, _point(grid, index))
-    ordered = sorted(members.values(), key=lambda member: dict(member.key)["case"] != BASE)
-    return Side(str(grid.attrs.get("title") or name), tuple(ordered), _first(list(dict.fromkeys(absent))))
+            values = {}
+        words = ", ".join(f"{d} = {value_text(v, u)}" for d, (v, u) in values.items())
+        named = label if not words else words if label == BASE else f"{label}, {words}"
+        if run_id and state == DONE:
+            reader = partial(read, run_id) if read else _point(grid, index)
+            members[own] = SideRun(_key(label, values), named, run_id, reader)
+        else:
+            absent.append(f"{named}: {state}")
+    order = {str(label): rank for rank, label in enumerate(places.get("case", [BASE]))}
+    ordered = sorted(members.values(), key=lambda member: order[dict(member.key)["case"]])
+    absent = list(dict.fromkeys(absent))
+    more = [f"and {len(absent) - MOST_MISSING} more"] if len(absent) > MOST_MISSING else []
+    return Side(str(grid.attrs.get("title") or name), tuple(ordered), (*absent[:MOST_MISSING], *more))
 
 
 def _point(grid: xr.Dataset, index: dict[str, int]) -> Callable[[], xr.Dataset]:
@@ -163,22 +147,15 @@ def pairs(a: Side, b: Side) -> tuple[list[tuple[SideRun, SideRun]], list[str], l
     others = {member.key: member for member in b.members}
     matched = [(own, others[own.key]) for own in a.members if own.key in others]
     taken = {own.key for own, _ in matched}
-    left, right = ([m.name for m in s.members if m.key not in taken] + [*s.absent] for s in (a, b))
+    left, right = ([*(m.name for m in s.members if m.key not in taken), *s.absent] for s in (a, b))
     return matched, left, right
-
-
-TOLERANCE = 0.01
-LARGEST = {
-    "long_name": "largest magnitude over the common states", "comment": "in each quantity's SI unit",
-}  # fmt: skip
-PER_PAIR = ("largest_relative_difference", "first_difference")
 
 
 def compare(
     a: Any,
     b: Any,
     on: Literal["cycle", "wear_depth"] = "cycle",
-    tolerance: float = TOLERANCE,
+    tolerance: float = 0.01,
     store: Store | None = None,
 ) -> xr.Dataset:
     """Compare two runs, or two campaigns.
@@ -205,9 +182,9 @@ def compare(
     StoreError : a run is not there
     """
     if on not in (runs.CYCLE, runs.WEAR_DEPTH):
-        raise quantities.CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
+        raise runs.CompareError(f"on = {on!r}: there are 'cycle' and 'wear_depth'")
     if not tolerance > 0.0:
-        raise quantities.CompareError(f"tolerance = {tolerance!r} is not greater than 0")
+        raise runs.CompareError(f"tolerance = {tolerance!r} is not greater than 0")
     left, right = side(a, store, "A"), side(b, store, "B")
     if left.single and right.single:
         return runs.compare_runs(left.members[0].read(), right.members[0].read(), on, tolerance)
@@ -218,17 +195,13 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
     matched, only_a, only_b = pairs(a, b)
     if not matched:
         told = f"A has {_some(only_a)}; B has {_some(only_b)}"
-        raise quantities.CompareError(f"no run of {a.title!r} has a partner in {b.title!r}: {told}")
+        raise runs.CompareError(f"no run of {a.title!r} has a partner in {b.title!r}: {told}")
     made = [_reduced(left, other, on, tolerance) for left, other in matched]
     whole = xr.concat(made, "pair", join="outer", combine_attrs="drop", data_vars="all", coords="minimal")
-    whole = whole.sel(quantity=[q.name for q in quantities.QUANTITIES if q.name in whole["quantity"]])
-    whole = whole.assign_coords(
-        {
-            **quantities.described([str(name) for name in whole["quantity"].values]),
-            "pair": [left.name for left, _ in matched],
-            "run_id": (("pair", "run"), [[left.id, other.id] for left, other in matched]),
-        }
-    )
+    whole = whole.sel(quantity=[q.name for q in runs.QUANTITIES if q.name in whole["quantity"]])
+    ids = [[left.id, other.id] for left, other in matched]
+    names: dict[str, Any] = {"pair": [left.name for left, _ in matched], "run_id": (("pair", "run"), ids)}
+    whole = whole.assign_coords(names | runs.described(whole["quantity"].values))
     return whole.assign_attrs(
         title=f"comparison of {a.title!r} and {b.title!r}",
         campaign_a=a.title,
@@ -247,9 +220,10 @@ def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:
     names = [str(name) for name in full["quantity"].values]
     apart = (abs(full[name].where(np.isfinite(full[name]))) for name in names)
     largest = np.stack([each.max([dim for dim in each.dims if dim != "run"]).values for each in apart], 1)
-    scalars = [n for n in ("life", "service_life") if n in full]
-    kept = full[[*PER_PAIR, *scalars]].reset_coords(drop=True)
-    kept["largest_value"] = ("run", "quantity"), largest, LARGEST
+    scalars = [name for name in runs.SCALARS if name in full]
+    kept = full[["largest_relative_difference", "first_difference", *scalars]].reset_coords(drop=True)
+    about = {"long_name": "largest magnitude over the common states", "comment": "in each quantity's SI unit"}
+    kept["largest_value"] = ("run", "quantity"), largest, about
     return kept.assign(scene_differences=((), full.attrs["scene_differences"]))
 
 

@@ -1,22 +1,132 @@
-"""Two runs compared: aligned at the same cycles or wear depths, side by side, and as rows of a table."""
+"""Two runs compared: what of them, at the same cycles or wear depths, and as rows of a table."""
 
 import json
-from typing import Any
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from wearlab.arrays import Array
-from wearlab.comparison.quantities import QUANTITIES, SCALARS, CompareError, Quantity, attributes, described
 from wearlab.query.keys import differences
+from wearlab.schema import VARIABLES
 from wearlab.schema import attributes as declared
 from wearlab.units import convert
 
+ORDERS = 10
+
+
+class CompareError(ValueError):
+    """Runs or campaigns that have nothing in common to compare; the message says what each has."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One thing compared.
+
+    Parameters
+    ----------
+    name : its variable in a comparison
+    source : the variable of the run that it comes from, whose unit it has
+    long_name : in words
+    of : variable of the run → values at its wear states [as they are]
+    """
+
+    name: str
+    source: str
+    long_name: str
+    of: Callable[[xr.DataArray], xr.DataArray] = lambda values: values
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Its unit, display unit and name."""
+        variable = VARIABLES[self.source]
+        units = {"units": variable.units, "display_units": variable.display_units}
+        return {**units, "long_name": self.long_name}
+
+
+def _mean_over_periods(force: xr.DataArray) -> xr.DataArray:
+    """Return the wave over one mesh period: the mean over the periods of the response."""
+    return force.mean("mesh_period", skipna=True) if "mesh_period" in force.dims else force
+
+
+WAVE = ("mesh_period", "phase")
+
+
+def _range(values: xr.DataArray) -> xr.DataArray:
+    """Return the largest minus the smallest value over the phases, all mesh periods together."""
+    return _peak(values) + _peak(-values)
+
+
+def _peak(values: xr.DataArray) -> xr.DataArray:
+    return values.max([dim for dim in WAVE if dim in values.dims])
+
+
+def _orders(force: xr.DataArray) -> xr.DataArray:
+    """Return the amplitudes at whole multiples of the mesh frequency, 1 to ``ORDERS``."""
+    return _spectra(force).isel(order=slice(ORDERS)).assign_coords(order=np.arange(1, ORDERS + 1))
+
+
+def _between_orders(force: xr.DataArray) -> xr.DataArray:
+    """Return the RMS of what lies between those multiples: subharmonics and what is not periodic."""
+    return _spectra(force).isel(order=ORDERS)
+
+
+def _spectra(force: xr.DataArray) -> xr.DataArray:
+    """Return the spectrum of each response, as many mesh periods long as it is."""
+    if "mesh_period" not in force.dims:
+        force = force.expand_dims("mesh_period")
+    dims: dict[str, Any] = {"input_core_dims": [WAVE], "output_core_dims": [["order"]]}
+    return cast(xr.DataArray, xr.apply_ufunc(_spectrum, force, vectorize=True, keep_attrs=False, **dims))
+
+
+def _spectrum(waves: Array) -> Array:
+    """Return the amplitudes of (periods, phases) at mesh orders, then the RMS of all between these."""
+    held = waves[np.isfinite(waves).all(axis=-1)]
+    if not len(held):
+        return np.full(ORDERS + 1, np.nan)
+    amplitude = 2.0 * np.abs(np.fft.rfft(held.ravel())) / held.size
+    whole = amplitude[len(held) :: len(held)][:ORDERS]
+    between = amplitude[np.arange(len(amplitude)) % len(held) != 0]
+    whole = np.pad(whole, (0, ORDERS - len(whole)), constant_values=np.nan)
+    return np.append(whole, np.sqrt(0.5 * np.sum(between**2)))
+
+
+STE, FORCE, WORDS = "static_transmission_error", "dynamic_mesh_force", "dynamic mesh force"
+QUANTITIES = (
+    Quantity("wear_depth", "wear_depth", "wear depth"),
+    Quantity("max_wear_depth", "max_wear_depth", "largest wear depth"),
+    Quantity("mesh_stiffness", "mesh_stiffness", "mesh stiffness (TVMS)"),
+    Quantity("stiffness_peak_to_peak", "mesh_stiffness", "range of the mesh stiffness", _range),
+    Quantity("stiffness_harmonics", "stiffness_harmonics", "harmonics of the mesh stiffness"),
+    Quantity(STE, STE, "static transmission error"),
+    Quantity("ste_peak_to_peak", STE, "range of the static transmission error", _range),
+    Quantity("ste_harmonics", "ste_harmonics", "harmonics of the static transmission error"),
+    Quantity(FORCE, FORCE, f"{WORDS}, mean over mesh periods", _mean_over_periods),
+    Quantity("mesh_force_peak", FORCE, f"largest {WORDS}", _peak),
+    Quantity("mesh_force_peak_to_peak", FORCE, f"range of the {WORDS}", _range),
+    Quantity("mesh_force_orders", FORCE, f"mesh orders of the {WORDS}", _orders),
+    Quantity(
+        "mesh_force_between_orders",
+        FORCE,
+        "RMS of the dynamic mesh force between mesh orders",
+        _between_orders,
+    ),
+)
+SCALARS = ("life", "service_life")
+
+
+def described(names: Iterable[str]) -> dict[str, tuple[str, list[str]]]:
+    """Return unit, display unit and name of each quantity, as coordinates along ``quantity``."""
+    table = {quantity.name: quantity.attributes for quantity in QUANTITIES}
+    keys = {"units": "units", "display_units": "display_units", "name": "long_name"}
+    return {f"quantity_{end}": ("quantity", [table[n][key] for n in names]) for end, key in keys.items()}
+
+
 CYCLE, WEAR_DEPTH = "cycle", "wear_depth"
 SAME = 1e-9  # two positions that differ by less, relative to the longest, are one
-LABELLED = ("flank", "mesh", "member")
-ONE_SIDED = 1e-9  # of the path: the node before a step of the wear lies so much before the one after it
 
 Stands = tuple[Array, NDArray[np.intp]]
 
@@ -96,17 +206,15 @@ def same_nodes(a: xr.DataArray, b: xr.DataArray) -> tuple[xr.DataArray, xr.DataA
     ------
     CompareError : they have no flank, mesh or member in common
     """
-    for dim in (*LABELLED, "harmonic", "order"):
-        if dim in a.dims and dim in b.dims and dim in a.coords and dim in b.coords:
+    both = {dim for dim in a.dims if dim in b.dims}
+    for dim in ("flank", "mesh", "member", "harmonic", "order"):
+        if dim in both and dim in a.coords and dim in b.coords:
             shared = [label for label in a[dim].values if label in b[dim].values]
             if not shared:
                 raise CompareError(f"no {dim} in common: {list(a[dim].values)} and {list(b[dim].values)}")
             a, b = a.sel({dim: shared}), b.sel({dim: shared})
-    if "phase" in a.dims and "phase" in b.dims:
-        b = _on_phases(a, b)
-    if "profile" in a.dims and "profile" in b.dims:
-        b = _on_profile(a, b)
-    return a, b
+    b = _on_phases(a, b) if "phase" in both else b
+    return a, _on_profile(a, b) if "profile" in both else b
 
 
 def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
@@ -122,7 +230,7 @@ def _on_phases(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
 def phases_of(wave: xr.DataArray) -> Array:
     """Return the phases at which a wave is given, (n,) [1]."""
     count = wave.sizes["phase"]
-    return np.asarray(wave["phase"].values if "phase" in wave.coords else np.arange(count) / count, float)
+    return np.asarray(wave["phase"] if "phase" in wave.coords else np.arange(count) / count, float)
 
 
 def _on_profile(a: xr.DataArray, b: xr.DataArray) -> xr.DataArray:
@@ -151,7 +259,7 @@ def _path(values: xr.DataArray) -> Array | None:
     if "path_position" not in values.coords or "flank" not in values.dims:
         return None
     position = values["path_position"].transpose("flank", "profile").values.astype(float)
-    span = ONE_SIDED * (position.max() - position.min())
+    span = 1e-9 * np.ptp(position)
     twin = np.isclose(np.diff(position, axis=1), 0.0, atol=1e-3 * span)
     position[:, :-1][twin] -= span
     position[:, 1:][twin] += span
@@ -188,7 +296,7 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
         values = (_of(quantity, run) for run in (a, b))
         own, other = same_nodes(*(at_positions(*each, wanted) for each in zip(values, stands, strict=True)))
         both = np.stack([own.values, other.transpose(*own.dims).values])
-        named, words = attributes(quantity), f"{quantity.long_name}: B − A"
+        named, words = quantity.attributes, f"{quantity.long_name}: B − A"
         made[quantity.name] = xr.DataArray(both, own.coords, ("run", *own.dims), attrs=named)
         less = own.copy(data=both[1] - both[0])
         made[f"{quantity.name}_difference"] = less.assign_attrs({**named, "long_name": words})
@@ -210,13 +318,12 @@ def compare_runs(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> xr.
     first = np.array([first_above(wanted, row, tolerance) for row in table])
     said = {"long_name": f"{aligned['long_name']} at which the runs first differ by more than the tolerance"}
     largest = np.max(table, axis=1, initial=0.0, where=np.isfinite(table))
-    summary = {
-        "relative_difference": (("quantity", "state"), table, RELATIVE),
-        "largest_relative_difference": ("quantity", largest, RELATIVE | {"long_name": LARGEST}),
-        "first_difference": ("quantity", first, {**aligned, **said}),
-    }
-    places |= {"quantity": list(relative), **described(list(relative))}
-    return xr.Dataset(made | summary, places, _said(a, b, on, tolerance))
+    of_all = RELATIVE | {"long_name": "relative difference, largest of all states"}
+    made["relative_difference"] = ("quantity", "state"), table, RELATIVE
+    made["largest_relative_difference"] = "quantity", largest, of_all
+    made["first_difference"] = "quantity", first, {**aligned, **said}
+    places |= {"quantity": list(relative), **described(relative)}
+    return xr.Dataset(made, places, _said(a, b, on, tolerance))
 
 
 def _of(quantity: Quantity, run: xr.Dataset) -> xr.DataArray:
@@ -228,7 +335,6 @@ def _of(quantity: Quantity, run: xr.Dataset) -> xr.DataArray:
 
 
 RELATIVE = {"units": "1", "display_units": "%", "long_name": "largest difference over the largest value"}
-LARGEST = "relative difference, largest of all states"
 
 
 def _relative(a: Array, b: Array) -> Array:
@@ -254,25 +360,20 @@ def first_above(position: Array, values: Array, tolerance: float) -> float:
 
 def _said(a: xr.Dataset, b: xr.Dataset, on: str, tolerance: float) -> dict[str, object]:
     changed = differences(str(a.attrs.get("scene", "")), str(b.attrs.get("scene", "")))
-    return {
-        "title": "comparison of two runs",
-        "run_a": str(a.attrs.get("id", "")),
-        "run_b": str(b.attrs.get("id", "")),
-        "source_hash_a": str(a.attrs.get("source_hash", "")),
-        "source_hash_b": str(b.attrs.get("source_hash", "")),
-        "aligned_on": on,
-        "tolerance": tolerance,
-        "scene_differences": json.dumps([key._asdict() for key in changed], ensure_ascii=False),
+    names = {"run": "id", "source_hash": "source_hash"}
+    each = {
+        f"{k}_{s}": str(r.attrs.get(name, "")) for k, name in names.items() for s, r in (("a", a), ("b", b))
     }
+    scenes = json.dumps([key._asdict() for key in changed], ensure_ascii=False)
+    told = {"aligned_on": on, "tolerance": tolerance, "scene_differences": scenes}
+    return {"title": "comparison of two runs", **each, **told}
 
 
 Row = tuple[str, ...]
 SCENE_HEADS = ("key", "A", "B", "unit")
 QUANTITY_HEADS = ("quantity", "A", "B", "unit", "largest difference", "there", "first above tolerance")
-PAIR_HEADS = (
-    *("runs", "life A [cycles]", "life B [cycles]", "largest difference", "of", "first above tolerance"),
-    "of ",
-)
+OF_LIVES = ("life A [cycles]", "life B [cycles]")
+PAIR_HEADS = ("runs", *OF_LIVES, "largest difference", "of", "first above tolerance", "of ")
 ABSENT = "—"
 
 
