@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,6 @@ MOST_CASES = 24
 """Cases told one by one; of more, how far their values reach."""
 MOST_VALUES = 6  # of one quantity, told in one line
 RPM = 30.0 / math.pi
-PER_NM = 1e9  # mm³/(N·m) in m²/N
 
 
 class Condition(NamedTuple):
@@ -46,10 +45,8 @@ class Conditions(NamedTuple):
 
 def conditions(campaign: Campaign) -> Conditions:
     """Return operating conditions and wear law of a campaign's cases."""
-    told = []
-    for case in campaign.cases:
-        quantities = (*_load(case.scene), *_oil(case.scene), *_wear(case.scene))
-        told.append((case, {quantity[:3]: quantity.value for quantity in quantities}))
+    parts = (_load, _oil, _wear)
+    told = [(c, {q[:3]: q.value for part in parts for q in part(c.scene)}) for c in campaign.cases]
     keys = list(dict.fromkeys(key for _, own in told for key in own))
     values = {key: list(dict.fromkeys(own.get(key, "none") for _, own in told)) for key in keys}
     varying = [key for key in keys if len(values[key]) > 1]
@@ -91,13 +88,10 @@ def _load(scene: Scene) -> Iterator[Condition]:
     if several := operation.blocks or operation.stages:
         meaning = "conditions that take turns" if operation.blocks else "conditions in order"
         yield Condition("", meaning, "", str(len(several)))
-    each = several or (operation,)
-    yield Condition(
-        "T", f"torque on the {operation.input}", "N·m", _between([_number(one.torque) for one in each])
-    )
-    yield Condition(
-        "n", f"speed of the {operation.input}", "rpm", _between([_number(RPM * one.speed) for one in each])
-    )
+    each, member = several or (operation,), operation.input
+    torques, speeds = [_number(one.torque) for one in each], [_number(RPM * one.speed) for one in each]
+    yield Condition("T", f"torque on the {member}", "N·m", _between(torques))
+    yield Condition("n", f"speed of the {member}", "rpm", _between(speeds))
     if not several:
         yield Condition("P", "power", "kW", _number(1e-3 * operation.torque * operation.speed))
     if operation.fixed:
@@ -138,7 +132,7 @@ def _coefficient(coefficient: Any, whose: str) -> Condition:
     scaled = "" if coefficient.factor == 1.0 else f" × {coefficient.factor:.4g}"
     meaning = f"wear coefficient{whose}"
     if coefficient.chosen == "constant":
-        return Condition("k", meaning, "mm³/(N·m)", _number(PER_NM * coefficient.value) + scaled)
+        return Condition("k", meaning, "mm³/(N·m)", _number(1e9 * coefficient.value) + scaled)
     if coefficient.chosen == "hardness":
         return Condition("K", meaning, "", f"{_number(coefficient.k)}{scaled} over the hardness")
     if coefficient.chosen == "calibrated":
@@ -176,12 +170,9 @@ def _number(value: float) -> str:
     return f"{value:.4g}"
 
 
-K = TypeVar("K")
-V = TypeVar("V")
 FEW = 4
 """Cases that a sentence names."""
-QUANTILES = (0.05, 0.5, 0.95)
-SHARE = 0.002  # of the life: numerical errors below are not worth words
+COMPARED = "Comparisons between cases hold all the same."
 
 
 class CaseTold(NamedTuple):
@@ -245,25 +236,19 @@ def answer(
     given = [getattr(case.scene.wear, "coefficient", None) for case in campaign.cases]
     range_by = factor if all(each == given[0] for each in given) else None  # cases are the range themselves
     told = worn[:MOST_CASES]
-    cases = [
-        _case(case_name(campaign, case), own, lives, range_by)._replace(**_deepest(store, case))
-        for case, own in told
-    ]
+    words = [_case(case_name(campaign, case), own, lives, range_by) for case, own in told]
+    cases = [one._replace(**_deepest(store, case)) for one, (case, _) in zip(words, told, strict=True)]
     if len(worn) == 1:
         cases = [cases[0]._replace(times="")]
-    sentences = [
-        *_sentences(cases, lives, len(worn), limit, range_by),
-        *_deepest_point(cases),
-        *ended,
-        *_begun(cases, [case for case, _ in told]),
-    ]
+    answered = [*_sentences(cases, lives, len(worn), limit, range_by), *_deepest_point(cases)]
+    sentences = (*answered, *ended, *_begun(cases, [case for case, _ in told]))
     shown = tuple(cases) if len(worn) <= MOST_CASES else ()
-    return Reply(tuple(sentences), limit, shown, len({case.flank for case in cases if case.share}) > 1)
+    return Reply(sentences, limit, shown, len({case.flank for case in cases if case.share}) > 1)
 
 
-def gathered(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
+def gathered(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, list[Any]]:
     """Return what goes with each key, in the order in which they come."""
-    found: dict[K, list[V]] = {}
+    found: dict[Any, list[Any]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)
     return found
@@ -272,11 +257,9 @@ def gathered(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
 def _ended_otherwise(done: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:
     """Return which cases ended otherwise than asked, those of one reason in one sentence."""
     cases = gathered((end, name) for name, summary in done if (end := unasked_end(summary)))
-    return [
-        f"{len(names)} of {len(done)} ended otherwise than asked ({', '.join(names[:FEW])}"
-        f"{', …' if len(names) > FEW else ''}): {end}."
-        for end, names in cases.items()
-    ]
+    named = {end: ", ".join([*names[:FEW], *(["…"] if names[FEW:] else [])]) for end, names in cases.items()}
+    asked = f"of {len(done)} ended otherwise than asked"
+    return [f"{len(names)} {asked} ({named[end]}): {end}." for end, names in cases.items()]
 
 
 def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
@@ -296,7 +279,7 @@ def _deepest(store: Store | None, case: Case) -> dict[str, Any]:
     if wear is None or "diameter" not in run or set(wear.dims) != {"update", "flank", "profile"}:
         return told
     deepest = int(np.nanargmax(wear.isel(update=-1, flank=at).values))
-    return {**told, "diameter": float(run["diameter"].isel(flank=at, profile=deepest))}
+    return told | {"diameter": float(run["diameter"].isel(flank=at, profile=deepest))}
 
 
 def _deepest_point(cases: Sequence[CaseTold]) -> Iterator[str]:
@@ -341,16 +324,10 @@ def _case(name: str, summary: Mapping[str, Any], lives: Sequence[float], factor:
         worn = f"not reached: {1e6 * float(depth):.3g} µm after " if depth is not None else "not reached: "
         return CaseTold(name, f"{worn}{hours_text(summary.get('operating_hours'))}", "", "", "", "", 0.0)
     error, cycles = summary.get("error_estimate_life"), summary.get("life")
-    relative = error / cycles if _is_number(error) and cycles else None
-    return CaseTold(
-        name,
-        hours_text(life),
-        "" if factor is None else f"{hours_text(life / factor)} to {hours_text(life * factor)}",
-        f"{cycles:.3g}" if cycles else "",
-        "" if relative is None else f"{100 * relative:.2g} %",
-        f"× {life / lives[0]:.3g}" if lives[0] else "",
-        100.0 * life / max(lives),
-    )
+    reach = "" if factor is None else f"{hours_text(life / factor)} to {hours_text(life * factor)}"
+    off = f"{100 * (error / cycles):.2g} %" if _is_number(error) and cycles else ""
+    times, share = f"× {life / lives[0]:.3g}" if lives[0] else "", 100.0 * life / max(lives)
+    return CaseTold(name, hours_text(life), reach, f"{cycles:.3g}" if cycles else "", off, times, share)
 
 
 def _sentences(
@@ -370,27 +347,22 @@ def _sentences(
         yield f"{reached} {hours_text(lives[0])} of operation."
     elif count <= MOST_CASES:
         texts = [hours_text(min(lives)), hours_text(max(lives))]
-        if texts[0] == texts[1]:
-            span = f"{texts[0]} of operation in {'both' if len(lives) == 2 else f'all {len(lives)}'} cases"
-        else:
-            named = [f"{text} ({next(c.case for c in cases if c.hours == text)})" for text in texts]
-            span = f"{named[0]} to {named[1]} of operation"
-        yield f"{reached} {span}."
+        low, high = (f"{text} ({next(c.case for c in cases if c.hours == text)})" for text in texts)
+        equal = f"{texts[0]} of operation in {'both' if len(lives) == 2 else f'all {len(lives)}'} cases"
+        yield f"{reached} {equal if texts[0] == texts[1] else f'{low} to {high} of operation'}."
     else:
-        low, middle, high = (hours_text(float(q)) for q in np.quantile(lives, QUANTILES))
+        low, middle, high = (hours_text(float(q)) for q in np.quantile(lives, (0.05, 0.5, 0.95)))
         middle = f"{middle} of operation in the middle of {len(lives)} runs"
         yield f"{reached} {middle}; 90 % of them take {low} to {high}."
     if len(lives) < count:
         yield f"{count - len(lives)} of {count} cases do not reach it in the time that was asked for."
     if factor is not None:
-        yield (
-            f"The life is inversely proportional to the wear coefficient: were that {factor:.3g} times as "
-            f"large or small, {hours_text(min(lives))} would be {hours_text(min(lives) / factor)} or "
-            f"{hours_text(min(lives) * factor)}. Comparisons between cases hold all the same."
-        )
+        now, less, more = (hours_text(min(lives) * by) for by in (1.0, 1.0 / factor, factor))
+        were = f"were that {factor:.3g} times as large or small, {now} would be {less} or {more}"
+        yield f"The life is inversely proportional to the wear coefficient: {were}. {COMPARED}"
     else:
         yield "The wear coefficient is varied from case to case: no other range is put on these lives."
     errors = [float(c.error.split()[0]) for c in cases if c.error]
     if errors:
-        small = "" if max(errors) > 100 * SHARE else ", little beside that"
+        small = "" if max(errors) > 0.2 else ", little beside that"
         yield f"The numerical error of the life is estimated at up to {max(errors):.2g} %{small}."

@@ -6,9 +6,8 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from wearlab.campaign import Campaign, Case, claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
@@ -53,11 +52,7 @@ def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
     return tuple(counted.most_common(MOST_LINES))
 
 
-BROAD = 1000  # pixels: several columns of panels take a whole row
-
-
-@dataclass(frozen=True)
-class Drawn:
+class Drawn(NamedTuple):
     """A figure as a data URI, with one for small screens if that is another; or why there is none."""
 
     title: str
@@ -83,7 +78,7 @@ def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
             asked = question.question(campaign, spec, number)
             note = claims.filled(str(asked.table.get("note", "")), grid)
             image, small = drawing.both_widths(asked, grid, store)
-            broad = int.from_bytes(image[16:20], "big") > BROAD
+            broad = int.from_bytes(image[16:20], "big") > 1000  # pixels: panels that take a whole row
             yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
         except Exception as error:  # a fault of ours in one figure stops no page
             said = isinstance(error, kind.FigureError | StoreError)
@@ -92,8 +87,6 @@ def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
 
 
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
-MOST_FAILURES = 100
-MOST_SETS = 4  # gear sets told on one page
 Told = dict[str, Any]
 Comparisons = dict[tuple[str, str, str], outcome.Comparison]
 PROVENANCE = ("commit", "dirty", "packages", "machine", "model_version")
@@ -130,7 +123,7 @@ def content(campaign: Campaign, store: Store) -> dict[str, Any]:
         answer=answer(campaign, entries, report.wear_coefficient_factor, store),
         conditions=conditions(campaign),
         gears=_gears(campaign) if "gears" in report.sections else (),
-        failures=tuple(_failures(campaign, rows, entries))[:MOST_FAILURES],
+        failures=tuple(_failures(campaign, rows, entries))[:100],
         remarks=remarks(entries),
         model_errors=model_errors(entries),
         code=tuple(_code(store, entries)),
@@ -220,7 +213,7 @@ def _gears(campaign: Campaign) -> tuple[dict[str, Any], ...]:
     names: dict[str, dict[str, None]] = {}
     for case in campaign.cases:
         key = case.scene.gears.model_dump_json()
-        if key not in names and len(sheets) < MOST_SETS:
+        if key not in names and len(sheets) < 4:
             with suppress(ValueError):
                 sheets[key] = sheet(case.scene)
         names.setdefault(key, {})[case.label] = None
@@ -265,9 +258,8 @@ def _code(store: Store, entries: Mapping[str, Entry]) -> Iterator[dict[str, str]
         told = {"wearlab": version, "source hash": source, "runs": str(len(ids))}
         with suppress(StoreError):
             attributes = store.run(ids[0]).attrs
-            for name in (name for name in PROVENANCE if name in attributes):
-                words = "uncommitted edits" if name == "dirty" else name.replace("_", " ")
-                told[words] = str(attributes[name])
+            words = {"dirty": "uncommitted edits", "model_version": "model version"}
+            told |= {words.get(n, n): str(attributes[n]) for n in PROVENANCE if n in attributes}
         yield told
 
 
@@ -321,7 +313,7 @@ def _printer() -> Any:
 
 
 def report(campaign: Campaign, store: Store) -> str:
-    """Return the page of a campaign: equal stores give equal pages.
+    """Return the page of a campaign, every text in it escaped: equal stores give equal pages.
 
     Parameters
     ----------
@@ -332,19 +324,9 @@ def report(campaign: Campaign, store: Store) -> str:
     ------
     StoreError : there is no store
     """
-    return page(content(campaign, store))
-
-
-def page(told: Mapping[str, Any]) -> str:
-    """Return the HTML of a report; every text in it is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    environment = Environment(
-        loader=FileSystemLoader(FOLDER),
-        undefined=StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    strict: Any = {"undefined": StrictUndefined, "trim_blocks": True, "lstrip_blocks": True}
+    environment = Environment(loader=FileSystemLoader(FOLDER), autoescape=True, **strict)
     style = (FOLDER / "page.css").read_text(encoding="utf-8")
-    return environment.get_template("page.html").render(told=told, style=style)
+    return environment.get_template("page.html").render(told=content(campaign, store), style=style)

@@ -15,8 +15,6 @@ from wearlab.figures.wording import converted, cycles, first_of, scaled
 
 PENS = {"A": Pen(NAMES[0], "-", "o", 1.5), "B": Pen(NAMES[1], "--", "s", 1.0)}
 WAVES = ("mesh_stiffness", "static_transmission_error", "dynamic_mesh_force")
-SHOWN_PAIRS = 40
-OVER_PAIRS = ("max_wear_depth", *WAVES, "mesh_force_orders")  # as many as can be told apart
 
 
 def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
@@ -34,10 +32,10 @@ def comparison_figure(comparison: xr.Dataset, ending: str = "png") -> bytes:
 
 def _runs(comparison: xr.Dataset) -> Plot:
     panels = [*_over_life(comparison), *_waves(comparison)]
-    placed = [
-        replace(panel, row=i // 2, column=i % 2, title=f"({chr(ord('a') + i)}) {panel.title}")
-        for i, panel in enumerate(panels)
-    ]
+    lettered = (
+        replace(panel, title=f"({chr(ord('a') + i)}) {panel.title}") for i, panel in enumerate(panels)
+    )
+    placed = [replace(panel, row=i // 2, column=i % 2) for i, panel in enumerate(lettered)]
     ids = {side: comparison.attrs[f"run_{side.lower()}"][:10] or "unnamed" for side in PENS}
     legend = tuple(LegendEntry(f"{side}: run {run_id}", PENS[side], "line") for side, run_id in ids.items())
     shape = -(-len(placed) // 2), min(2, len(placed))
@@ -46,9 +44,8 @@ def _runs(comparison: xr.Dataset) -> Plot:
 
 def _notes(comparison: xr.Dataset) -> tuple[str, ...]:
     changed = json.loads(comparison.attrs.get("scene_differences") or "[]")
-    words = [f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed]
-    told = first_of(words, 6, "; ")
-    return (f"Asked differently: {told}." if words else "No key of the scenes differs.",)
+    told = first_of([f"{key['key']} {_said(key, 'a')} → {_said(key, 'b')}" for key in changed], 6, "; ")
+    return (f"Asked differently: {told}." if told else "No key of the scenes differs.",)
 
 
 def _said(difference: dict[str, object], side: str) -> str:
@@ -102,10 +99,11 @@ def _panel(title: str, x: Array, values: xr.DataArray, across: str, line: str = 
 
 def _campaigns(comparison: xr.Dataset) -> Plot:
     """Return one dot for every pair and quantity: how much they differ at most."""
-    shown = comparison.isel(pair=slice(SHOWN_PAIRS))
+    shown = comparison.isel(pair=slice(40))
     share = 100.0 * shown["largest_relative_difference"].values
     names = [str(name) for name in shown["quantity_name"].values]
-    keep = [i for i, name in enumerate(shown["quantity"].values) if str(name) in OVER_PAIRS] or [0]
+    told = ("max_wear_depth", *WAVES, "mesh_force_orders")  # as many as can be told apart
+    keep = [i for i, name in enumerate(shown["quantity"].values) if str(name) in told] or [0]
     pen = {i: Pen(NAMES[k % len(NAMES)], "-", "o") for k, i in enumerate(keep)}
     number = np.arange(1.0, len(share) + 1)
     curves = tuple(Curve(number, share[:, i], pen[i], "line-points") for i in keep)
@@ -124,9 +122,6 @@ SHOWN = {
     "depth": ("wear depth", "m", "um"),
     "deviation": ("deviation, material missing downwards", "m", "um"),
 }
-MARKED = 60
-
-
 Column = tuple[str, Sequence[float]]
 
 
@@ -143,7 +138,7 @@ def profile_figure(name: str, across: Column, up: Column, note: str, ending: str
     told = ((SHOWN[quantity], np.asarray(given, float)) for quantity, given in (across, up))
     shown = (scaled([converted(v, stored, wanted)], words, wanted) for (words, stored, wanted), v in told)
     ((x,), x_label), ((y,), y_label) = shown
-    look = "line-points" if len(across[1]) <= MARKED else "line"
+    look = "line-points" if len(across[1]) <= 60 else "line"
     curve = Curve(x, y, Pen("#0072B2", "-", "o"), look)  # type: ignore[arg-type]
     zero = Curve(x[[0, -1]], np.zeros(2), Pen("#7a7a7a", ":"), "reference")
     panel = Panel(0, 0, "", x_label, y_label, (zero, curve))

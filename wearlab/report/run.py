@@ -15,16 +15,9 @@ from wearlab.store import Store, outcome
 if TYPE_CHECKING:
     from wearlab.store.catalogue import Entry
 
-LONGEST_TEXT = 24  # characters of a text in a table of values
-LONGEST_LIST = 100  # characters of a list in one line
-WIDEST = 96  # characters of a line of names
-DIGITS = 6  # of a value
-SAME = 1e-9  # relative: a value that was written, after twelve digits of it were stored
-FIRST = 3  # items of a longer one
-FOR_MACHINES = ("count_", "run_time_")  # how it was computed, rather than what
-TOLD = ("verdict", "end_reason", "life", "service_life")  # by the head
-
-
+FIRST = 3  # items of a longer list
+ELSEWHERE = re.compile("(count_|run_time_).*|verdict|end_reason|life|service_life")
+"""Results that tell how a run was computed rather than what, and those that stand by its head."""
 ERRORS = {"calibrated_wear_coefficient": "error_estimate_wear_coefficient"}
 """Estimates of the errors of single results; those of the head stand there."""
 
@@ -41,7 +34,7 @@ def results(stored: Mapping[str, dict[str, Any]], entry: "Entry") -> list[tuple[
         value, attributes = entry.summary.get(name), variable["attrs"]
         if variable["dims"] or value is None or is_long(value):
             continue
-        if name not in TOLD and not name.startswith(FOR_MACHINES):
+        if not ELSEWHERE.fullmatch(name):
             told, unit = as_shown(value, attributes)
             if (error := entry.summary.get(ERRORS.get(name, ""))) is not None:
                 told += f" ± {as_shown(float(f'{error:.2g}'), attributes)[0]}"
@@ -69,7 +62,7 @@ def groups(stored: Mapping[str, dict[str, Any]]) -> list[str]:
             groups.setdefault(group, []).append(name)
     lines = []
     for group, names in groups.items():
-        lines += wrap(", ".join(names), WIDEST, initial_indent=f"{group:<20}", subsequent_indent=" " * 20)
+        lines += wrap(", ".join(names), 96, initial_indent=f"{group:<20}", subsequent_indent=" " * 20)
     return lines
 
 
@@ -103,7 +96,7 @@ def in_file_units(path: str, value: Any, written: Written | None = None) -> str:
     texts = _texts(name, written or {}, key.quantity)
     told = []
     for variant in some:
-        same = (text for number, text in texts if isclose(number, variant, rel_tol=SAME))
+        same = (text for number, text in texts if isclose(number, variant, rel_tol=1e-9))
         told.append(next(same, "") or _in_unit_of(texts, float(variant), key))
     if len(told) > FIRST + 1:
         told = [*told[:FIRST], f"… {len(told)} in all"]
@@ -114,8 +107,8 @@ def _in_unit_of(texts: Sequence[tuple[float, str]], value: float, key: Key) -> s
     """Return a value in the unit of the first text that has one, else in the usual unit."""
     for unit in (*(units.split(text)[1] for _, text in texts), key.display_unit):
         with suppress(units.UnitError):  # the unit of a scale of hardness
-            return f"{units.convert(value, key.unit, unit):.{DIGITS}g} {unit}"
-    return f"{value:.{DIGITS}g} {key.unit}"
+            return f"{units.convert(value, key.unit, unit):.6g} {unit}"
+    return f"{value:.6g} {key.unit}"
 
 
 def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
@@ -132,7 +125,7 @@ def _texts(name: str, written: Written, kind: str) -> list[tuple[float, str]]:
 def _shortened(value: Any) -> str:
     """Return a value of a scene as JSON; of a long list its first items and how many there are."""
     text = dumps(value, ensure_ascii=False)
-    if not isinstance(value, list) or len(text) <= LONGEST_LIST:
+    if not isinstance(value, list) or len(text) <= 100:
         return text
     first = ", ".join(dumps(element, ensure_ascii=False) for element in value[:FIRST])
     return f"[{first}, … {len(value)} in all]"
@@ -140,7 +133,7 @@ def _shortened(value: Any) -> str:
 
 def is_long(value: Any) -> bool:
     """Say whether a value is a text that would widen a table; it stands below."""
-    return isinstance(value, str) and (len(value) > LONGEST_TEXT or "\n" in value)
+    return isinstance(value, str) and (len(value) > 24 or "\n" in value)
 
 
 def facts(store: Store, entry: "Entry") -> dict[str, Any]:

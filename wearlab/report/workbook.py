@@ -12,10 +12,7 @@ from wearlab.store.files import StoreError
 from wearlab.units import convert
 
 MOST_ROWS = 1_048_575  # of a sheet, below its head
-MOST_LABELS = 12  # along a dimension of a run that becomes columns
 UPDATE = "update"
-WAVES = ("profile", "phase")
-STATES = (UPDATE, "step")
 FIRST = (
     *("status", "cycle", "operating_hours", "max_wear_depth"),
     *("life", "service_life", "end_reason", "verdict"),
@@ -80,12 +77,12 @@ def _columns(grid: xr.Dataset, dims: list[str], along: tuple[str, ...]) -> Itera
         own = [dim for dim in variable.dims if dim not in dims]
         left = [dim for dim in own if dim not in along]
         lone = set(variable.dims) == {name} or (name in grid.coords and not own)
-        if lone or not set(along) <= set(own) or len(left) > 1 or set(left) & set(STATES):
+        if lone or not set(along) <= set(own) or len(left) > 1 or set(left) & {UPDATE, "step"}:
             continue
         array = grid[name]
         if not left:
             yield _head(str(name), array), array
-        elif left[0] in grid.coords and grid.sizes[left[0]] <= MOST_LABELS and left[0] not in WAVES:
+        elif left[0] in grid.coords and grid.sizes[left[0]] <= 12 and left[0] not in ("profile", "phase"):
             for number, label in enumerate(grid[left[0]].values):
                 yield _head(f"{name} {label}", array), array.isel({left[0]: number})
 
