@@ -5,7 +5,7 @@ import math
 import pytest
 from reference_pairs import ISO, NREL, both, pair_of
 
-from wearlab.gears.iso_6336_1 import (
+from wearlab.gears.iso import (
     Rack,
     Tooth,
     face_load_factor,

@@ -7,7 +7,7 @@ import pytest
 from reference_pairs import ISO, both, pair_of
 
 from wearlab.gears.helix import SPUR, overlap_ratio
-from wearlab.gears.iso_6336_2 import (
+from wearlab.gears.iso import (
     contact_ratio_factor,
     elasticity_factor,
     film_factors,

@@ -8,9 +8,8 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 from shaped import shaped
 
-from wearlab.gears.planetary import Carrier, entry_lag, fraction, planetary_set
+from wearlab.gears.planetary import Carrier, Train, entry_lag, fraction, planetary_set
 from wearlab.gears.specification import GearError, GearSpec
-from wearlab.gears.train import Train
 
 PRINTED = {"centre_distance": (0.055125, 0.05625), "carrier": Carrier(4.5, 0.011178, 0.0565)}
 

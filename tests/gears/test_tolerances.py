@@ -2,8 +2,8 @@
 
 import pytest
 
+from wearlab.gears.iso import allowed
 from wearlab.gears.specification import GearError
-from wearlab.gears.tolerances import allowed
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from exact_extension import Deflections, extension
 
-from wearlab.mesh.corners import corner, separations, unworn_extension
+from wearlab.mesh.exact.gaps import corner, separations, unworn_extension
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 
 _spec = importlib.util.spec_from_file_location("flanks", Path(__file__).parent / "exact" / "conftest.py")

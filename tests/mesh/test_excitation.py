@@ -8,10 +8,10 @@ from wearlab.mesh.clock import Mesh, breaks_on_clock, instants_of, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.damping import nothing, register
 from wearlab.mesh.damping_laws import hunt_crossley
-from wearlab.mesh.errors import mesh_error
 from wearlab.mesh.excitation import MeshFlanks, combined_error, stage_tables
 from wearlab.mesh.excitations import FourierExcitation, ModulatedExcitation, PairsExcitation
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
+from wearlab.mesh.harmonics import mesh_error
 from wearlab.mesh.profile import lookup, profile_grid
 from wearlab.mesh.stages import stage_grid
 from wearlab.mesh.stiffness import GivenStiffness, constant

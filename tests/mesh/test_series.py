@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from wearlab.mesh.errors import MemberError, mesh_error
-from wearlab.mesh.harmonics import Modulation, fit, harmonics
+from wearlab.mesh.harmonics import MemberError, Modulation, fit, harmonics, mesh_error
 from wearlab.mesh.profile import profile_grid
 from wearlab.mesh.stiffness import PiecewiseCurve, constant
 

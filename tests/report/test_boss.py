@@ -8,7 +8,7 @@ import pytest
 
 from wearlab.campaign.campaign import PARTS, ReportSpec
 from wearlab.campaign.inheritance import CampaignError, modelled
-from wearlab.gears.drawing import drawing, half_tooth
+from wearlab.gears.outline import drawing, half_tooth
 from wearlab.gears.pairs import gear_pair
 from wearlab.gears.specification import Basics, GearSpec
 from wearlab.report.answer import CaseTold, _axis_name, _deepest_point, _sentences

@@ -3,7 +3,7 @@
 import pytest
 from reference_pairs import ISO, both, reference
 
-from wearlab.gears.iso_6336_1 import face_load_factor
+from wearlab.gears.iso import face_load_factor
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
 

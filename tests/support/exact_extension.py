@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from wearlab.arrays import Array
-from wearlab.mesh.corners import beyond_path
-from wearlab.mesh.exact.gaps import WornFlanks
+from wearlab.mesh.exact.gaps import WornFlanks, beyond_path
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension
 
@@ -32,7 +31,7 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
 
     Returns
     -------
-    Extension, as `wearlab.mesh.corners.beyond_path` gives it
+    Extension, as `wearlab.mesh.exact.gaps.beyond_path` gives it
 
     References
     ----------

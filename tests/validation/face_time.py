@@ -18,7 +18,7 @@ import numpy as np
 from wearlab.accuracy.ladder import timing
 from wearlab.campaign import load
 from wearlab.cli.output import say, show_table
-from wearlab.mesh.finite_element import compliance, kept, solid
+from wearlab.mesh.finite_element import compliance, solid
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate
@@ -41,7 +41,7 @@ def setup_seconds(scene: Scene) -> float:
     """Return the time in which gears of which nothing is kept are set up [s]."""
     for forgotten in (solid._remembered, compliance._remembered):
         forgotten.cache_clear()
-    with tempfile.TemporaryDirectory() as folder, patch.object(kept, "cache_folder", lambda: Path(folder)):
+    with tempfile.TemporaryDirectory() as folder, patch.object(solid, "cache_folder", lambda: Path(folder)):
         begun = time.process_time()
         build(scene)
         return time.process_time() - begun

@@ -20,9 +20,9 @@ from wearlab.dynamics.orbits.response import deflection_at
 from wearlab.dynamics.system import System
 from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
-from wearlab.mesh.errors import MeshError
 from wearlab.mesh.excitation import MeshFlanks, stage_tables
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
+from wearlab.mesh.harmonics import MeshError
 from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh import errors, stages
+from wearlab.mesh import harmonics, stages
 from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, distinct, interpolate, lookup
 
 INSIDE = 1e-6
@@ -32,7 +32,7 @@ class Mesh(NamedTuple):
 
     kind: int
     lag: float
-    error: errors.MeshError
+    error: harmonics.MeshError
 
 
 class Instants(NamedTuple):

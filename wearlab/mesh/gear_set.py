@@ -10,7 +10,7 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.helix import SPUR, Helix
 from wearlab.mesh.clock import Mesh
-from wearlab.mesh.errors import quadrature
+from wearlab.mesh.harmonics import quadrature
 
 
 def mesh_load(torque: float, base_radius: float, meshes: int = 1) -> float:

@@ -1,5 +1,12 @@
-"""What a periodic quantity is made of, from weighted samples: harmonics, or one that is modulated."""
+"""Periodic quantities: harmonics or one modulated wave of samples, and the prescribed errors of a mesh.
 
+Errors are harmonics of the mesh frequency, and once-per-revolution parts of its members,
+``e(φ) = Σ_r a_r sin(2π r φ + p_r) + Σ_m slow_m sin(θ_m)`` with, per member (W23 Eqs. 28–30),
+``½(F_i′ − f_i′) sin θ + ½ f_i′ sin zθ`` and installation tolerances ``Σ_q Δe_q sin θ_q``. Every initial
+angle is drawn once from the seed and never again.
+"""
+
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -146,3 +153,162 @@ def fit(phase: Array, weight: Array, value: Array) -> Modulation:
     am = float(np.hypot(c, d)), float(np.arctan2(-d, c))
     fm = float(np.hypot(e, f)), float(np.arctan2(f, e))
     return Modulation(float(first.mean + scale * mean), *carrier, *am, *fm)
+
+
+class MemberError(NamedTuple):
+    """Errors of one gear.
+
+    Parameters
+    ----------
+    teeth : number of teeth
+    total_composite, tooth_composite : F_i′ and f_i′ [m]
+    installation : tolerances Δe_q, each with a random direction [m]
+    eccentricity : distance of the toothing's axis from the axis it turns about [m]
+    """
+
+    teeth: int
+    total_composite: float = 0.0
+    tooth_composite: float = 0.0
+    installation: tuple[float, ...] = ()
+    eccentricity: float = 0.0
+
+
+class Realisation(NamedTuple):
+    """Errors of one member, drawn.
+
+    Parameters
+    ----------
+    mesh : mesh harmonics (order, amplitude [m], phase [rad])
+    slow : once-per-revolution parts (teeth of the member, amplitude [m], initial angle [rad]); infinitely
+        many teeth: at rest in the carrier
+    """
+
+    mesh: tuple[tuple[float, float, float], ...]
+    slow: tuple[tuple[float, float, float], ...]
+
+    def turned(self, angle: float) -> "Realisation":
+        """Return the same member seen from another side: its slow parts lead by an angle [rad]."""
+        return Realisation(self.mesh, tuple((z, size, start + angle) for z, size, start in self.slow))
+
+    def of(self, amplitude: float, angle: float) -> "Realisation":
+        """Return this with an error at rest besides, nothing for none."""
+        return self if amplitude == 0.0 else Realisation(self.mesh, (*self.slow, (np.inf, amplitude, angle)))
+
+
+AT_REST = Realisation((), ())
+"""No error, to which errors at rest in the carrier are added."""
+
+
+def realised(member: MemberError, random: np.random.Generator) -> Realisation:
+    """Draw the initial angles of one member: one for its toothing, one for each tolerance.
+
+    References
+    ----------
+    W23 Eqs. 28–32.
+    """
+    start = random.uniform(0.0, 2 * np.pi)
+    directions = random.uniform(0.0, 2 * np.pi, len(member.installation))
+    teeth_mesh = (1.0, 0.5 * member.tooth_composite, member.teeth * start)
+    slow: list[tuple[float, float, float]] = []
+    if member.total_composite:
+        slow.append((member.teeth, 0.5 * (member.total_composite - member.tooth_composite), start))
+    slow.extend((member.teeth, t, d) for t, d in zip(member.installation, directions, strict=True))
+    if member.eccentricity:
+        slow.append((member.teeth, member.eccentricity, random.uniform(0.0, 2 * np.pi)))
+    return Realisation((teeth_mesh,) if member.tooth_composite else (), tuple(slow))
+
+
+class MeshError(NamedTuple):
+    """The prescribed error of one mesh, one realisation.
+
+    Parameters
+    ----------
+    order, amplitude, phase : (n,) mesh harmonics: orders [1], amplitudes [m], phases [rad]
+    member_teeth, slow_amplitude, slow_phase : (k,) once-per-revolution parts: teeth of the member that
+        turns, amplitude [m], initial angle [rad]
+    """
+
+    order: Array
+    amplitude: Array
+    phase: Array
+    member_teeth: Array
+    slow_amplitude: Array
+    slow_phase: Array
+
+    def value(self, phase: Array) -> Array:
+        """Return the mesh-periodic part at phases (…) [m]."""
+        return np.sin(_angle(phase, self.order, self.phase)) @ self.amplitude
+
+    def rate(self, phase: Array) -> Array:
+        """Return d/dφ of the mesh-periodic part at phases (…) [m]."""
+        return np.cos(_angle(phase, self.order, self.phase)) @ (2 * np.pi * self.order * self.amplitude)
+
+    def slow(self, turned: Array) -> Array:
+        """Return the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
+        return np.sin(_angle(turned, 1.0 / self.member_teeth, self.slow_phase)) @ self.slow_amplitude
+
+    def slow_at(self, turns: Mapping[int, Array]) -> Array:
+        """Return the once-per-revolution part with members at angles (n,) by tooth number [1], (n,) [m]."""
+        total = np.zeros(ANGLES)
+        for z, amplitude, start in zip(self.member_teeth, self.slow_amplitude, self.slow_phase, strict=True):
+            total += amplitude * np.sin(2 * np.pi * (turns[int(z)] if np.isfinite(z) else 0.0) + start)
+        return total
+
+    def slow_rate(self, turned: Array) -> Array:
+        """Return d/dφ of the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
+        angle = _angle(turned, 1.0 / self.member_teeth, self.slow_phase)
+        return np.cos(angle) @ (2 * np.pi / self.member_teeth * self.slow_amplitude)
+
+
+def _angle(phase: Array, order: Array, start: Array) -> Array:
+    """Return the angles of waves of orders (n,) at phases (…), (…, n) [rad]."""
+    return np.asarray(2 * np.pi * np.multiply.outer(phase, order) + start)
+
+
+def mesh_error(
+    members: tuple[MemberError, ...],
+    harmonics: tuple[tuple[int, float, float], ...] = (),
+    seed: int = 0,
+    parts: tuple[Realisation, ...] = (),
+) -> MeshError:
+    """Return one realisation of the errors of a mesh.
+
+    Parameters
+    ----------
+    members : the two gears, to be drawn
+    harmonics : prescribed (order, amplitude [m], phase [rad]) of the mesh frequency
+    seed : seed of the initial angles, one θ0 ~ U[0, 2π) per gear and one per tolerance
+    parts : members that are drawn already
+
+    References
+    ----------
+    W23 Eqs. 28–32; one θ0 a realisation, not drawn anew at every step.
+    """
+    random = np.random.default_rng(seed)
+    drawn = [*(realised(member, random) for member in members), *parts]
+    mesh = [(float(order), amplitude, phase) for order, amplitude, phase in harmonics]
+    mesh += [part for deviation in drawn for part in deviation.mesh]
+    slow = [part for deviation in drawn for part in deviation.slow]
+    return MeshError(*np.array(mesh, float).reshape(-1, 3).T, *np.array(slow, float).reshape(-1, 3).T)
+
+
+ANGLES = 8
+"""Angles of the members over which slow errors are averaged."""
+
+
+def quadrature(teeth: Iterable[int]) -> dict[int, Array]:
+    """Return equally weighted angles of the members, by tooth number, each (ANGLES,) in turns [1].
+
+    A rank-1 lattice: the members with the k-th of the tooth numbers stand at ``i k / 8`` turns, i = 0…7.
+    Means, squares and products of two once-per-revolution errors of up to three tooth numbers are averaged
+    exactly.
+
+    Parameters
+    ----------
+    teeth : numbers of teeth of the members; members with equal ones turn together
+
+    References
+    ----------
+    W23 Eqs. 28–32, for the errors whose angles these are.
+    """
+    return {z: (np.arange(ANGLES) * k / ANGLES) % 1.0 for k, z in enumerate(sorted(set(teeth)), start=1)}

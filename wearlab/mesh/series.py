@@ -1,16 +1,215 @@
-"""The flexibilities of a pair in series: teeth, bodies and contact, by energy methods or by elements."""
+"""The flexibilities of a pair in series: teeth, bodies and contact, by energy methods or by elements.
 
+A tooth by energy methods is a cantilever on the root circle, healthy or worn, at all contact points at once.
+A unit force along the line of action at the contact point A bends, shears and compresses every section
+between the root and A. In the section at height x the moment about the section's own centroid is
+
+    M(x) = r_b − x cosλ − ½ h_y(x) sinλ
+
+(the line of action passes r_b from the gear's centre, and wear h on the loaded flank moves the centroid by
+half of h_y = h / cosλ(x)). Wear of the back flank thins the section as well, and moves the centroid the
+other way: h_y is then the difference of both. A ring's tooth stands on the root circle too, and points
+inwards: with heights counted inwards from its root, M = x cosλ − r_b − ½ h_y sinλ has the same form, and so
+have all sums. M² is a polynomial in quantities of the contact point times quantities of the section: running
+sums of 1/A, 1/I, x/I, x²/I, h_y/I, x h_y/I and h_y²/I give every contact point in one pass.
+"""
+
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
+from wearlab.gears import outline
 from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair
-from wearlab.gears.outline import contact_depth
 from wearlab.mesh import body, profile, stiffness
 from wearlab.mesh.finite_element import compliance, elements
-from wearlab.mesh.tooth import ToothFlexibility, tooth_compliance, tooth_flexibility
+
+INNER = leggauss(2)  # places and weights between neighbouring nodes: fourth order in their distance
+ROOT = leggauss(48)  # over the root curve, and over the involute below the lowest node
+
+
+class ToothFlexibility(NamedTuple):
+    """Everything about one gear's tooth that wear does not change; nodes in the order of the path.
+
+    Heights are counted from the foot of the root curve towards the tip.
+
+    Parameters
+    ----------
+    rising : whether contact moves from root to tip along the path (driving gear) or back (driven)
+    root : (7,) the sums of `_sums` from the root to the lowest node
+    height, half_thickness : (n,) contact point (x, y) [m]
+    arm : (n,) moment of the unit force about the foot of the root curve, r_b − x_0 cosλ (ring: the
+        negative) [m]
+    angle : (n,) λ [rad]
+    foundation : (n,) compliance of the wheel body [m/N]
+    sections : (4, n − 1, points) x [m], healthy thickness 2y [m], 1 / cosλ(x) and dx [m] of the Gauss rule
+        between the k-th and (k+1)-th node counted from the root upwards
+    bending, shear, axial : 12/(E B) [m/N], shear_factor/(G B) [m/N], 1/(E B) [m/N]
+    minimum_thickness : a section this thin counts as broken [m]
+    back : (n,) wear of the back flank along its normal, at the radii of the nodes [m]
+    """
+
+    rising: bool
+    root: Array
+    height: Array
+    half_thickness: Array
+    arm: Array
+    angle: Array
+    foundation: Array
+    sections: Array
+    bending: float
+    shear: float
+    axial: float
+    minimum_thickness: float
+    back: Array
+
+
+def tooth_flexibility(
+    gear: Gear,
+    radius: ArrayLike,
+    *,
+    shear_factor: float = 1.2,
+    body: Callable[[Gear, Array], Array] = body.foundation_compliance,
+) -> ToothFlexibility:
+    """Prepare the tooth of a gear for contact at given radii.
+
+    Parameters
+    ----------
+    gear : the gear
+    radius : (n,) contact radii in the order of the path [m]: never falling or never rising; equal
+        neighbours are the two sides of a jump
+    shear_factor : shear correction of the section [1]; 1.2 for a rectangle
+    body : compliance of the wheel body at contact radii (n,) [m/N]: Sainsot's, or the annulus's
+        (:func:`wearlab.mesh.body.body_compliance`), which thin rims need
+
+    Returns
+    -------
+    ToothFlexibility
+
+    Raises
+    ------
+    ValueError : radii that are not monotone, or outside the involute
+
+    References
+    ----------
+    Yang & Lin, J. Mech. Transm. Autom. Des. 109 (1987) 189–196; L16, W23 and Y23 use the same energies.
+    """
+    r = np.asarray(radius, dtype=float)
+    growing = bool(r[-1] >= r[0])
+    _check_radii(gear, r, growing)
+    rising, upwards = growing != gear.internal, -1.0 if gear.internal else 1.0
+    lam = outline.load_angle(gear, r)
+    foot = gear.root_radius * math.cos(outline.root_half_angle(gear))
+    x, y = outline.involute_point(gear, lam)
+    E, B = gear.material.youngs_modulus, gear.face_width
+    tip_thickness = 2.0 * gear.tip_radius * gear.half_angle(gear.tip_radius)
+    return ToothFlexibility(
+        rising=rising,
+        root=_root_sums(gear, lam[0 if rising else -1], foot, upwards),
+        height=upwards * (x - foot),
+        half_thickness=y,
+        arm=upwards * (gear.base_radius - foot * np.cos(lam)),
+        angle=lam,
+        foundation=body(gear, r),
+        sections=_sections(gear, lam if rising else lam[::-1], foot, upwards, INNER),
+        bending=12.0 / (E * B),
+        shear=shear_factor / (gear.material.shear_modulus * B),
+        axial=1.0 / (E * B),
+        minimum_thickness=min(0.02 * gear.module, 0.5 * tip_thickness),
+        back=np.zeros_like(r),
+    )
+
+
+def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
+    steps = np.diff(radius) if growing else -np.diff(radius)
+    if np.any(steps < -1e-12 * gear.base_radius):
+        raise ValueError(f"{gear.name}: contact radii must be monotone along the path")
+    slack = 1e-9 * gear.base_radius
+    low, high = sorted((gear.form_radius, gear.tip_radius))
+    if radius.min() < low - slack or radius.max() > high + slack:
+        raise ValueError(
+            f"{gear.name}: contact radii {radius.min():.6g} to {radius.max():.6g} m leave the involute "
+            f"between {gear.form_radius:.6g} and {gear.tip_radius:.6g} m"
+        )
+
+
+def _sections(gear: Gear, lam: Array, foot: float, upwards: float, rule: tuple[Array, Array]) -> Array:
+    """Return Gauss sections between load angles: height, thickness, slope, weight, (4, n − 1, points)."""
+    places, weights = rule
+    step = np.diff(lam)[:, None]
+    angle = lam[:-1, None] + 0.5 * step * (places + 1.0)
+    x, y = outline.involute_point(gear, angle)
+    dx = 0.5 * weights * step * outline.involute_rise(gear, angle)
+    return np.stack([upwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), upwards * dx])
+
+
+def _root_sums(gear: Gear, lowest: float, foot: float, upwards: float) -> Array:
+    """Return the sums from the foot of the root curve to the lowest node, (7,)."""
+    start = float(outline.load_angle(gear, gear.form_radius))
+    above = _sections(gear, np.array([start, lowest]), foot, upwards, ROOT)[:, 0]
+    x, y, rise = outline.root_curve(gear, 0.5 * (ROOT[0] + 1.0))
+    below = upwards * (x - foot), 2.0 * y, upwards * 0.5 * ROOT[1] * rise
+    x, t, dx = (np.concatenate(both) for both in zip(below, above[[0, 1, 3]], strict=True))
+    return _sums(x, t, dx, np.zeros_like(x))
+
+
+def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
+    """Return 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³ summed over sections, (7, …)."""
+    cube = dx / t**3
+    each = [dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]
+    return np.stack(each).sum(axis=-1)
+
+
+def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
+    """Return the compliance of a worn tooth at every node, without its body, per whole face width.
+
+    ``c = ∫ M²/(E I) + κ cos²λ ∫ 1/(G A) + sin²λ ∫ 1/(E A)`` with ``A = B t``, ``I = B t³/12`` and
+    ``t = 2y − h_y`` less the back flank's wear, from the root to the worn contact point ``x_A − h sinλ``.
+    Without wear every term in h is an exact zero. Wear between nodes is linear along the path.
+
+    Parameters
+    ----------
+    tooth : the prepared tooth
+    wear : (n,) wear depth along the flank normal [m]
+
+    Returns
+    -------
+    (n,) bending, shear and axial compliance; NaN where a section no longer holds, and beyond [m/N]
+
+    References
+    ----------
+    W23, whose Eq. 16 has the worn section: here about its own centroid, without the term that stays at h = 0.
+    """
+    upwards = slice(None, None, 1 if tooth.rising else -1)
+    x, thickness, slope, dx = tooth.sections
+    between = 0.5 * (INNER[0] + 1.0)
+    h, b = (
+        slope * (depth[upwards][:-1, None] + np.diff(depth[upwards])[:, None] * between)
+        for depth in (wear, tooth.back)
+    )
+    sums = _sums(x, _holding(thickness - h - b, tooth), dx, h - b)
+    K0, J0, J1, J2, H0, H1, HH = np.cumsum(np.column_stack([tooth.root, sums]), axis=1)[:, upwards]
+    cos, sin, arm = np.cos(tooth.angle), np.sin(tooth.angle), tooth.arm
+    stretch = tooth.shear * cos**2 + tooth.axial * sin**2
+    bend = arm**2 * J0 - 2.0 * arm * cos * J1 + cos**2 * J2
+    bend += sin * (cos * H1 - arm * H0) + 0.25 * sin**2 * HH
+    # the strip above the worn contact point, at its middle, carries nothing any more
+    strip, h, b = wear * sin, wear / cos, tooth.back / cos
+    t = _holding(2.0 * tooth.half_thickness + strip * sin / cos - h - b, tooth)
+    moment = arm - (tooth.height - 0.5 * strip) * cos - 0.5 * (h - b) * sin
+    compliance = tooth.bending * (bend - strip / t**3 * moment**2) + stretch * (K0 - strip / t)
+    compliance[np.logical_or.accumulate(np.isnan(compliance)[upwards])[upwards]] = np.nan
+    return np.asarray(compliance)
+
+
+def _holding(thickness: Array, tooth: ToothFlexibility) -> Array:
+    return np.where(thickness > tooth.minimum_thickness, thickness, np.nan)
+
 
 REFINEMENT = 2
 """Of the elements of a scene: within 0.4 % of the teeth's compliance, in a third of a second a pair."""
@@ -167,7 +366,7 @@ def _constant(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzConta
 
 
 def _load_dependent(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
-    depth = np.stack([contact_depth(*both) for both in zip(pair.gears, _radii(pair, grid), strict=True)])
+    depth = np.stack([*map(outline.contact_depth, pair.gears, _radii(pair, grid))])
     materials = pair.driving.material, pair.driven.material
     return stiffness.WeberContact(pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width)
 

@@ -3,8 +3,7 @@
 import math
 from typing import Any
 
-from wearlab.gears import iso_6336_1 as iso
-from wearlab.gears import iso_6336_2 as pitting
+from wearlab.gears import iso
 from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene, sections
 from wearlab.scene.build import Parts
@@ -16,7 +15,7 @@ MOST_CONTACT_RATIO = 2.0
 
 
 def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
-    """Return stiffnesses, face load factors where a misalignment is known, and the safety against pitting.
+    """Return stiffnesses, face load factors where a misalignment is known, and the safety against iso.
 
     (n_mesh,) each, of flanks (n_flank,).
     """
@@ -58,9 +57,9 @@ def _pitting(asked: sections.Rating, scene: Scene, parts: Parts, face_load_facto
     if pair.contact_ratio >= MOST_CONTACT_RATIO:
         return {}
     overlap = overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
-    nominal = pitting.nominal_stress(pair, turned, overlap, specific_load(parts) * pair.face_width)
+    nominal = iso.nominal_stress(pair, turned, overlap, specific_load(parts) * pair.face_width)
     load = asked.application_factor * face_load_factor * asked.transverse_load_factor
-    stress = [factor * nominal * math.sqrt(load) for factor in pitting.single_contact_factors(pair, overlap)]
+    stress = [factor * nominal * math.sqrt(load) for factor in iso.single_contact_factors(pair, overlap)]
     order = [gear for _, gear in parts.gears.flank_places]
     values: dict[str, Any] = {"iso_nominal_contact_stress": [nominal]}
     values["iso_contact_stress"] = [stress[gear] for gear in order]
@@ -69,9 +68,9 @@ def _pitting(asked: sections.Rating, scene: Scene, parts: Parts, face_load_facto
         return values
     mean = sum(getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears) / 2.0
     speed, curvature = kind.speed * pair.driving.reference_radius, float(pair.equivalent_curvature(0.0))
-    film = pitting.film_factors(limit, viscosity, speed, ROUGHEST_OVER_MEAN * mean, curvature)
+    film = iso.film_factors(limit, viscosity, speed, ROUGHEST_OVER_MEAN * mean, curvature)
     turns = 3600.0 * hours * kind.speed / (2.0 * math.pi)
-    lives = [pitting.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
+    lives = [iso.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
     held = [limit * life * math.prod(film) for life in lives]
     return {**values, "iso_pitting_safety": [held[gear] / stress[gear] for gear in order]}
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from exact_extension import Deflections, extension
 
-from wearlab.mesh.corners import OverhangingFlank, reach_beyond
-from wearlab.mesh.exact.gaps import WornFlanks
+from wearlab.mesh.exact.flank import OverhangingFlank
+from wearlab.mesh.exact.gaps import WornFlanks, reach_beyond
 from wearlab.mesh.profile import profile_grid
 
 PAIRS = ["external", "internal", "internal, ring drives"]

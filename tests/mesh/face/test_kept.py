@@ -5,8 +5,8 @@ import os
 import numpy as np
 import pytest
 
-from wearlab.mesh.finite_element import kept
-from wearlab.mesh.finite_element.kept import kept_or_made
+from wearlab.mesh.finite_element import solid
+from wearlab.mesh.finite_element.solid import kept_or_made
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_a_file_that_is_not_what_was_written_is_made_anew(made, harm):
 def test_those_used_last_are_kept(made, monkeypatch):
     ask, calls, folder = made
     ask(1)
-    monkeypatch.setattr(kept, "KEPT_BYTES", 2.5 * next(folder.iterdir()).stat().st_size)
+    monkeypatch.setattr(solid, "KEPT_BYTES", 2.5 * next(folder.iterdir()).stat().st_size)
     ask(2)
     ask(1)
     ask(3)

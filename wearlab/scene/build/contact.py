@@ -8,8 +8,8 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.gears import gear, outline, specification
-from wearlab.mesh import contact, corners, gear_set, profile
-from wearlab.mesh.exact.gaps import MeetingGaps
+from wearlab.mesh import contact, gear_set, profile
+from wearlab.mesh.exact import flank, gaps
 from wearlab.scene import Scene
 from wearlab.scene.build import mesh, sets
 
@@ -36,9 +36,9 @@ def contact_flags(scene: Scene, kind: gear_set.PairOfSet, analysis: contact.Cont
             f"extended contact: pairs may touch up to {1e3 * before:.3g} mm before A and {1e3 * after:.3g} "
             "mm after E; tip corners do not wear, and the force they carry there wears no flank"
         )
-        if max(before, after) > (corners.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
+        if max(before, after) > (gaps.FURTHEST - mesh.STEP) * kind.pair.base_pitch:
             yield (
-                f"contact is followed no further than {corners.FURTHEST:g} base pitches beyond A and E: "
+                f"contact is followed no further than {gaps.FURTHEST:g} base pitches beyond A and E: "
                 "under this load teeth may touch further out"
             )
 
@@ -91,7 +91,7 @@ def reached_limits(
         share = sum(extended_length(pair, analysis, wear, deflection)) / (pair.path.E - pair.path.A)
         if share > EXTENDED_CONTACT:
             yield f"deflection would extend the path of contact by {100 * share:.0f} %"
-    except corners.OverhangingFlank:
+    except flank.OverhangingFlank:
         yield "flanks are worn too steeply to tell how far deflection extends their contact"
 
 
@@ -103,7 +103,7 @@ def cut_short(pair: gear.GearPair, analysis: contact.ContactAnalysis, nodes: con
     pair, analysis : the gears and their contact
     nodes : of one wear state
     """
-    if not isinstance(analysis.gaps, MeetingGaps):
+    if not isinstance(analysis.gaps, gaps.MeetingGaps):
         return
     if analysis.engagement_gap < np.inf:
         engaged = np.isfinite(analysis.at(nodes, analysis.at_nodes)[0]).astype(float)
@@ -133,7 +133,7 @@ def extended_length(
     leaves = int(np.argmin(np.abs(grid.breaks[:-1] - pair.contact_ratio % 1.0)))
     after = last_of_segment[leaves] - grid.intervals[leaves]
     depth = wear + sets.modifications(pair, grid.position)
-    return corners.reach_beyond(pair, grid.position, depth, (float(deflection[-1]), float(deflection[after])))
+    return gaps.reach_beyond(pair, grid.position, depth, (float(deflection[-1]), float(deflection[after])))
 
 
 def tooth_thickness(pair: gear.GearPair, number: int, position: Array) -> Array:

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears import gear, helix, tolerances
-from wearlab.mesh import clock, contact, contacts, corners, errors, gear_set, profile, stiffnesses
-from wearlab.mesh.exact.gaps import WornFlanks
+from wearlab.gears import gear, helix, iso
+from wearlab.mesh import clock, contact, contacts, gear_set, harmonics, profile, stiffnesses
+from wearlab.mesh.exact.gaps import WornFlanks, unworn_extension
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.mesh.face.grid import equal_slices, helical_face, lattice, nodes_per_pitch, spur_face
 from wearlab.scene import Scene
@@ -85,7 +85,7 @@ def _reach(scene: Scene, kind: gear_set.PairOfSet, asked: "ContactOptions") -> p
         return profile.NO_EXTENSION
     unworn = contact_analysis(asked._replace(backs=(None, None)), largest_load(scene, kind)).unworn[1]
     times = LARGEST_STATIC if scene.dynamics is None else LARGEST_DYNAMIC
-    reach = corners.unworn_extension(kind.pair, times * float(unworn.deflection.max()))
+    reach = unworn_extension(kind.pair, times * float(unworn.deflection.max()))
     step = STEP * kind.pair.base_pitch
     return profile.Extension(*(step * max(1.0, np.ceil(distance / step)) for distance in reach))
 
@@ -239,17 +239,17 @@ def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...
 
     They are drawn member after member from the seed.
     """
-    each = [errors.mesh_error(())]
+    each = [harmonics.mesh_error(())]
     if gears.angles:
         each = _of_planetary(scene, gears)
     elif scene.errors is not None:
         members = tuple(_member(scene, gears, name) for name in gears.members)
-        each = [errors.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.errors.seed)]
+        each = [harmonics.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.errors.seed)]
     on_clock = zip(gears.mesh_kinds, gears.mesh_lags, each, strict=True)
     return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in on_clock)
 
 
-def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> errors.MemberError:
+def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.MemberError:
     """Return the errors that the file gives a toothed member, or that its ISO 1328 class allows."""
     own = gears.gears[name]
     given: Any = scene.errors.members.get(name) if scene.errors is not None else None
@@ -258,10 +258,10 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> errors.MemberEr
     if grade is not None:
         pairs = [kind.pair for kind in gears.kinds if own.name in {gear.name for gear in kind.pair.gears}]
         ratio = min(pair.contact_ratio for pair in pairs)
-        *_, tooth, total = tolerances.allowed(grade, own.module, 2.0 * own.reference_radius, ratio)
+        *_, tooth, total = iso.allowed(grade, own.module, 2.0 * own.reference_radius, ratio)
     said = {} if given is None else {key: getattr(given, key) for key in given.model_fields_set}
     total, tooth = said.get("total_composite", total), said.get("tooth_composite", tooth)
-    return errors.MemberError(own.teeth, total, tooth, getattr(given, "installation", ()), eccentricity)
+    return harmonics.MemberError(own.teeth, total, tooth, getattr(given, "installation", ()), eccentricity)
 
 
 def iso_1328_class(scene: Scene, name: str) -> int | None:
@@ -291,7 +291,7 @@ def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
     )
 
 
-def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[errors.MeshError]:
+def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshError]:
     """Return the errors of all meshes: gears seen where each planet stands, pins where they are held.
 
     Seen from the carrier the sun brings its once-per-revolution error to planet n later by ψ_n, the ring,
@@ -300,7 +300,7 @@ def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[errors.MeshErro
     random = np.random.default_rng(0 if scene.errors is None else scene.errors.seed)
     angles = gears.sense * np.asarray(gears.angles)
     sun, *planets, ring = (
-        errors.realised(_member(scene, gears, name), random)
+        harmonics.realised(_member(scene, gears, name), random)
         for name in ("sun", *("planet",) * len(angles), "ring")
     )
     pins = _pins(scene, angles, random)
@@ -312,11 +312,11 @@ def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[errors.MeshErro
         else:
             held = (pin.turned(alpha) for pin in pins[n])
             parts = [planets[n].turned(math.pi), ring.turned(angles[n]), *held]
-        rows.append(errors.mesh_error((), _harmonics(scene, name), parts=tuple(parts)))
+        rows.append(harmonics.mesh_error((), _harmonics(scene, name), parts=tuple(parts)))
     return rows
 
 
-def _pins(scene: Scene, angles: Any, random: Any) -> list[list[errors.Realisation]]:
+def _pins(scene: Scene, angles: Any, random: Any) -> list[list[harmonics.Realisation]]:
     """Return where the pins are off, at rest in the carrier: each tangential in its own direction.
 
     A pin moved by p in the direction β sees ``−n·p`` in a mesh whose normal is turned by ψ ∓ α.
@@ -331,6 +331,6 @@ def _pins(scene: Scene, angles: Any, random: Any) -> list[list[errors.Realisatio
     for angle in angles:
         moved = [*zip(shared, angle - directions, strict=True)]
         moved += [(amount, random.uniform(0.0, 2 * math.pi)) for amount in own]
-        each = [errors.AT_REST.of(amount, float(direction)) for amount, direction in moved]
+        each = [harmonics.AT_REST.of(amount, float(direction)) for amount, direction in moved]
         pins.append([axis for axis in each if axis.slow])
     return pins

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears import helix, pairs, planetary, train
+from wearlab.gears import helix, pairs, planetary
 from wearlab.gears.gear import GearPair
 from wearlab.gears.specification import Basics, GearSpec, Material, Relief, ReliefFrom
 from wearlab.mesh.gear_set import Body, GearSet, PairOfSet, mesh_load
@@ -128,7 +128,7 @@ def _of_planetary(scene: Scene) -> GearSet:
     """Return a planetary set: sun and planets, planets and ring, seen from the carrier."""
     given: Any = scene.operation
     sun, planet, ring = (gear.teeth for gear in scene.gears.gears().values())
-    of = train.Train(sun, planet, ring, given.input, given.output, given.fixed)
+    of = planetary.Train(sun, planet, ring, given.input, given.output, given.fixed)
     built = build_planetary(scene, sun_drives=of.sun_drives)
     count, speeds = built.planets, of.speeds(given.speed)
     turning = {"sun": speeds.sun_relative, "planet": speeds.planet_relative, "ring": speeds.ring_relative}
@@ -177,7 +177,7 @@ def _of_planetary(scene: Scene) -> GearSet:
 
 
 def _nominal_speeds(
-    speeds: train.TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
+    speeds: planetary.TrainSpeeds, sense: float, bodies: dict[str, Body], angles: Array
 ) -> dict[str, float]:
     """Return the nominal rotation of a planetary set as seen from outside: planets travel with their pins."""
     turning = {name: sense * getattr(speeds, name) * body.radius for name, body in bodies.items()}

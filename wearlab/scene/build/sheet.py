@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from wearlab.gears import drawing, helix, shifts
+from wearlab.gears import helix, outline, shifts
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.scene import Scene
 from wearlab.scene.build import sets
@@ -60,7 +60,7 @@ class Sheet(NamedTuple):
 
     members: tuple[str, ...]
     rows: tuple[GearRow, ...]
-    drawings: tuple[tuple[str, drawing.ToothDrawing], ...]
+    drawings: tuple[tuple[str, outline.ToothDrawing], ...]
 
 
 def sheet(scene: Scene) -> Sheet:
@@ -72,7 +72,7 @@ def sheet(scene: Scene) -> Sheet:
     """
     gears = sets.build_set(scene)
     pairs = [kind.pair for kind in gears.kinds]
-    drawn = tuple((" and ".join(gear.name for gear in pair.gears), drawing.drawing(pair)) for pair in pairs)
+    drawn = tuple((" and ".join(gear.name for gear in pair.gears), outline.drawing(pair)) for pair in pairs)
     rows = []
     for symbol, meaning, unit, values in _rows(scene, gears):
         said = tuple(value if isinstance(value, str) else _said(value, unit) for value in values)
