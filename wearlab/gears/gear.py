@@ -63,11 +63,15 @@ class Gear:
         return self.cut.base_half_angle
 
     @property
+    def outwards(self) -> float:
+        """1 where the teeth point outwards, −1 of a ring [1]."""
+        return -1.0 if self.internal else 1.0
+
+    @property
     def dedendum(self) -> float:
         """Depth of the generating rack below its own reference line [m]; of a ring's root beyond its own."""
-        if self.internal:
-            return self.root_radius - self.reference_radius - self.profile_shift * self.module
-        return self.reference_radius + self.profile_shift * self.module - self.root_radius
+        line = self.reference_radius + self.profile_shift * self.module
+        return self.outwards * (line - self.root_radius)
 
     @property
     def cut(self) -> root.RackCut:
@@ -190,17 +194,13 @@ class GearPair:
         """
         position = np.asarray(s, dtype=float)
         t = math.tan(self.working_pressure_angle)
-        first, second = (-1.0 if gear.internal else 1.0 for gear in self.gears)
-        return (
-            self.driving.base_radius * t + first * position,
-            self.driven.base_radius * t - second * position,
-        )
+        first = self.driving.base_radius * t + self.driving.outwards * position
+        return first, self.driven.base_radius * t - self.driven.outwards * position
 
     def equivalent_curvature(self, s: ArrayLike) -> Array:
         """Return the equivalent radius, 1/ρ = ±1/ρ1 ± 1/ρ2 with minus for a ring, (n,) [m]."""
         rho1, rho2 = self.curvature(s)
-        first, second = (-1.0 if gear.internal else 1.0 for gear in self.gears)
-        return rho1 * rho2 / (first * rho2 + second * rho1)
+        return rho1 * rho2 / (self.driving.outwards * rho2 + self.driven.outwards * rho1)
 
     def radius(self, gear: int, s: ArrayLike) -> Array:
         """Return the radius at which a gear (0 driving, 1 driven) touches at s, √(r_b² + ρ²), (n,) [m]."""
@@ -248,24 +248,26 @@ class GearPair:
         return np.asarray(share if gear == DRIVING else 1.0 - share)
 
 
-def in_mesh(driving: Gear, driven: Gear, centre_distance: float, alpha_w: float) -> GearPair:
+def in_mesh(driving: Gear, driven: Gear, centre_distance: float) -> GearPair:
     """Return the pair with its path of contact cut off by the two tip circles, not yet checked.
 
-    ``s_E = ±(√(r_a1² − r_b1²) − r_b1 tanα_w)``, ``s_A = ∓(√(r_a2² − r_b2²) − r_b2 tanα_w)``, lower signs of a
-    ring.
+    ``cos α_w = (r_b2 ± r_b1)/a``, ``s_E = ±(√(r_a1² − r_b1²) − r_b1 tanα_w)``,
+    ``s_A = ∓(√(r_a2² − r_b2²) − r_b2 tanα_w)``, lower signs of a ring.
 
     Parameters
     ----------
     driving, driven : the gears
-    centre_distance, alpha_w : a [m], α_w [rad]
+    centre_distance : a [m]
 
     References
     ----------
     ISO 21771:2007, clause 5.
     """
+    both = driving.outwards * driving.base_radius + driven.outwards * driven.base_radius
+    alpha_w = math.acos(abs(both) / centre_distance)
     p_b = math.pi * driving.module * math.cos(driving.pressure_angle)
     s_E, approach = (
-        (-1.0 if gear.internal else 1.0) * (gear.tip_curvature - gear.base_radius * math.tan(alpha_w))
+        gear.outwards * (gear.tip_curvature - gear.base_radius * math.tan(alpha_w))
         for gear in (driving, driven)
     )
     whole = math.floor((s_E + approach) / p_b)

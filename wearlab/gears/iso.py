@@ -267,7 +267,7 @@ def nominal_stress(pair: GearPair, turned: Helix, overlap: float, tangential: fl
     ISO 6336-2:2006, 5.2; Z_β = 1/√cos β: 9.
     """
     first, second = sorted(pair.gears, key=lambda gear: gear.teeth)
-    u = second.teeth / first.teeth * (-1.0 if second.internal else 1.0)
+    u = second.outwards * second.teeth / first.teeth
     factors = zone_factor(pair, turned) * elasticity_factor(pair) / math.sqrt(math.cos(turned.angle))
     factors *= contact_ratio_factor(pair.contact_ratio, overlap)
     return factors * math.sqrt(tangential / (2.0 * first.reference_radius * pair.face_width) * (u + 1.0) / u)

@@ -48,7 +48,7 @@ def build_gear(
     ISO 21771:2007, 4: tip and root circle from profile shift and tip alteration; Wang et al., Appl. Sci. 13
     (2023) 2022, Table 1, for that of a ring.
     """
-    _check_specification(spec, basics.face_width, internal=internal)
+    width = _check_specification(spec, basics.face_width, internal=internal)
     module, pressure_angle = basics[:2]
     r, outwards = 0.5 * module * spec.teeth, -1.0 if internal else 1.0
     r_b = r * math.cos(pressure_angle)
@@ -62,99 +62,73 @@ def build_gear(
     bore = 0.5 * (r_f if held is None else held)
     _check_circles(spec.name, r_b, r_a, r_f, bore, internal=internal)
     cut = RackCut(spec.teeth, module, pressure_angle, generated, r_f, spec.fillet_radius_coefficient)
-    root = (
-        ring_root(spec.root_profile, spec.name, cut, r_a)
-        if internal
-        else root_of(spec.root_profile, spec.name, cut)
-    )
-    material, width = spec.material or basics.material, spec.face_width or basics.face_width
-    E, nu, density = material
+    asked = spec.root_profile, spec.name, cut
+    root = ring_root(*asked, r_a) if internal else root_of(*asked)
+    E, nu, density = material = spec.material or basics.material
     lacks = "a material needs youngs_modulus > 0, 0 <= poisson_ratio < 0.5 and density > 0, not"
     exists = E > 0.0 and 0.0 <= nu < 0.5 and density > 0.0
     refuse(spec.name, {f"{lacks} {E:g} Pa, {nu:g} and {density:g} kg/m³": not exists})
-    assert width is not None  # _check_specification
-    inner, outer = sorted((r, bore))
     mass, inertia, flags = spec.mass, spec.inertia, [*assumed, *root.assumed]
     if held is None:
         flags.append("bore_diameter assumed 0.5 root diameter")
     between = f"of the solid between {'rim' if internal else 'bore'} and reference circle"
     if mass is None:
-        mass = density * math.pi * width * (outer**2 - inner**2)
+        mass = density * math.pi * width * abs(r**2 - bore**2)
         flags.append(f"mass {between}")
     if inertia is None:
-        inertia = 0.5 * mass * (outer**2 + inner**2)
+        inertia = 0.5 * mass * (r**2 + bore**2)
         flags.append(f"inertia {between}")
-    gear = Gear(
-        name=spec.name,
-        teeth=spec.teeth,
-        module=module,
-        pressure_angle=pressure_angle,
-        profile_shift=generated,
-        base_radius=r_b,
-        reference_radius=r,
-        tip_radius=r_a,
-        root_radius=r_f,
-        form_radius=root.form_radius,
-        fillet_radius=root.fillet_radius,
-        root_profile=root.profile,
-        bore_radius=bore,
-        face_width=width,
-        material=material,
-        mass=mass,
-        inertia=inertia,
-        assumed=tuple(flags),
-        modification=spec.modification(r_b, r_a, internal=internal),
-        internal=internal,
-    )
+    sizes = r_b, r, r_a, r_f, root.form_radius, root.fillet_radius, root.profile, bore, width
+    removed = spec.modification(r_b, r_a, internal=internal)
+    body = material, mass, inertia, tuple(flags), removed, internal
+    gear = Gear(spec.name, spec.teeth, module, pressure_angle, generated, *sizes, *body)
     _check_tip(gear)
     return gear
 
 
-def _check_specification(spec: GearSpec, face_width: float | None, *, internal: bool) -> None:
-    """Refuse what no gear can be: too few teeth, two answers to one question, sizes that are not positive."""
-    width, fillet = spec.face_width or face_width, spec.fillet_radius_coefficient
+def _check_specification(spec: GearSpec, face_width: float | None, *, internal: bool) -> float:
+    """Refuse what no gear can be: too few teeth, two answers to one question, sizes that are not positive.
+
+    Return its face width [m].
+    """
+    width, fillet = spec.face_width or face_width or 0.0, spec.fillet_radius_coefficient
     tip, rim, wang = spec.tip_diameter is not None, spec.rim_diameter, spec.tip_alteration is not None
-    tips = spec.addendum_coefficient, spec.tip_alteration_coefficient
+    height, alteration = spec.addendum_coefficient is not None, spec.tip_alteration_coefficient is not None
     sizes = {word: getattr(spec, word) for word in ("mass", "inertia", "bore_diameter")}
-    roots = spec.root_diameter, spec.dedendum_coefficient
-    key = "tip_alteration" if rim is None else "rim_diameter"
+    twice = None not in (spec.root_diameter, spec.dedendum_coefficient)
+    key, racked = "tip_alteration" if rim is None else "rim_diameter", spec.root_profile == "trochoid"
     of_ring = {
-        "rim_diameter is missing: a ring needs the outside diameter of its rim, above its root diameter": (
-            rim is None or not rim > 0.0
-        ),
+        "rim_diameter is missing: a ring needs the outside diameter of its rim, above its root "
+        "diameter": not (rim or 0.0) > 0.0,
         "a ring has no bore_diameter; give rim_diameter, outside its teeth": spec.bore_diameter is not None,
         'root_profile "trochoid" needs the cutter that made the ring; give "fillet" (a circle between '
-        'involute and root circle) or "radial" (the involute up to the root circle)': (
-            spec.root_profile == "trochoid"
-        ),
+        'involute and root circle) or "radial" (the involute up to the root circle)': racked,
         f"fillet_radius_coefficient must not be negative, not {fillet:g}": fillet < 0.0,
     }
     of_external = {
         f"{key} belongs to a ring, and this gear has external teeth; leave it out": wang or rim is not None,
         'root_profile "fillet" belongs to a ring; give "trochoid" or "radial"': spec.root_profile == "fillet",
     }
+    few = f"{spec.teeth} teeth cannot carry an involute; give at least {FEWEST_TEETH}"
+    both_tips = "give tip_diameter, or addendum and tip alteration coefficients, not both"
     reasons = {
-        f"{spec.teeth} teeth cannot carry an involute; give at least {FEWEST_TEETH}": (
-            spec.teeth < FEWEST_TEETH
-        ),
-        "give tip_diameter, or addendum and tip alteration coefficients, not both": (
-            tip and tips != (None, None)
-        ),
-        "give root_diameter or dedendum_coefficient, not both": None not in roots,
-        "face_width is missing or not positive; give it for the gear or for the pair": (
-            width is None or not width > 0.0
-        ),
+        few: spec.teeth < FEWEST_TEETH,
+        both_tips: tip and (height or alteration),
+        "give root_diameter or dedendum_coefficient, not both": twice,
+        "face_width is missing or not positive; give it for the gear or for the pair": not width > 0.0,
         "give tip_alteration, tip_alteration_coefficient or tip_diameter, not two of them": (
-            wang and (tip or tips[1] is not None)
+            wang and (tip or alteration)
         ),
         **{f"{word} must be positive, not {v:g}": not v > 0.0 for word, v in sizes.items() if v is not None},
         **(of_ring if internal else of_external),
     }
     refuse(spec.name, reasons)
+    return width
 
 
 def _check_circles(name: str, r_b: float, r_a: float, r_f: float, bore: float, *, internal: bool) -> None:
     base, tip, root, held = (f"{2e3 * radius:.5g} mm" for radius in (r_b, r_a, r_f, bore))
+    beyond = not 0.0 < bore < r_f
     of_ring = {
         f"involute interference: the ring's tip diameter {tip} is not above its base diameter {base}, "
         'where the involute ends; shorten the tip with tip_alteration = "wang-2023", a larger '
@@ -166,9 +140,7 @@ def _check_circles(name: str, r_b: float, r_a: float, r_f: float, bore: float, *
         f"the tip diameter {tip} is not above the root diameter {root}": not r_a > r_f,
         f"no involute: the tip diameter {tip} is not above the base diameter {base}; enlarge the tip or "
         "the profile shift": not r_a > r_b,
-        f"the bore diameter {held} must lie below the root diameter {root}, and both above 0": (
-            not 0.0 < bore < r_f
-        ),
+        f"the bore diameter {held} must lie below the root diameter {root}, and both above 0": beyond,
     }
     refuse(name, of_ring if internal else of_external)
 
@@ -177,13 +149,12 @@ def _check_tip(gear: Gear) -> None:
     """Refuse a gear without an involute, or whose teeth have no thickness left at the tip."""
     half = gear.half_angle(gear.tip_radius)
     tip, form = (f"{2e3 * radius:.5g} mm" for radius in (gear.tip_radius, gear.form_radius))
-    of_ring = f"the tip diameter {tip} and the form diameter {form}; reduce fillet_radius_coefficient"
-    of_external = (
-        f"the form diameter {form} and the tip diameter {tip}; reduce the rounding or the profile shift"
-    )
-    height = (gear.form_radius - gear.tip_radius) * (1.0 if gear.internal else -1.0)
+    ends, less = f"form diameter {form} and the tip diameter {tip}", "the rounding or the profile shift"
+    if gear.internal:
+        ends, less = f"tip diameter {tip} and the form diameter {form}", "fillet_radius_coefficient"
+    height = gear.outwards * (gear.tip_radius - gear.form_radius)
     reasons = {
-        f"no involute is left between {of_ring if gear.internal else of_external}": not height > 0.0,
+        f"no involute is left between the {ends}; reduce {less}": not height > 0.0,
         f"pointed tip: at the tip diameter {tip} the tooth is {2e3 * gear.tip_radius * half:.3g} mm thick; "
         "shorten it or reduce profile_shift_coefficient": half <= 0.0,
     }

@@ -67,8 +67,8 @@ def involute_point(gear: Gear, angle: ArrayLike) -> tuple[Array, Array]:
     lam = np.asarray(angle, dtype=float)
     rolled = lam + _start_angle(gear)
     sin, cos = np.sin(lam), np.cos(lam)
-    side = -gear.base_radius if gear.internal else gear.base_radius
-    return gear.base_radius * (rolled * sin + cos), side * (rolled * cos - sin)
+    r_b = gear.base_radius
+    return r_b * (rolled * sin + cos), gear.outwards * r_b * (rolled * cos - sin)
 
 
 def involute_rise(gear: Gear, angle: ArrayLike) -> Array:
@@ -205,18 +205,17 @@ def drawing(pair: GearPair) -> ToothDrawing:
     module, angle = first.module, pair.working_pressure_angle
     r1, r2 = first.base_radius / math.cos(angle), second.base_radius / math.cos(angle)
     bodies, circles = [], []
-    sweep, outwards = np.linspace(-0.5, 0.5, 61), -1.0 if second.internal else 1.0
+    sweep = np.linspace(-0.5, 0.5, 61)
     for gear, radius, middle, towards, side in (
         (first, r1, -r1, 0.0, 1.0),
-        (second, r2, outwards * r2, 0.0 if second.internal else math.pi, outwards),
+        (second, r2, second.outwards * r2, 0.0 if second.internal else math.pi, second.outwards),
     ):
         x, y = involute_point(gear, load_angle(gear, radius))
         teeth = _outline(gear, towards + side * math.atan2(y, x))
         bodies.append((gear.name, _path(teeth, middle, module) + " Z"))
         arc = towards + sweep * min(math.pi, 2.0 * WIDE * module / radius)
         circles.append(_path((np.full_like(arc, radius), arc), middle, module))
-    sign = -1.0 if pair.gears[0].internal else 1.0
-    places = {name: sign * s / module for name, s in pair.path._asdict().items()}
+    places = {name: pair.driving.outwards * s / module for name, s in pair.path._asdict().items()}
     place = {
         name: (f"{-s * math.cos(angle):.4f}", f"{s * math.sin(angle):.4f}") for name, s in places.items()
     }
@@ -236,9 +235,8 @@ def _outline(gear: Gear, turn: float) -> tuple[Array, Array]:
     count = min(TEETH, (gear.teeth - 1) // 2)
     middles = turn + pitch * np.arange(-count, count + 1)[:, None]
     teeth = (middles + np.concatenate([-angle, angle[::-1]])).ravel()
-    depth = (1.0 if gear.internal else -1.0) * BODY * gear.module
     back = turn + (count + 0.5) * pitch * np.linspace(1.0, -1.0, 40)
-    inner = np.full_like(back, max(radius[0] + depth, 0.0))
+    inner = np.full_like(back, max(radius[0] - gear.outwards * BODY * gear.module, 0.0))
     each = np.concatenate([radius, radius[::-1]])
     return np.concatenate([*(each,) * len(middles), inner]), np.concatenate([teeth, back])
 

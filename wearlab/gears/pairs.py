@@ -12,9 +12,9 @@ import math
 from dataclasses import replace
 
 from wearlab.gears import making, root
-from wearlab.gears.gear import Gear, GearPair, in_mesh
+from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair, in_mesh
 from wearlab.gears.shifts import internal_position, involute, operating_position
-from wearlab.gears.specification import Basics, GearError, GearSpec, check_reliefs
+from wearlab.gears.specification import Basics, GearError, GearSpec, check_reliefs, refuse
 
 CONTACT_TOLERANCE = 1e-9  # relative slack of a comparison of two lengths
 
@@ -71,10 +71,8 @@ def gear_pair(
     other = making.build_gear(second, basics, x_2, k, assumed, internal=internal)
     if internal:
         one, other = make_room(one, other, a, shorten=second.tip_is_derived)
-        return assemble_internal(one, other, a, ring_drives=driving == second.name)
-    driver, driven = (other, one) if driving == second.name else (one, other)
-    pair = in_mesh(driver, driven, a, operating.working_pressure_angle)
-    check_pair(pair, -first.tooth_thickness_allowance - second.tooth_thickness_allowance)
+    pair = in_mesh(*((other, one) if driving == second.name else (one, other)), a)
+    check_pair(pair, 0.0 if internal else -first.tooth_thickness_allowance - second.tooth_thickness_allowance)
     return pair
 
 
@@ -86,14 +84,13 @@ def check_basics(first: GearSpec, second: GearSpec, basics: Basics) -> None:
     GearError : naming the value
     """
     module, pressure_angle = basics[:2]
-    if not module > 0.0:
-        raise GearError(f"the module must be positive, not {module:g} m")
-    if not 0.0 < pressure_angle < math.pi / 4:
-        raise GearError(
-            f"the pressure angle must lie between 0 and 45 deg, not {math.degrees(pressure_angle):.4g} deg"
-        )
-    if first.name == second.name:
-        raise GearError(f"both gears are called {first.name!r}; give them two names")
+    degrees, sharp = math.degrees(pressure_angle), not 0.0 < pressure_angle < math.pi / 4
+    reasons = {
+        f"the module must be positive, not {module:g} m": not module > 0.0,
+        f"the pressure angle must lie between 0 and 45 deg, not {degrees:.4g} deg": sharp,
+        f"both gears are called {first.name!r}; give them two names": first.name == second.name,
+    }
+    refuse("", reasons)
 
 
 def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
@@ -106,28 +103,56 @@ def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
 
     Raises
     ------
-    GearError : contact ratio below 1, tip interference, fillet interference, tip into root
+    GearError : contact ratio below 1; involute, tip or fillet interference; tip into root; teeth that jam
     """
-    check_contact_ratio(pair, "enlarge the tips or reduce the centre distance")
-    for gear, mate, s_root in (
-        (pair.driving, pair.driven, pair.path.A),
-        (pair.driven, pair.driving, -pair.path.E),
-    ):
-        start = gear.base_radius * math.tan(pair.working_pressure_angle) + s_root
-        check_start(gear, mate, start)
-        check_clearance(mate, gear, pair.centre_distance - mate.tip_radius - gear.root_radius)
-        check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
+    order = sorted((DRIVING, DRIVEN), key=lambda number: pair.gears[number].internal)
+    first, second = (pair.gears[number] for number in order)
+    path, outside = pair.path.E - pair.path.A, second.outwards * pair.centre_distance
+    enlarge = "enlarge the tips or reduce the centre distance"
+    if pair.internal:
+        enlarge = f"enlarge the teeth of {first.name} or {second.name}, or change the centre distance"
+    apart = {
+        f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is {path * 1e3:.4g} mm and "
+        f"the base pitch {pair.base_pitch * 1e3:.4g} mm; {enlarge}": not pair.contact_ratio >= 1.0
+    }
+    meet: dict[str, bool] = {}
+    for number in order:
+        begins = pair.curvature(pair.path.E if number else pair.path.A)[number]
+        meet |= _off_involute(pair.gears[number], pair.gears[1 - number], float(begins))
+    for gear, mate in ((first, second), (second, first)):
+        room = outside - gear.outwards * gear.tip_radius - mate.outwards * mate.root_radius
+        meet[
+            f"{gear.name}: its tip runs {-room * 1e3:.4g} mm into the root of {mate.name}; shorten the tip "
+            f"of {gear.name} or deepen the root of {mate.name}"
+        ] = room <= 0.0
+    if pair.internal:
+        clearance, more = tip_clearance(first, second, pair.centre_distance), second.teeth - first.teeth
+        meet[
+            f"tip interference: with {second.teeth} − {first.teeth} = {more} teeth of difference the tips of "
+            f"{first.name} and {second.name} overlap by {-clearance * 1e3:.4g} mm where their tip circles "
+            "cross; shorten a tip, or use a larger difference or centre distance"
+        ] = clearance < 0.0
+    refuse("", meet | apart if pair.internal else apart | meet)
+    for gear in (first, second):
+        check_reliefs(gear.modification, path, gear.name)
     check_backlash(pair, thinned)
 
 
-def check_contact_ratio(pair: GearPair, remedy: str) -> None:
-    """Refuse a pair of which at times no teeth touch, and say what helps."""
-    if not pair.contact_ratio >= 1.0:
-        raise GearError(
-            f"contact ratio {pair.contact_ratio:.4f} is below 1: the path of contact is "
-            f"{(pair.path.E - pair.path.A) * 1e3:.4g} mm and the base pitch {pair.base_pitch * 1e3:.4g} mm; "
-            f"{remedy}"
-        )
+def _off_involute(gear: Gear, mate: Gear, curvature: float) -> dict[str, bool]:
+    """Say whether contact begins beyond the base circle's tangent point, or beyond the form circle."""
+    word, remedy = ("involute", ' (tip_alteration = "wang-2023")') if mate.internal else ("tip", "")
+    start, form = math.hypot(gear.base_radius, curvature), gear.form_radius
+    side = "above" if gear.internal else "below"
+    return {
+        f"{word} interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} mm beyond the tangent "
+        f"point of the base circle of {gear.name}; shorten the tip of {mate.name}{remedy} or raise the "
+        f"profile shift of {gear.name}": curvature <= 0.0,
+        f"fillet interference: {mate.name} would touch {gear.name} at diameter {2e3 * start:.5g} mm, {side} "
+        f"its form diameter {2e3 * form:.5g} mm; shorten the tip of {mate.name}{remedy}, deepen the root of "
+        f"{gear.name} or reduce its fillet_radius_coefficient": (
+            gear.outwards * (form - start) > CONTACT_TOLERANCE * form
+        ),
+    }
 
 
 def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
@@ -156,33 +181,6 @@ def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
             f"{left} along the line of action; {farther} the centre distance by {by * 1e3:.3g} mm, give "
             f"{'more' if added else 'a'} tooth_thickness_allowance below 0, or leave out one of shifts and "
             "centre distance"
-        )
-
-
-def check_clearance(gear: Gear, mate: Gear, clearance: float) -> None:
-    """Refuse a tip that runs into the mate's root."""
-    if clearance <= 0.0:
-        raise GearError(
-            f"{gear.name}: its tip runs {-clearance * 1e3:.4g} mm into the root of {mate.name}; shorten "
-            f"the tip of {gear.name} or deepen the root of {mate.name}"
-        )
-
-
-def check_start(gear: Gear, mate: Gear, curvature: float) -> None:
-    """Refuse contact that begins beyond the base circle's tangent point, or below the form circle."""
-    word, remedy = ("involute", ' (tip_alteration = "wang-2023")') if mate.internal else ("tip", "")
-    if curvature <= 0.0:
-        raise GearError(
-            f"{word} interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} mm beyond the "
-            f"tangent point of the base circle of {gear.name}; shorten the tip of {mate.name}{remedy} or "
-            f"raise the profile shift of {gear.name}"
-        )
-    start = math.hypot(gear.base_radius, curvature)
-    if start < gear.form_radius * (1.0 - CONTACT_TOLERANCE):
-        raise GearError(
-            f"fillet interference: {mate.name} would touch {gear.name} at diameter {2e3 * start:.5g} mm, "
-            f"below its form diameter {2e3 * gear.form_radius:.5g} mm; shorten the tip of {mate.name}{remedy}"
-            f", deepen the root of {gear.name} or reduce its fillet_radius_coefficient"
         )
 
 
@@ -239,61 +237,6 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
         f"{rounding / pinion.module:.3g} modules: the tip of {ring.name} reaches below the form circle"
     )
     return replace(pinion, fillet_radius=rounding, form_radius=form, assumed=(*pinion.assumed, flag))
-
-
-def assemble_internal(pinion: Gear, ring: Gear, centre_distance: float, *, ring_drives: bool) -> GearPair:
-    """Return the pair of two gears that are already built, or refuse it.
-
-    Parameters
-    ----------
-    pinion, ring : the gears
-    centre_distance : a [m]
-    ring_drives : whether the ring drives the pinion
-
-    Returns
-    -------
-    GearPair : its path cut off by the two tip circles
-
-    Raises
-    ------
-    GearError : contact ratio below 1; involute, tip or fillet interference; tip into root
-
-    References
-    ----------
-    ISO 21771:2007, clause 5.
-    """
-    alpha_w = math.acos((ring.base_radius - pinion.base_radius) / centre_distance)
-    _check_interference(pinion, ring, centre_distance, alpha_w)
-    driving, driven = (ring, pinion) if ring_drives else (pinion, ring)
-    pair = in_mesh(driving, driven, centre_distance, alpha_w)
-    enlarge = f"enlarge the teeth of {pinion.name} or {ring.name}, or change the centre distance"
-    check_contact_ratio(pair, enlarge)
-    for gear in (pinion, ring):
-        check_reliefs(gear.modification, pair.path.E - pair.path.A, gear.name)
-    check_backlash(pair)
-    return pair
-
-
-def _check_interference(pinion: Gear, ring: Gear, a: float, alpha_w: float) -> None:
-    """Refuse contact off either involute, tips in roots, and tips that meet outside the path."""
-    lead = (ring.base_radius - pinion.base_radius) * math.tan(alpha_w)
-    check_start(pinion, ring, ring.tip_curvature - lead)
-    end = math.hypot(ring.base_radius, pinion.tip_curvature + lead)
-    if end > ring.form_radius * (1.0 + CONTACT_TOLERANCE):
-        raise GearError(
-            f"fillet interference: {pinion.name} would touch {ring.name} at diameter {2e3 * end:.5g} mm, "
-            f"above its form diameter {2e3 * ring.form_radius:.5g} mm; shorten the tip of {pinion.name}, "
-            f"deepen the root of {ring.name} or reduce its fillet_radius_coefficient"
-        )
-    check_clearance(pinion, ring, ring.root_radius - a - pinion.tip_radius)
-    check_clearance(ring, pinion, ring.tip_radius - a - pinion.root_radius)
-    clearance = tip_clearance(pinion, ring, a)
-    if clearance < 0.0:
-        raise GearError(
-            f"tip interference: with {ring.teeth} − {pinion.teeth} = {ring.teeth - pinion.teeth} teeth of "
-            f"difference the tips of {pinion.name} and {ring.name} overlap by {-clearance * 1e3:.4g} mm "
-            "where their tip circles cross; shorten a tip, or use a larger difference or centre distance"
-        )
 
 
 def tip_clearance(pinion: Gear, ring: Gear, centre_distance: float) -> float:

@@ -73,7 +73,7 @@ def refuse(name: str, reasons: Mapping[str, bool]) -> None:
     """
     for reason, holds in reasons.items():
         if holds:
-            raise GearError(f"{name}: {reason}")
+            raise GearError(f"{name}: {reason}" if name else reason)
 
 
 POWERS = {"linear": 1, "parabolic": 2}
@@ -194,11 +194,11 @@ def check_reliefs(item: Modification | None, active_length: float, name: str) ->
     for word in ("tip_relief", "root_relief"):
         relief = getattr(item, word, None)
         if relief is not None:
+            amount, length = relief.amount, relief.length
             reasons = {
-                f"{word} amount {relief.amount * 1e6:.3g} µm is negative; give >= 0": not relief.amount
-                >= 0.0,
-                f"{word} length {relief.length * 1e3:.4g} mm must lie above 0 and within the active path of "
-                f"{active_length * 1e3:.4g} mm": not 0.0 < relief.length <= active_length * (1.0 + 1e-9),
+                f"{word} amount {amount * 1e6:.3g} µm is negative; give >= 0": not amount >= 0.0,
+                f"{word} length {length * 1e3:.4g} mm must lie above 0 and within the active path of "
+                f"{active_length * 1e3:.4g} mm": not 0.0 < length <= active_length * (1.0 + 1e-9),
             }
             refuse(name, reasons)
 

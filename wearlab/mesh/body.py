@@ -82,7 +82,7 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
     lam = load_angle(gear, radius)
     height = gear.base_radius / np.cos(lam) - r_f
-    ratio = (-height if gear.internal else height) / (2.0 * r_f * theta)
+    ratio = gear.outwards * height / (2.0 * r_f * theta)
     shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
     return np.cos(lam) ** 2 * shape / (gear.material.youngs_modulus * gear.face_width)
 
@@ -240,8 +240,7 @@ def arc_tractions(gear: Gear, radius: ArrayLike) -> Array:
     """
     theta, r_f = root_half_angle(gear), gear.root_radius
     lam = load_angle(gear, radius)
-    outwards = np.sin(lam) if gear.internal else -np.sin(lam)
-    constant = outwards / (2.0 * r_f * np.sin(theta))
+    constant = -gear.outwards * np.sin(lam) / (2.0 * r_f * np.sin(theta))
     shear = np.full_like(lam, -gear.base_radius / (2.0 * r_f**2 * theta))
     rest = -np.cos(lam) / (2.0 * r_f) - shear * np.sin(theta)
     return np.stack([constant, rest / (np.sin(theta) / theta - np.cos(theta)), shear])

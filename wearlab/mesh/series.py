@@ -102,7 +102,7 @@ def tooth_flexibility(
     r = np.asarray(radius, dtype=float)
     growing = bool(r[-1] >= r[0])
     _check_radii(gear, r, growing)
-    rising, upwards = growing != gear.internal, -1.0 if gear.internal else 1.0
+    rising, upwards = growing != gear.internal, gear.outwards
     lam = outline.load_angle(gear, r)
     foot = gear.root_radius * math.cos(outline.root_half_angle(gear))
     x, y = outline.involute_point(gear, lam)
@@ -110,13 +110,13 @@ def tooth_flexibility(
     tip_thickness = 2.0 * gear.tip_radius * gear.half_angle(gear.tip_radius)
     return ToothFlexibility(
         rising=rising,
-        root=_root_sums(gear, lam[0 if rising else -1], foot, upwards),
+        root=_root_sums(gear, lam[0 if rising else -1], foot),
         height=upwards * (x - foot),
         half_thickness=y,
         arm=upwards * (gear.base_radius - foot * np.cos(lam)),
         angle=lam,
         foundation=body(gear, r),
-        sections=_sections(gear, lam if rising else lam[::-1], foot, upwards, INNER),
+        sections=_sections(gear, lam if rising else lam[::-1], foot, INNER),
         bending=12.0 / (E * B),
         shear=shear_factor / (gear.material.shear_modulus * B),
         axial=1.0 / (E * B),
@@ -138,22 +138,22 @@ def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
         )
 
 
-def _sections(gear: Gear, lam: Array, foot: float, upwards: float, rule: tuple[Array, Array]) -> Array:
+def _sections(gear: Gear, lam: Array, foot: float, rule: tuple[Array, Array]) -> Array:
     """Return Gauss sections between load angles: height, thickness, slope, weight, (4, n − 1, points)."""
     places, weights = rule
     step = np.diff(lam)[:, None]
     angle = lam[:-1, None] + 0.5 * step * (places + 1.0)
     x, y = outline.involute_point(gear, angle)
     dx = 0.5 * weights * step * outline.involute_rise(gear, angle)
-    return np.stack([upwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), upwards * dx])
+    return np.stack([gear.outwards * (x - foot), 2.0 * y, 1.0 / np.cos(angle), gear.outwards * dx])
 
 
-def _root_sums(gear: Gear, lowest: float, foot: float, upwards: float) -> Array:
+def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
     """Return the sums from the foot of the root curve to the lowest node, (7,)."""
     start = float(outline.load_angle(gear, gear.form_radius))
-    above = _sections(gear, np.array([start, lowest]), foot, upwards, ROOT)[:, 0]
+    above = _sections(gear, np.array([start, lowest]), foot, ROOT)[:, 0]
     x, y, rise = outline.root_curve(gear, 0.5 * (ROOT[0] + 1.0))
-    below = upwards * (x - foot), 2.0 * y, upwards * 0.5 * ROOT[1] * rise
+    below = gear.outwards * (x - foot), 2.0 * y, gear.outwards * 0.5 * ROOT[1] * rise
     x, t, dx = (np.concatenate(both) for both in zip(below, above[[0, 1, 3]], strict=True))
     return _sums(x, t, dx, np.zeros_like(x))
 

@@ -64,8 +64,7 @@ class LoadedFlank:
     def normal(self, parameter: ArrayLike) -> Array:
         """Return the outward unit normal of the unworn involute for parameters in [1, 2], (2, n) [1]."""
         lam = self._angle(np.asarray(parameter, dtype=float))
-        towards_tip = -1.0 if self.gear.internal else 1.0
-        return np.stack([towards_tip * np.sin(lam), np.cos(lam)])
+        return np.stack([self.gear.outwards * np.sin(lam), np.cos(lam)])
 
     def parameter(self, radius: ArrayLike) -> Array:
         """Return the parameter of contact radii on the unworn involute, (n,) [1]."""
@@ -180,15 +179,14 @@ class Chart:
 def chart(flank: LoadedFlank) -> Chart:
     """Lay the sector of a flank out."""
     gear, q = flank.gear, np.linspace(0.0, 2.0, TABLE)
-    towards_tip = -1.0 if gear.internal else 1.0
     step = np.diff(flank.point(q), axis=1)
     measured = Lengths(q, np.concatenate([[0.0], np.cumsum(np.hypot(*step))]))
     # the angle between the flank's tangent and the tooth's centre line, 0 along it
-    slope = np.arctan2(-step[1], towards_tip * step[0])
+    slope = np.arctan2(-step[1], gear.outwards * step[0])
     slope = np.concatenate([slope[:1], slope])
     foot = float(q[(slope > STEEPEST) & (q < 1.0)].max(initial=0.0))
     x, y = flank.point(foot)
-    begin = float(x - 0.5 * towards_tip * y * math.tan(np.interp(foot, q, slope)))
+    begin = float(x - 0.5 * gear.outwards * y * math.tan(np.interp(foot, q, slope)))
     top = max(begin, gear.root_radius) if gear.internal else min(begin, gear.root_radius)
     room = gear.bore_radius - top
     share = min(0.5, BELOW_ROOT * gear.module / abs(room))
