@@ -188,9 +188,9 @@ class Variant(Part):
         if not cls.may_need or isinstance(given, property):
             return
         needs = (given,) if isinstance(given, str) else given
-        if unknown := next((name for name in needs if name not in cls.may_need), None):
-            known = f"{meant(unknown, cls.may_need, ';')} there are {', '.join(map(repr, cls.may_need))}"
-            raise SlotError(f"{cls.__name__}.needs: {unknown!r} is unknown{known}")
+        if unknown := [name for name in needs if name not in cls.may_need]:
+            known = f"{meant(unknown[0], cls.may_need, ';')} there are {', '.join(map(repr, cls.may_need))}"
+            raise SlotError(f"{cls.__name__}.needs: {unknown[0]!r} is unknown{known}")
         if needs is not given:
             raise SlotError(f"{cls.__name__}.needs: {given!r} is no tuple: write {needs!r}")
 

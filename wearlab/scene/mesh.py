@@ -137,6 +137,11 @@ class OneMesh(options.Part):
         return face_couplings.NoFaceCoupling() if apart else face_couplings.PasternakCoupling()
 
     @property
+    def by_sections(self) -> bool:
+        """Whether slices of a face yield by their sections, neither as solid teeth nor as prescribed."""
+        return not (self.coupling.of_elements or isinstance(self.stiffness, stiffnesses.PrescribedStiffness))
+
+    @property
     def _corners_known(self) -> bool:
         return not self.stiffness.of_mesh and self.contact.tip_corners
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 from pydantic_core import PydanticCustomError
 
-from wearlab import options, tables, units
+from wearlab import options, units
 from wearlab.dynamics.models import DynamicModel
 from wearlab.scene.gears import set_in
 from wearlab.table_options import duty_table, named_file, named_texts
@@ -63,12 +63,9 @@ def _blocks(given: Any, info: pydantic.ValidationInfo) -> Any:
     if "file" not in given:
         raise ValueError("'file' is required: {file, columns, units}")
     base: Path | None = (info.context or {}).get("base_directory")
-    try:
-        columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
-        units = named_texts({"units": {}, **given}, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
-        torque, speed, share = duty_table(named_file(given), columns, units, base)
-    except tables.TableError as error:
-        raise ValueError(str(error)) from None
+    columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
+    units = named_texts({"units": {}, **given}, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
+    torque, speed, share = duty_table(named_file(given), columns, units, base)
     total = sum(share)
     return [
         {"torque": options.Stored(t), "speed": options.Stored(n), "share": options.Stored(u / total)}
@@ -236,11 +233,8 @@ class Operation(options.Part):
                 continue
             if key == "input" and len(free) > 1 and default in taken:
                 role = next(of for of in keys if filled.get(of) == default)
-                raise PydanticCustomError(
-                    "members",
-                    "the {default} drives by default, but is {role}; give input = {free}",
-                    {"default": default, "role": role, "free": " or ".join(map(repr, free))},
-                )
+                told = f"the {default} drives by default, but is {role}"
+                raise ValueError(f"{told}; give input = {' or '.join(map(repr, free))}")
             filled[key] = free[0]
             taken.append(free[0])
         return filled
@@ -260,12 +254,9 @@ class Operation(options.Part):
         """Allow two of torque, speed and power."""
         if None not in (self.torque, self.speed, self.power):
             rpm = self.speed * 30.0 / math.pi
-            raise PydanticCustomError(
-                "alternatives",
-                "torque = {torque} N*m, speed = {speed} rpm and power = {power} W are one too many: leave "
-                'one out; drop = ["operation.speed"] drops one that is inherited',
-                {"torque": f"{self.torque:.6g}", "speed": f"{rpm:.6g}", "power": f"{self.power:.6g}"},
-            )
+            given = f"torque = {self.torque:.6g} N*m, speed = {rpm:.6g} rpm and power = {self.power:.6g} W"
+            told = 'leave one out; drop = ["operation.speed"] drops one that is inherited'
+            raise ValueError(f"{given} are one too many: {told}")
 
     def _check(self) -> None:
         """Give each member one role; resolve power, or the first of several conditions."""

@@ -13,10 +13,8 @@ from typing import Annotated, Any, ClassVar, get_args
 from annotated_types import Ge, Le, Lt, MinLen
 from pydantic import AfterValidator
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticCustomError
 
 from wearlab import nearest, options, schema, slots
-from wearlab.mesh.stiffnesses import PrescribedStiffness
 from wearlab.scene.gears import ALL_TOOTHED, LEAD_KEYS, Gears
 from wearlab.scene.materials import Lubricant
 from wearlab.scene.mesh import ErrorsSection, MeshSection, OneMesh
@@ -82,13 +80,9 @@ ALL = "all"
 
 
 def _known(names: tuple[str, ...]) -> tuple[str, ...]:
-    for name in names:
-        if name not in schema.VARIABLES and name != ALL:
-            raise PydanticCustomError(
-                "variable",
-                "{name} is no variable of a dataset{near}",
-                {"name": repr(name), "near": nearest.meant(name, (*schema.VARIABLES, ALL))},
-            )
+    known = (*schema.VARIABLES, ALL)
+    if unknown := [name for name in names if name not in known]:
+        raise ValueError(f"{unknown[0]!r} is no variable of a dataset{nearest.meant(unknown[0], known)}")
     return tuple(sorted(set(names)))
 
 
@@ -204,9 +198,8 @@ class Sections(options.Part):
         general = each.pop("mesh", self.mesh)
         told = {path.removeprefix("mesh."): mesh for path, mesh in each.items()}
         own["mesh"] = general.model_copy(update=told)
-        sections = [mesh for mesh in self.meshes.values() if not mesh.coupling.of_elements]
-        oblique = any(not isinstance(mesh.stiffness, PrescribedStiffness) for mesh in sections)
-        return own | ({"oblique": True} if self.gears.helix_angle and oblique else {})
+        oblique = bool(self.gears.helix_angle) and any(mesh.by_sections for mesh in self.meshes.values())
+        return own | ({"oblique": True} if oblique else {})
 
 
 Path = tuple[str, ...]

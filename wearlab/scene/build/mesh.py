@@ -7,13 +7,13 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from wearlab.arrays import Array
 from wearlab.gears import gear, helix, iso
 from wearlab.mesh import clock, contact, contacts, gear_set, harmonics, profile, stiffnesses
 from wearlab.mesh.exact.gaps import WornFlanks, unworn_extension
-from wearlab.mesh.face.contact import FaceContact
-from wearlab.mesh.face.grid import equal_slices, helical_face, lattice, nodes_per_pitch, spur_face
+from wearlab.mesh.face import contact as over_face
+from wearlab.mesh.face import grid as slicing
 from wearlab.scene import Scene
 from wearlab.scene.build import sets
 
@@ -46,7 +46,7 @@ def build_analyses(
     """
     points, pairs, even = profile_points(scene), [kind.pair for kind in kinds], None
     if scene.gears.helix_angle:
-        even = nodes_per_pitch([pair.contact_ratio for pair in pairs], points)
+        even = slicing.nodes_per_pitch([pair.contact_ratio for pair in pairs], points)
     asked = [_asked(scene, kind, points, even) for kind in kinds]
     if reach is None:
         far = [_reach(scene, kind, own) for kind, own in zip(kinds, asked, strict=True)]
@@ -143,7 +143,7 @@ def contact_analysis(asked: ContactOptions, load: float) -> contact.ContactAnaly
 def _unloaded(asked: ContactOptions) -> contact.ContactAnalysis:
     pair, stiffness, extension = asked.pair, asked.stiffness, asked.extension
     if asked.even is not None:
-        grid = lattice(pair, asked.even, extension)
+        grid = slicing.lattice(pair, asked.even, extension)
     else:
         grid = profile.profile_grid(pair, asked.points, sets.kinks(pair), stiffness.jumps(pair), extension)
     teeth, position = stiffness.build(pair, grid), grid.position
@@ -182,20 +182,20 @@ def slices_of(scene: Scene, kind: gear_set.PairOfSet) -> int:
 
 def build_face_contact(
     scene: Scene, kind: gear_set.PairOfSet, analysis: contact.ContactAnalysis, turned: helix.Helix
-) -> FaceContact:
+) -> over_face.FaceContact:
     """Return the contact over the face of one kind of mesh."""
     mesh, slices = scene.mesh.of(kind.section), slices_of(scene, kind)
     if turned.angle:
-        grid = helical_face(analysis.grid, kind.pair, turned, slices)
+        grid = slicing.helical_face(analysis.grid, kind.pair, turned, slices)
     else:
-        grid = spur_face(analysis.grid, kind.pair.face_width, slices)
+        grid = slicing.spur_face(analysis.grid, kind.pair.face_width, slices)
     given, coupling, pair = mesh.misalignment, mesh.coupling, kind.pair
     over = 0.0 if given is None else given.over_face(pair.working_pressure_angle, scene.operation.torque)
     removed = []
     for number, turning in enumerate(pair.gears):
         share, own = pair.from_root(number, grid.profile.position), lead(getattr(scene.gears, turning.name))
         removed.append(own.removed(grid.position, share, grid.face_width))
-    return FaceContact(
+    return over_face.FaceContact(
         grid=grid,
         analysis=analysis,
         lead=np.stack(removed),
@@ -208,7 +208,7 @@ def build_face_contact(
 
 
 def sliced_flank(
-    scene: Scene, gears: gear_set.GearSet, of: tuple[int, int], slices: Array | int
+    scene: Scene, gears: gear_set.GearSet, of: tuple[int, int], slices: ArrayLike
 ) -> helix.SlicedFlank | None:
     """Return a flank by slices, None in a scene without a face.
 
@@ -221,10 +221,11 @@ def sliced_flank(
     if not scene.face_keys:
         return None
     pair = gears.kinds[of[0]].pair
-    if isinstance(slices, int):
-        slices, _ = equal_slices(pair.face_width, slices)
+    middles = (
+        slicing.equal_slices(pair.face_width, slices)[0] if isinstance(slices, int) else np.asarray(slices)
+    )
     own: Any = getattr(scene.gears, pair.gears[of[1]].name)
-    return helix.SlicedFlank(slices, pair.face_width, lead(own), gears.helix.cosine)
+    return helix.SlicedFlank(middles, pair.face_width, lead(own), gears.helix.cosine)
 
 
 def lead(gear: Any) -> helix.Lead:
