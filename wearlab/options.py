@@ -257,31 +257,3 @@ Time = measured("time")
 Hardness = measured("hardness")
 KinematicViscosity = measured("kinematic viscosity")
 Temperature = measured("temperature")
-
-
-@dataclass(frozen=True)
-class Choice:
-    """Tells the JSON Schema that a choice may be written as its model's name alone."""
-
-    chooser: str
-
-    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Offer the names of models that require nothing else."""
-        table = handler(core)
-        parts = [handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])]
-        plain = [p for p in parts if not set(p.get("required", [])) - {self.chooser}]
-        names = [part["properties"][self.chooser]["const"] for part in plain]
-        return {"anyOf": [{"enum": names}, table]} if names else table
-
-
-def named(default: str | None = None, chooser: str = "model") -> tuple[BeforeValidator, Choice]:
-    """Read a choice: a string means ``{model = string}``, a table without a model means the default's."""
-
-    def read(value: object) -> object:
-        if isinstance(value, str):
-            return {chooser: value}
-        if isinstance(value, dict) and chooser not in value and default is not None:
-            return {chooser: default, **value}
-        return value
-
-    return BeforeValidator(read), Choice(chooser)

@@ -58,13 +58,17 @@ class Slot:
     key : dotted key of the place in a campaign file
     package : the package whose modules are its variants
     chooser : the key that says which one
+    default : the one that a table means which names none, "" where it must name one
     by_name : whether a variant with nothing but its name is written as that name alone
     """
 
     all: ClassVar[dict[str, "Slot"]] = {}
 
-    def __init__(self, key: str, package: str, chooser: str = "model", *, by_name: bool = False) -> None:
-        self.key, self.package, self.chooser, self.by_name = key, package, chooser, by_name
+    def __init__(
+        self, key: str, package: str, chooser: str = "model", *, default: str = "", by_name: bool = False
+    ) -> None:
+        self.key, self.package, self.chooser, self.default = key, package, chooser, default
+        self.by_name = by_name
         self.base: type[Variant] | None = None
         self.known: dict[str, type[Variant]] = {}
         self._searched = False
@@ -83,6 +87,14 @@ class Slot:
                 import_module(f"{self.package}.{module.name}")
             self.known = dict(sorted(self.known.items()))
         return self.known
+
+    def read(self, value: object) -> object:
+        """Return a choice as a table: a text is its name; own options imply it, else it is the default."""
+        if isinstance(value, dict) and self.chooser not in value:
+            implied = (name for name, part in self.variants.items() if part.implied_by.intersection(value))
+            chosen = next(implied, self.default)
+            return {self.chooser: chosen, **value} if chosen else value
+        return {self.chooser: value} if isinstance(value, str) else value
 
     def add(self, variant: "type[Variant]", name: str) -> None:
         """Take up a variant; one of a plug-in may be replaced by its later self, no other.
@@ -201,20 +213,21 @@ class Variant(Part):
             return handler(source)
         choices = {name: handler.generate_schema(part) for name, part in cls.slot.variants.items()}
         own = core_schema.plain_serializer_function_ser_schema(lambda part: part.model_dump())
-        return core_schema.tagged_union_schema(choices, cls.slot.chooser, serialization=own)
+        union = core_schema.tagged_union_schema(choices, cls.slot.chooser, serialization=own)
+        return core_schema.no_info_before_validator_function(cls.slot.read, union)
 
-
-def implied(base: type[Variant]) -> pydantic.BeforeValidator:
-    """Let options that one variant of a slot alone has choose it, where a table names none."""
-
-    def read(given: object) -> object:
-        if isinstance(given, dict) and base.slot.chooser not in given:
-            for name, part in base.slot.variants.items():
-                if part.implied_by.intersection(given):
-                    return {base.slot.chooser: name, **given}
-        return given
-
-    return pydantic.BeforeValidator(read)
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core: CoreSchema, handler: pydantic.GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """Offer the names of variants that require nothing else, where the slot stands for any of them."""
+        table = super().__get_pydantic_json_schema__(core, handler)
+        if not cls.is_slot():
+            return table
+        parts = [handler.resolve_ref_schema(part) for part in table.get("oneOf", [table])]
+        plain = [part for part in parts if not set(part.get("required", [])) - {cls.slot.chooser}]
+        names = [part["properties"][cls.slot.chooser]["const"] for part in plain]
+        return {"anyOf": [{"enum": names}, table]} if names else table
 
 
 @contextmanager

@@ -9,18 +9,10 @@ import numpy as np
 import pydantic
 from annotated_types import Ge, Le, MinLen
 
-from wearlab import options, slots
+from wearlab import options
 from wearlab.gears.sets import PLANETARY, UNSAID
 from wearlab.mesh import contacts, damping_laws, excitations, face_couplings, slow_errors, stiffnesses
 from wearlab.scene import gears, identity
-
-Stiffness = Annotated[
-    stiffnesses.StiffnessModel, *options.named("finite-element"), slots.implied(stiffnesses.StiffnessModel)
-]
-Contact = Annotated[contacts.ContactModel, *options.named("displacement")]
-Excitation = Annotated[excitations.ExcitationModel, *options.named("pairs")]
-FaceCoupling = Annotated[face_couplings.FaceCouplingModel, *options.named("pasternak")]
-
 
 Several = Annotated[tuple[options.Depth, ...], MinLen(1)]
 
@@ -76,15 +68,15 @@ class OneMesh(options.Part):
 
     alternatives = ((("damping",), ("damping_ratio",)),)
 
-    stiffness: Stiffness = stiffnesses.FiniteElementStiffness()
+    stiffness: stiffnesses.StiffnessModel = stiffnesses.FiniteElementStiffness()
     """stiffness of a tooth pair"""
-    contact: Contact = contacts.DisplacementContact()
+    contact: contacts.ContactModel = contacts.DisplacementContact()
     """how worn flanks touch"""
     extended_contact: options.Switch = options.option(None)
     """let tip corners touch beyond A and E, so that pairs engage and leave gradually under load; without, a
     pair takes up its share at A at once [true, but for Algorithm 1 and a stiffness of the whole mesh, which
     know no tip corners]. Source: Munro, Morrish & Palmer 1999; finite elements: docs/model_error.md"""
-    excitation: Excitation = excitations.PairsExcitation()
+    excitation: excitations.ExcitationModel = excitations.PairsExcitation()
     """how the mesh force reaches the dynamics"""
     normal_backlash: Annotated[options.Depth, options.NOT_NEGATIVE] | None = None
     """backlash j_bn along the line of action: back contact begins where drive contact ends at 0 [what shifts,
@@ -97,7 +89,7 @@ class OneMesh(options.Part):
     """mesh damping c_m; this or damping_ratio with dynamics [damping_ratio]. Source: L16 Table 1"""
     damping_in: Literal["contact", "always"] = "contact"
     """when the damping acts: while flanks touch, or always as in the papers. Source: wearlab"""
-    damping_law: Annotated[damping_laws.DampingLaw, *options.named("viscous")] = damping_laws.ViscousDamping()
+    damping_law: damping_laws.DampingLaw = damping_laws.ViscousDamping()
     """how the mesh loses energy, in contact and out of it. Source: wearlab"""
 
     face_load_factor: Annotated[options.Number, Ge(1)] = 1.0
@@ -106,7 +98,7 @@ class OneMesh(options.Part):
     misalignment: Annotated[Misalignment | None, gears.alone(Misalignment, options.Depth, "value")] = None
     """by how much the flanks open from the end of negative face_position to that of positive one [aligned].
     Source: ISO 6336-1"""
-    face_coupling: FaceCoupling | None = None
+    face_coupling: face_couplings.FaceCouplingModel | None = None
     """how the slices of a tooth hold each other along the face [elements with finite-element stiffness; none
     where it is prescribed; else pasternak]. Source: Ajmi & Velex 2005"""
     face_points: Annotated[options.Count, Ge(3), Le(401)] | None = None
@@ -270,7 +262,7 @@ class ErrorsSection(options.Part):
 
     seed: Annotated[options.Count, options.NOT_NEGATIVE] = 0
     """seed of the initial angles, drawn once. Source: wearlab"""
-    slow: Annotated[slow_errors.SlowErrorModel, *options.named("averaged")] = slow_errors.AveragedErrors()
+    slow: slow_errors.SlowErrorModel = slow_errors.AveragedErrors()
     """once-per-revolution parts: quadrature over member angles, one drawn angle, or the full period. Source:
     wearlab"""
     iso_1328_class: Grade | None = None

@@ -306,4 +306,4 @@ def _of_the_set(value: Any, info: pydantic.ValidationInfo) -> Any:
     return value
 
 
-Dynamics = Annotated[DynamicModel, *options.named(), pydantic.BeforeValidator(_of_the_set)]
+Dynamics = Annotated[DynamicModel, pydantic.BeforeValidator(_of_the_set)]

@@ -6,13 +6,13 @@ from typing import Annotated, Any, NamedTuple
 import pydantic
 from annotated_types import Le, MinLen
 
-from wearlab import options, slots, units
+from wearlab import options, units
 from wearlab.life import loads, steps
 from wearlab.scene import gears, identity
 from wearlab.wear import coefficients, initials, laws, patches, pressures, projections
 
 NAMES = (*dict.fromkeys((*gears.ALL_TOOTHED, *gears.ALL_FLANKS)), "carrier")
-OneCoefficient = Annotated[coefficients.CoefficientModel, *options.named()]
+OneCoefficient = coefficients.CoefficientModel
 
 
 def _per_member(value: Any, info: pydantic.ValidationInfo) -> Any:
@@ -67,13 +67,9 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple({units.rounded(value): value for value in sorted(values, reverse=True)}.values())[::-1]
 
 
-Initial = Annotated[
-    initials.InitialModel, *options.named("worn", "shape"), slots.implied(initials.InitialModel)
-]
-
-
 OF_FLANK: Any = {
-    flank: (Initial | None, options.option(None, f"initial wear of {flank}")) for flank in gears.ALL_FLANKS
+    flank: (initials.InitialModel | None, options.option(None, f"initial wear of {flank}"))
+    for flank in gears.ALL_FLANKS
 }
 InitialWears = pydantic.create_model(
     "InitialWears", __base__=options.Part, __doc__="Initial wear of each flank.", **OF_FLANK
@@ -131,9 +127,6 @@ class SnapshotOptions(options.Part):
             raise ValueError("give one of 'cycles', 'mesh_cycles', 'depth'")
 
 
-Step = Annotated[steps.StepMethod, *options.named("adaptive", "method")]
-
-
 def _no_table(value: Any) -> Any:
     return None if value == {} else value
 
@@ -145,20 +138,18 @@ class WearSection(options.Part):
 
     coefficient: Coefficient | None = None
     """wear coefficient k; required with until [nothing wears]. Source: Archard 1953"""
-    law: Annotated[laws.LawModel, *options.named("archard")] = laws.ArchardLaw()
+    law: laws.LawModel = laws.ArchardLaw()
     """how much is worn away in a cycle. Source: Archard 1953"""
-    load: Annotated[loads.LoadModel, *options.named()] = options.option(None)
+    load: loads.LoadModel = options.option(None)
     """force that wears: when the point is in contact, L16's Miner torque, or static [instant with dynamics,
     static without]. Source: L16 Eq. 25"""
     wohler_slope: Positive | None = None
     """Wöhler slope of the equivalent load; not printed in L16 [no equivalent_load]. Source: L16 Eq. 25"""
-    pressure: Annotated[pressures.PressureModel, *options.named("mean")] = pressures.MeanPressure()
+    pressure: pressures.PressureModel = pressures.MeanPressure()
     """Hertz pressure in the law; peak is 4/π times. Source: Archard 1953"""
-    projection: Annotated[projections.ProjectionModel, *options.named("normal")] = (
-        projections.NormalProjection()
-    )
+    projection: projections.ProjectionModel = projections.NormalProjection()
     """direction of the depth: along the normal, or W23's h/cos α. Source: W23 Eq. 33"""
-    contact_patch: Annotated[patches.PatchModel, *options.named("elastic")] = patches.ElasticPatch()
+    contact_patch: patches.PatchModel = patches.ElasticPatch()
     """over the width of contact wear is: taken point by point; spread; spread and felt; spread, felt and
     levelled by the pressure that redistributes inside. Source: Johnson 1985"""
     average_over_contact_width: options.Switch | None = None
@@ -170,7 +161,7 @@ class WearSection(options.Part):
     """where the life ends [one wear state]"""
     snapshots: SnapshotOptions | None = None
     """states stored on the way [accepted steps]"""
-    step: Step = steps.AdaptiveStep()
+    step: steps.StepMethod = steps.AdaptiveStep()
     """how the wear is stepped over cycles. Source: wearlab"""
 
     @classmethod

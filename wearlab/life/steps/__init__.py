@@ -19,7 +19,7 @@ Positive = Annotated[Number, POSITIVE]
 class StepMethod(Variant):
     """Any way to step the wear over cycles."""
 
-    slot: ClassVar[Slot] = Slot("wear.step", __name__, "method")
+    slot: ClassVar[Slot] = Slot("wear.step", __name__, "method", default="adaptive")
     chooser: ClassVar[str] = "method"
 
     def build(self) -> "Method":

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class ContactModel(Variant):
     """Any contact of worn flanks; ``tip_corners`` says whether it knows what touches beyond A and E."""
 
-    slot: ClassVar[Slot] = Slot("mesh.contact", __name__)
+    slot: ClassVar[Slot] = Slot("mesh.contact", __name__, default="displacement")
     tip_corners: ClassVar[bool] = True
     model_error: ClassVar[str] = ""
     """How far its gaps are known to be off, with the source of that; "": they are not."""

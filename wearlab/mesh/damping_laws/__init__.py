@@ -31,7 +31,7 @@ class MeshesInOperation(NamedTuple):
 class DampingLaw(Variant):
     """Any damping law of a mesh."""
 
-    slot: ClassVar[Slot] = Slot("mesh.damping_law", __name__, by_name=True)
+    slot: ClassVar[Slot] = Slot("mesh.damping_law", __name__, default="viscous", by_name=True)
     needs_oil: ClassVar[bool] = False
 
     def build(self, meshes: MeshesInOperation) -> Any:

@@ -22,7 +22,7 @@ ERROR = "transmission error that excites: unloaded, or loaded (counts F/k twice)
 class ExcitationModel(Variant):
     """Any excitation; ``by_pairs`` says whether pairs stay apart, which friction on flanks needs."""
 
-    slot: ClassVar[Slot] = Slot("mesh.excitation", __name__)
+    slot: ClassVar[Slot] = Slot("mesh.excitation", __name__, default="pairs")
     by_pairs: ClassVar[bool] = False
 
     def build(self) -> "ExcitationModel":

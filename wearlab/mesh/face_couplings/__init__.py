@@ -22,7 +22,7 @@ class FaceCouplingModel(Variant):
     elements go with it.
     """
 
-    slot: ClassVar[Slot] = Slot("mesh.face_coupling", __name__, by_name=True)
+    slot: ClassVar[Slot] = Slot("mesh.face_coupling", __name__, default="pasternak", by_name=True)
     of_contact: ClassVar[bool] = True
     of_elements: ClassVar[bool] = False
     model_error: ClassVar[str] = ""

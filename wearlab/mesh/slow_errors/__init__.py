@@ -20,7 +20,7 @@ class SlowErrorModel(Variant):
     members, so that a response lasts until the same teeth meet again.
     """
 
-    slot: ClassVar[Slot] = Slot("errors.slow", __name__, by_name=True)
+    slot: ClassVar[Slot] = Slot("errors.slow", __name__, default="averaged", by_name=True)
     realised: ClassVar[bool] = False
     turns: ClassVar[bool] = False
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class StiffnessModel(Variant):
     """Any stiffness model: where it jumps, and the `PairStiffness` at the nodes of a path."""
 
-    slot: ClassVar[Slot] = Slot("mesh.stiffness", __name__)
+    slot: ClassVar[Slot] = Slot("mesh.stiffness", __name__, default="finite-element")
 
     @property
     def of_mesh(self) -> bool:

@@ -31,8 +31,7 @@ def _model(value: Any) -> Any:
 
 
 Film = Annotated[
-    Annotated[options.Switch, Tag("switch")]
-    | Annotated[Annotated[FilmModel, *options.named()], Tag("model")],
+    Annotated[options.Switch, Tag("switch")] | Annotated[FilmModel, Tag("model")],
     Discriminator(_switch_or_model),
     BeforeValidator(_model),
 ]

@@ -27,7 +27,7 @@ class InitialModel(Variant):
     ``by_law`` says that the wear law of the scene makes it, so that only a run finds out its course.
     """
 
-    slot: ClassVar[Slot] = Slot("wear.initial", __name__, "shape")
+    slot: ClassVar[Slot] = Slot("wear.initial", __name__, "shape", default="worn")
     chooser: ClassVar[str] = "shape"
     keeps_table: ClassVar[bool] = True
     by_law: ClassVar[bool] = False

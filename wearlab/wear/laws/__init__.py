@@ -18,7 +18,7 @@ class LawModel(Variant):
     its rate is proportional to the wear coefficient, so that one life tells the coefficient.
     """
 
-    slot: ClassVar[Slot] = Slot("wear.law", __name__)
+    slot: ClassVar[Slot] = Slot("wear.law", __name__, default="archard")
     may_need: ClassVar[tuple[str, ...]] = NEEDS
     needs: ClassVar[tuple[str, ...]] = ()
     proportional: ClassVar[bool] = False

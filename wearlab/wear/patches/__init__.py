@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 class PatchModel(Variant):
     """Any contact patch."""
 
-    slot: ClassVar[Slot] = Slot("wear.contact_patch", __name__, by_name=True)
+    slot: ClassVar[Slot] = Slot("wear.contact_patch", __name__, default="elastic", by_name=True)
 
     def build(self, setting: "PatchSetting") -> "Patch | None":
         """Return the patch of one kind of mesh, None where wear is taken point by point."""

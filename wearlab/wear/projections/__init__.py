@@ -15,7 +15,7 @@ from wearlab.wear.path import WearPath
 class ProjectionModel(Variant):
     """Any direction of the depth."""
 
-    slot: ClassVar[Slot] = Slot("wear.projection", __name__, by_name=True)
+    slot: ClassVar[Slot] = Slot("wear.projection", __name__, default="normal", by_name=True)
 
     def factor(self, path: WearPath) -> Array:
         """Return the depth over that along the flank normal, (2, n) [1]."""
