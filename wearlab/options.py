@@ -31,6 +31,7 @@ from pydantic_core import CoreSchema
 
 from wearlab.units import HOUR, KINDS, is_number, quantity
 
+Text = str | None
 Alternatives = tuple[tuple[tuple[str, ...], ...], ...]
 
 
@@ -148,12 +149,7 @@ class ClosedTable(OptionTable):
 
 
 def option(
-    default: Any,
-    meaning: str | None = None,
-    *,
-    derived: str | None = None,
-    source: str | None = None,
-    identity: bool = True,
+    default: Any, meaning: Text = None, *, derived: Text = None, source: Text = None, identity: bool = True
 ) -> Any:
     """Declare an option of which more is to say than its default and the text under it.
 

@@ -8,8 +8,8 @@ written beside the runs it made, so that plans, figures and reports of them need
 import hashlib
 import json
 import sys
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -21,7 +21,7 @@ from pydantic import create_model
 
 from wearlab import options
 from wearlab.options import option
-from wearlab.slots import Origin, Slot, SlotError, Variant, changed, coming_from
+from wearlab.slots import ORIGIN, Origin, Slot, SlotError, Variant, changed, within
 
 GROUP = "wearlab.variants"
 FOLDER = "plugins"
@@ -156,14 +156,9 @@ class Trust(NamedTuple):
 _TRUST: ContextVar[Trust | None] = ContextVar("trust", default=None)
 
 
-@contextmanager
-def trusting(trust: Trust) -> Iterator[None]:
+def trusting(trust: Trust) -> AbstractContextManager[None]:
     """Hold to this while a campaign file is read: the command line trusts nothing unless told so."""
-    token = _TRUST.set(trust)
-    try:
-        yield
-    finally:
-        _TRUST.reset(token)
+    return within(_TRUST, trust)
 
 
 def read(named: str) -> Plugin:
@@ -270,7 +265,7 @@ def _run(plugin: Plugin) -> None:
     sys.modules[module.__name__] = module
     origin = Origin(plugin.name, plugin.sha256)
     try:
-        with coming_from(origin):
+        with within(ORIGIN, origin):
             exec(compile(plugin.source, plugin.name, "exec"), module.__dict__)
         for sort in Sort.all.values():
             sort.take(module, plugin)
@@ -327,7 +322,7 @@ def stand_in(text: str) -> None:
     try:
         record: Mapping[str, Any] = json.loads(text)
         origin = Origin(str(record["name"]), str(record["sha256"]), runs=False)
-        with coming_from(origin):
+        with within(ORIGIN, origin):
             for variant in record["variants"]:
                 _stand_in(variant)
         for word, sort in Sort.all.items():

@@ -35,7 +35,8 @@ class Origin(NamedTuple):
     runs: bool = True
 
 
-_ORIGIN: ContextVar[Origin | None] = ContextVar("origin", default=None)
+ORIGIN: ContextVar[Origin | None] = ContextVar("origin", default=None)
+"""Where variants come from that are defined now, None where they are wearlab's."""
 
 
 class SlotError(ValueError):
@@ -172,12 +173,12 @@ class Variant(Part):
             cls.slot.base = cls
             return
         cls._check_needs()
-        if _ORIGIN.get() is not None:
+        if ORIGIN.get() is not None:
             cls._read_defaults()
         field = cls.model_fields.get(cls.slot.chooser)
         names = get_args(field.annotation) if field is not None else ()
         if len(names) == 1 and isinstance(names[0], str):
-            cls.origin = _ORIGIN.get()
+            cls.origin = ORIGIN.get()
             cls.slot.add(cls, names[0])
 
     @classmethod
@@ -231,13 +232,13 @@ class Variant(Part):
 
 
 @contextmanager
-def coming_from(origin: Origin) -> Iterator[None]:
-    """Mark all variants that are defined within as coming from a plug-in."""
-    token = _ORIGIN.set(origin)
+def within(variable: ContextVar[Any], value: Any) -> Iterator[None]:
+    """Let a variable have a value within."""
+    token = variable.set(value)
     try:
         yield
     finally:
-        _ORIGIN.reset(token)
+        variable.reset(token)
 
 
 WHEN_CHANGED: list[Callable[[], object]] = []

@@ -307,17 +307,15 @@ def _plain(text: str) -> str:
 
 def _expression(text: str) -> str:
     """Return a unit as an expression with every product written out."""
-    plain, written, at = _plain(text), "", 0
-    if plain.strip() in ("", "1"):
+    plain, written = _plain(text).strip(), ""
+    if plain in ("", "1"):
         return "dimensionless"
-    while at < len(plain.rstrip()):
-        match = TOKEN.match(plain, at)
-        if match is None:
-            raise UnitError(f"{text!r} is not a known unit")
-        name, power, attached, unity, sign = match.groups()
+    tokens = [*TOKEN.finditer(plain)]
+    if "".join(token[0] for token in tokens) != plain:
+        raise UnitError(f"{text!r} is not a known unit")
+    for name, power, attached, unity, sign in (token.groups() for token in tokens):
         factor, exponent = ALIASES.get(name, name) if name else unity, power or attached
         if written and written[-1] not in "*/(" and (factor or sign == "("):
             written += "*"
         written += f"{factor}**{exponent}" if exponent else factor or sign.replace("·", "*").replace("⋅", "*")
-        at = match.end()
     return written

@@ -20,24 +20,6 @@ from wearlab.scene.wear import InitialWears, SnapshotOptions, StartWear, Until, 
 from wearlab.wear import coefficients
 from wearlab.wear.coefficients import CalibrationLife
 
-
-def one_line(scene: sections.Sections, written: Mapping[str, Any]) -> str:
-    """Return the gears with their teeth, torque and speed as written, how they move and whether they wear."""
-    teeth = " × ".join(str(gear.teeth) for gear in scene.gears.gears().values())
-    motion = "quasi-static" if scene.dynamics is None else scene.dynamics.chosen
-    wear = "no wear" if scene.wear is None else f"{scene.wear.load.chosen} wear"
-    operation = written.get("operation", {})
-    driven = [str(operation[key]) for key in ("torque", "power", "speed") if key in operation]
-    return ", ".join([f"{scene.gears.kind} {teeth}", *driven, motion, wear])
-
-
-def html(title: str, written: Mapping[str, Any]) -> str:
-    """Return everything that a scene's file says, section by section, below the scene in one line."""
-    said = [(escape(key), escape(str(value))) for key, value in merge.leaves(written)]
-    rows = "".join(f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in said)
-    return f"<p><b>{escape(title[1:-1])}</b></p><table>{rows}</table>"
-
-
 RESOLVED = ("operation", "lubricant")
 """Sections that put what follows from their options beside these: they are always read anew."""
 
@@ -195,12 +177,22 @@ class Scene(sections.Sections):
         return identity.canonical(self.model_dump())
 
     def __repr__(self) -> str:
-        return f"<Scene {self.id[:10]}: {one_line(self, self._mapping)}>"
+        """Return gears with their teeth, torque and speed as written, how it moves and whether it wears."""
+        teeth = " × ".join(str(gear.teeth) for gear in self.gears.gears().values())
+        operation = self._mapping.get("operation", {})
+        driven = [str(operation[key]) for key in ("torque", "power", "speed") if key in operation]
+        motion = "quasi-static" if self.dynamics is None else self.dynamics.chosen
+        wear = "no wear" if self.wear is None else f"{self.wear.load.chosen} wear"
+        told = ", ".join([f"{self.gears.kind} {teeth}", *driven, motion, wear])
+        return f"<Scene {self.id[:10]}: {told}>"
 
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        return html(repr(self), self._mapping)
+        """Return all that its file says, section by section, below the scene in one line."""
+        said = [(escape(key), escape(str(value))) for key, value in merge.leaves(self._mapping)]
+        rows = "".join(f"<tr><td>{key}</td><td>{value}</td></tr>" for key, value in said)
+        return f"<p><b>{escape(repr(self)[1:-1])}</b></p><table>{rows}</table>"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self._canonical == other._canonical
@@ -217,16 +209,13 @@ class Scene(sections.Sections):
             When only what they declare is known here.
         """
         origins = dict.fromkeys(part.origin for part in parts_within(self) if part.origin is not None)
-        for origin in origins:
-            if not origin.runs:
-                known = f"{origin.file} was not run, only its options are known"
-                raise plugins.PluginError(f"{known}: add {plugins.CONSENT}")
+        if unrun := [origin.file for origin in origins if not origin.runs]:
+            known = f"{unrun[0]} was not run, only its options are known"
+            raise plugins.PluginError(f"{known}: add {plugins.CONSENT}")
         sources = dict.fromkeys([*(origin.sha256 for origin in origins), *self.store.results.values()])
-        for name, sha256 in self.store.results.items():
-            if sha256 not in plugins.LOADED:
-                raise plugins.PluginError(
-                    f"the plug-in of {name!r} was not run, or is another one now: add {plugins.CONSENT}"
-                )
+        if other := [name for name, sha256 in self.store.results.items() if sha256 not in plugins.LOADED]:
+            told = f"the plug-in of {other[0]!r} was not run, or is another one now"
+            raise plugins.PluginError(f"{told}: add {plugins.CONSENT}")
         return tuple(plugins.LOADED[sha256] for sha256 in sources)
 
     def __reduce_ex__(self, protocol: Any) -> Any:

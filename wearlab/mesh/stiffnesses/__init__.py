@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import ConfigDict, ValidationInfo, model_validator
+from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
 from wearlab.options import POSITIVE, Number, Part, SpringRate, option
@@ -203,11 +203,8 @@ class TabulatedStiffness(PrescribedStiffness):
     stiffness: SkipJsonSchema[tuple[float, ...]]
     """stiffness [N/m], from the file"""
 
-    @model_validator(mode="before")
     @classmethod
-    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
-        if not isinstance(given, dict):
-            return given
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         return read_stiffness(given, (info.context or {}).get("base_directory"))
 
     def curve(self, pair: "GearPair") -> "PiecewiseCurve":

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import ConfigDict, ValidationInfo, model_validator
+from pydantic import ConfigDict, ValidationInfo
 from pydantic.json_schema import SkipJsonSchema
 
 from wearlab import arrays, table_options
@@ -192,11 +192,8 @@ class MeasuredWear(InitialModel):
     across: SkipJsonSchema[tuple[float, ...] | None] = None
     """place on the face in SI, from the file [a profile or a lead]"""
 
-    @model_validator(mode="before")
     @classmethod
-    def _contents(cls, given: Any, info: ValidationInfo) -> Any:
-        if not isinstance(given, dict):
-            return given
+    def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
         return table_options.read_profile(given, (info.context or {}).get("base_directory"))
 
     def flags(self, flank: str) -> Iterator[str]:
