@@ -161,7 +161,9 @@ def variables() -> str:
         parts += [f"## {group}", _table(("variable", "dims", "unit", "meaning", "made by"), rows)]
     parts += [
         "## Dimensions",
-        _table(("dimension", "what it counts"), [(f"`{d.name}`", d.meaning) for d in DIMENSIONS]),
+        _table(
+            ("dimension", "what it counts"), [(f"`{name}`", meaning) for name, meaning in DIMENSIONS.items()]
+        ),
     ]
     return "\n\n".join(parts) + "\n"
 

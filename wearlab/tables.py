@@ -410,23 +410,18 @@ def _date_kind(text: str) -> str | None:
     return next((kind for kind, pattern in kinds.items() if pattern.fullmatch(text)), None)
 
 
-def _layouts(texts: Sequence[str], place: Callable[[int], str]) -> Iterator[str]:
-    """Yield how the dates of a column may be written; all have day, month and year in one order.
+def _layouts(texts: Sequence[str], place: Callable[[int], str]) -> list[str]:
+    """Return how the dates of a column may be written; all have day, month and year in one order.
 
     Raises
     ------
     TableError : day and month cannot be told apart
     """
     kinds = {_date_kind(text) for text in texts}
-    days: list[str] = []
-    if "iso" in kinds:
-        yield "ISO8601"
-    if "named" in kinds:
-        days += [f"%d{sign}%b{sign}%{year}" for sign in "- " for year in "Yy"]
-    if "days" in kinds:
-        days += [f"{order}{year}" for order in _orders(texts, place) for year in ("%Y", "%y")]
-    for day in days:
-        yield from (f"{day}{clock}" for clock in CLOCKS)
+    orders = [*_orders(texts, place)] if "days" in kinds else []
+    orders += ["%d-%b-", "%d %b "] if "named" in kinds else []
+    iso = ["ISO8601"] if "iso" in kinds else []
+    return iso + [f"{order}%{year}{clock}" for order in orders for year in "Yy" for clock in CLOCKS]
 
 
 def _orders(texts: Sequence[str], place: Callable[[int], str]) -> Iterator[str]:

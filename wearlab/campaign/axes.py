@@ -11,7 +11,7 @@ from wearlab.scene.problems import shown
 from wearlab.schema import DIMENSIONS, VARIABLES
 from wearlab.units import UnitError, convert, is_number, is_quantity, rounded, split
 
-RESERVED = {dimension.name for dimension in DIMENSIONS} | set(VARIABLES) | {"case"}
+RESERVED = {*DIMENSIONS, *VARIABLES, "case"}
 GENERATORS = ("linspace", "logspace", "integers")
 SPREAD = frozenset((*GENERATORS, *distributions.DISTRIBUTIONS))
 OWN_WORDS = ("name", "labels", "sample")

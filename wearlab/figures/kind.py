@@ -191,7 +191,7 @@ def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
     axes = [axis for axis, key in keys.items() if key and name in key.split(".")]
     meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
     word = name.replace("_", " ").lower()
-    told = [one.name for one in schema.DIMENSIONS if word in one.meaning.lower() and one.name in {*known}]
+    told = [dim for dim, meaning in schema.DIMENSIONS.items() if word in meaning.lower() and dim in {*known}]
     if told and not axes and len(word) > 3:
         return f"{name} is called {' or '.join(map(repr, told[:2]))}"
     return f"{meant}{nearest.choices(name, sorted(known))}"

@@ -31,7 +31,7 @@ def figure_problems(campaign: Campaign) -> list[str]:
         except kind.FigureError as error:
             problems.append(str(error))
     axes = [name for axis in campaign.axes for name in (axis.name, *axis.coordinates)]
-    known = [*schema.VARIABLES, *(dimension.name for dimension in schema.DIMENSIONS), *axes]
+    known = [*schema.VARIABLES, *schema.DIMENSIONS, *axes]
     return [*problems, *claims.unknown_names(campaign, known)]
 
 
@@ -42,7 +42,7 @@ def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterat
     swept = {axis.name: axis.key for axis in campaign.axes}
     beside = {name for axis in campaign.axes for name in axis.coordinates}
     keys = {word for axis in campaign.axes for word in (axis.key, axis.key.rpartition(".")[2])}
-    names = {*swept, *beside, "case", *(dimension.name for dimension in schema.DIMENSIONS), *schema.VARIABLES}
+    names = {*swept, *beside, "case", *schema.DIMENSIONS, *schema.VARIABLES}
     along = names - set(schema.VARIABLES)
     for key in ask.select:
         if key not in names:

@@ -90,7 +90,7 @@ def _states(asked: list[Any], data: xr.Dataset, key: str, ask: kind.Ask) -> list
     return [index % count for index in asked]
 
 
-RUN_DIMENSIONS = frozenset(dimension.name for dimension in schema.DIMENSIONS)
+RUN_DIMENSIONS = frozenset(schema.DIMENSIONS)
 
 
 BASE = "base"

@@ -100,13 +100,9 @@ def labels_of(stages: Any) -> list[str]:
     return [stage.label or str(number) for number, stage in enumerate(stages, 1)]
 
 
-def _written(value: Any) -> str:
-    return "file" if isinstance(value, dict) else "blocks"
-
-
 Duty = Annotated[
     Annotated[tuple[DutyBlock, ...], pydantic.Tag("blocks")] | Annotated[DutyFile, pydantic.Tag("file")],
-    pydantic.Discriminator(_written),
+    pydantic.Discriminator(lambda given: "file" if isinstance(given, dict) else "blocks"),
     pydantic.BeforeValidator(_blocks),
     pydantic.AfterValidator(_shares),
 ]
@@ -140,14 +136,10 @@ class TorqueFluctuation(options.Part):
         return self.order if self.order is not None else (self.frequency or 0.0) * period
 
 
-def _harmonics(given: Any) -> str:
-    return "list" if isinstance(given, list | tuple) else "one"
-
-
 Fluctuation = Annotated[
     Annotated[TorqueFluctuation, pydantic.Tag("one")]
     | Annotated[tuple[TorqueFluctuation, ...], pydantic.Tag("list")],
-    pydantic.Discriminator(_harmonics),
+    pydantic.Discriminator(lambda given: "list" if isinstance(given, list | tuple) else "one"),
 ]
 
 

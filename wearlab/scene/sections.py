@@ -54,7 +54,6 @@ class Rating(options.Part):
 
 
 MOST = 1_000_000  # points; a state of the wear would take gigabytes
-DERIVED = "from the tolerance"
 
 
 class Numerics(options.Part):
@@ -150,6 +149,11 @@ class Sections(options.Part):
         if self.wear is None or self.wear.coefficient is None:
             return {}
         return {member: self.wear.coefficient_of(member) for member in self.gears.toothed}
+
+    @property
+    def prescribed(self) -> ErrorsSection:
+        """The prescribed errors, of which there are none where the scene leaves them out."""
+        return self.errors or ErrorsSection()
 
     def initial_of(self, flank: str) -> Any:
         """Return the wear that a flank starts with, None of a new one."""

@@ -127,10 +127,6 @@ class SnapshotOptions(options.Part):
             raise ValueError("give one of 'cycles', 'mesh_cycles', 'depth'")
 
 
-def _no_table(value: Any) -> Any:
-    return None if value == {} else value
-
-
 class WearSection(options.Part):
     """Archard's law along the path, stepped over cycles."""
 
@@ -155,7 +151,9 @@ class WearSection(options.Part):
     average_over_contact_width: options.Switch | None = None
     """another word: true for contact_patch = one-way, false for none [as contact_patch says]. Source: Archard
     1953"""
-    initial: Annotated[InitialWears | None, pydantic.BeforeValidator(_no_table)] = None
+    initial: Annotated[
+        InitialWears | None, pydantic.BeforeValidator(lambda given: None if given == {} else given)
+    ] = None
     """wear before the first cycle [new flanks]"""
     until: Until | None = None
     """where the life ends [one wear state]"""

@@ -7,7 +7,7 @@ The table is `variables.toml`; a group of it is what one part of a scene makes.
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from wearlab.nearest import meant
 from wearlab.plugins import Sort
@@ -16,16 +16,9 @@ from wearlab.units import UnitError, convert
 from wearlab.variable import Result, VariableGroup
 from wearlab.variable import Variable as Variable
 
-
-class Dimension(NamedTuple):
-    """What a dimension counts."""
-
-    name: str
-    meaning: str
-
-
 TABLE = tomllib.loads((Path(__file__).parent / "variables.toml").read_text(encoding="utf-8"))
-DIMENSIONS = tuple(Dimension(*item) for item in TABLE["dimensions"].items())
+DIMENSIONS: dict[str, str] = TABLE["dimensions"]
+"""What each dimension counts."""
 GROUPS = tuple(
     VariableGroup(
         group["name"],
@@ -90,7 +83,7 @@ class _Results(Sort):
         """Return which dimension, unit or need of a result nobody knows."""
         if value.name in VARIABLES and value.name not in self.known:
             return "wearlab has a variable of this name: give yours another"
-        variable, dims = value.variable, [dimension.name for dimension in DIMENSIONS]
+        variable, dims = value.variable, list(DIMENSIONS)
         for said, known in ((variable.dims, dims), (value.needs, list(VARIABLES))):
             for name in said:
                 if name not in known:

@@ -240,12 +240,11 @@ def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...
 
     They are drawn member after member from the seed.
     """
-    each = [harmonics.mesh_error(())]
     if gears.angles:
         each = _of_planetary(scene, gears)
-    elif scene.errors is not None:
+    else:
         members = tuple(_member(scene, gears, name) for name in gears.members)
-        each = [harmonics.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.errors.seed)]
+        each = [harmonics.mesh_error(members, _harmonics(scene, gears.mesh_names[0]), scene.prescribed.seed)]
     on_clock = zip(gears.mesh_kinds, gears.mesh_lags, each, strict=True)
     return tuple(clock.Mesh(kind, float(lag), error) for kind, lag, error in on_clock)
 
@@ -253,7 +252,7 @@ def build_meshes(scene: Scene, gears: gear_set.GearSet) -> tuple[clock.Mesh, ...
 def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.MemberError:
     """Return the errors that the file gives a toothed member, or that its ISO 1328 class allows."""
     own = gears.gears[name]
-    given: Any = scene.errors.members.get(name) if scene.errors is not None else None
+    given: Any = scene.prescribed.members.get(name)
     eccentricity = getattr(getattr(scene.gears, name), "eccentricity", None) or 0.0
     grade, total, tooth = iso_1328_class(scene, name), 0.0, 0.0
     if grade is not None:
@@ -267,10 +266,8 @@ def _member(scene: Scene, gears: gear_set.GearSet, name: str) -> harmonics.Membe
 
 def iso_1328_class(scene: Scene, name: str) -> int | None:
     """Return the accuracy class of a toothed member, None without one."""
-    if scene.errors is None:
-        return None
-    own = getattr(scene.errors.members.get(name), "iso_1328_class", None)
-    return scene.errors.iso_1328_class if own is None else own
+    own = getattr(scene.prescribed.members.get(name), "iso_1328_class", None)
+    return scene.prescribed.iso_1328_class if own is None else own
 
 
 def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
@@ -286,10 +283,8 @@ def class_flags(scene: Scene, gears: gear_set.GearSet) -> tuple[str, ...]:
 
 def _harmonics(scene: Scene, mesh: str) -> tuple[tuple[int, float, float], ...]:
     """Return the prescribed harmonics of one mesh, named itself or with all of its kind."""
-    given = scene.errors.harmonic if scene.errors is not None else ()
-    return tuple(
-        (h.order, h.amplitude, h.phase) for h in given if mesh == h.mesh or mesh.rpartition("-")[0] == h.mesh
-    )
+    own = [one for one in scene.prescribed.harmonic if one.mesh in (mesh, mesh.rpartition("-")[0])]
+    return tuple((one.order, one.amplitude, one.phase) for one in own)
 
 
 def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshError]:
@@ -298,7 +293,7 @@ def _of_planetary(scene: Scene, gears: gear_set.GearSet) -> list[harmonics.MeshE
     Seen from the carrier the sun brings its once-per-revolution error to planet n later by ψ_n, the ring,
     which turns the other way, earlier; a planet shows the ring the side away from the sun.
     """
-    random = np.random.default_rng(0 if scene.errors is None else scene.errors.seed)
+    random = np.random.default_rng(scene.prescribed.seed)
     angles = gears.sense * np.asarray(gears.angles)
     sun, *planets, ring = (
         harmonics.realised(_member(scene, gears, name), random)
@@ -322,7 +317,7 @@ def _pins(scene: Scene, angles: Any, random: Any) -> list[list[harmonics.Realisa
 
     A pin moved by p in the direction β sees ``−n·p`` in a mesh whose normal is turned by ψ ∓ α.
     """
-    members: Any = scene.errors.members if scene.errors is not None else {}
+    members: Any = scene.prescribed.members
     gears: Any = scene.gears
     carrier, planet = members.get("carrier"), members.get("planet")
     shared = [*(carrier.installation if carrier else ()), gears.carrier.eccentricity or 0.0]
