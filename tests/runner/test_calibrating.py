@@ -9,7 +9,7 @@ from wearlab.runner.plan import calibrations, plan
 from wearlab.runner.worker import Task
 from wearlab.scene import Scene
 from wearlab.scene.scene import calibrating
-from wearlab.simulation import calibration
+from wearlab.simulation import run as simulating
 from wearlab.store import Store
 from wearlab.store.export import export_attributes
 from wearlab.store.outcome import CALIBRATION, Outcome
@@ -47,11 +47,11 @@ def scene(torque):
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
     """A store with one campaign that is calibrated, its run, and the run that calibrated it."""
-    calibration._LIVES.clear()
+    simulating._LIVES.clear()
     store = Store(tmp_path_factory.mktemp("calibrating") / "store")
     report = run(campaign("170 N*m"), store, workers=1, progress=False)
     assert (report.total, report.done, report.computed) == (1, 1, 1)
-    assert not calibration._LIVES  # the store has it: the run did not live it again
+    assert not simulating._LIVES  # the store has it: the run did not live it again
     return store, scene("170 N*m").id, calibrating(scene("170 N*m")).id
 
 
@@ -76,7 +76,7 @@ def test_the_next_campaign_finds_it(kept, monkeypatch):
     store, _, by = kept
     planned = plan(campaign_of(campaign("340 N*m")), store)
     assert [one.id for one in planned.runs] == [scene("340 N*m").id]
-    monkeypatch.setattr(calibration, "_lived", None)  # nothing may be lived again
+    monkeypatch.setattr(simulating, "_lived", None)  # nothing may be lived again
     report = run(campaign("340 N*m"), store, workers=1, progress=False)
     assert report.computed == 1 and len(store.entries()) == 3
     found = store.run(scene("340 N*m").id)

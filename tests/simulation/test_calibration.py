@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearlab.scene.scene import calibrating
-from wearlab.simulation import Refused, calibration, simulate
+from wearlab.simulation import Refused, run, simulate
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_a_life_gives_back_its_coefficient(limited, film):
 
 
 def test_other_lives_are_predicted_with_one_calibration(limited):
-    calibration._LIVES.clear()
+    run._LIVES.clear()
     given = limited.replace("wear.coefficient", on(1e7))
     for changed, life in (
         (given, 1e7),
@@ -46,7 +46,7 @@ def test_other_lives_are_predicted_with_one_calibration(limited):
     assert float(worn.life) < 0.8e7
     light = simulate(given.replace("operation.torque", "170 N*m"))
     assert float(light.life) > 1.5e7
-    assert len(calibration._LIVES) == 1
+    assert len(run._LIVES) == 1
     ratio = float(light.calibrated_wear_coefficient / worn.calibrated_wear_coefficient)
     assert ratio == 1.0
 

@@ -9,8 +9,7 @@ from scipy.integrate import solve_ivp
 from wearlab.campaign import load
 from wearlab.life.history import SetRate
 from wearlab.scene.build import build
-from wearlab.simulation.living import live_through
-from wearlab.simulation.operating import stages_of
+from wearlab.simulation.living import live_through, stages_of
 from wearlab.simulation.run import simulate
 from wearlab.wear.law import wear_rate
 

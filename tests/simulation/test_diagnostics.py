@@ -7,7 +7,7 @@ import pytest
 
 from wearlab.campaign import load
 from wearlab.scene import Scene
-from wearlab.simulation import exact, run, simulate
+from wearlab.simulation import run, simulate, static
 
 CAMPAIGNS = Path(__file__).parents[2] / "campaigns"
 LIGHT = {
@@ -44,7 +44,7 @@ def test_a_life_whose_flanks_cannot_be_as_deep_as_a_diagnostic_looks_is_stored()
 
 
 def test_of_a_mesh_relationship_that_fails_the_rest_is_there(monkeypatch, brief):
-    monkeypatch.setattr(exact.relation, "contact_loss", failing)
+    monkeypatch.setattr(static.relation, "contact_loss", failing)
     ended = simulate(brief)
     assert ended.contact_loss.isnull().all() and ended.contact_angle.isnull().all()
     assert np.isfinite(ended.first_order_excess[-1, 0])

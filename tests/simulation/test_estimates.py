@@ -14,8 +14,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts, build
 from wearlab.simulation import estimates, simulate, twins, wear_off
 from wearlab.simulation.estimates import estimated
-from wearlab.simulation.living import live_through
-from wearlab.simulation.operating import stages_of
+from wearlab.simulation.living import live_through, stages_of
 from wearlab.simulation.twins import between_nodes, carried, rough_parts
 from wearlab.simulation.wear_off import above_nodes, end_of, late_rate, levelled
 

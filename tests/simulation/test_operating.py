@@ -9,7 +9,7 @@ from wearlab.life.limits import StopWear
 from wearlab.scene import Scene
 from wearlab.scene.problems import SceneError
 from wearlab.simulation import living, simulate
-from wearlab.simulation.operating import along_duty, in_order, stages_of
+from wearlab.simulation.living import along_duty, in_order, stages_of
 
 RATED = {"torque": "340 N*m", "speed": "1100 rpm"}
 EASY = {"torque": "170 N*m", "speed": "2200 rpm"}

@@ -7,7 +7,7 @@ import pytest
 
 from wearlab.scene import Scene, SceneError
 from wearlab.simulation import simulate
-from wearlab.simulation.over_speed import LINES, order_amplitudes
+from wearlab.simulation.attractors import LINES, order_amplitudes
 
 TABLE: dict[str, Any] = {
     "gears": {

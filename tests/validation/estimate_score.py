@@ -20,8 +20,7 @@ from wearlab.scene import Scene
 from wearlab.scene.build import Parts
 from wearlab.simulation import Refused, simulate
 from wearlab.simulation.estimates import Estimates, estimated
-from wearlab.simulation.living import live_through
-from wearlab.simulation.operating import stages_of
+from wearlab.simulation.living import live_through, stages_of
 from wearlab.simulation.trust import ENDS_OF_WORK, TRUSTED
 from wearlab.simulation.twins import carried
 from wearlab.simulation.vibration import phase_forces

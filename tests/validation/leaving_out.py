@@ -166,8 +166,7 @@ def _timed(one: Scene) -> float:
 def _run(one: Scene) -> None:
     """Build a scene, let it live, and work out everything that is stored of its states."""
     from wearlab.simulation import static, vibration
-    from wearlab.simulation.living import live_through
-    from wearlab.simulation.operating import stages_of
+    from wearlab.simulation.living import live_through, stages_of
 
     (stage,) = stages_of(one)
     parts, states = stage.first, live_through(one, (stage,)).state

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from peer_ladders import FORGOTTEN, HARMONICS, Course, course
 from transient import periods_to
 
+from wearlab.accuracy.curves import STEPS
 from wearlab.accuracy.ladder import SHARE
 from wearlab.accuracy.steady import Steady, reference, relative_error
-from wearlab.accuracy.steady_curves import STEPS
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.rigid import balance_of
 from wearlab.gears.specification import GearError

@@ -13,7 +13,7 @@ from wearlab.dynamics.orbits.response import Response
 from wearlab.dynamics.rigid import balance_of, true_derivative
 from wearlab.dynamics.steps import count, kernel
 from wearlab.dynamics.system import System
-from wearlab.life.vibration import Vibration
+from wearlab.life.coupled import Vibration
 from wearlab.mesh import excitation, stages
 from wearlab.mesh.force import Deflections
 from wearlab.scene import Scene

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from wearlab.accuracy import lives, steady
+from wearlab.accuracy import steady
+from wearlab.accuracy.curves import has_life, life_study, missing_peers, peers, steady_curves
 from wearlab.accuracy.ladder import Cost, Rung, WorkPrecision
-from wearlab.accuracy.steady_curves import missing_peers, peers, steady_curves
 from wearlab.scene import Scene
 from wearlab.simulation.label import CONVENTIONS, provenance
 
@@ -61,8 +61,8 @@ def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
     curves: tuple[WorkPrecision, ...] = ()
     disagreement: dict[str, float] = {}
     multiplier, notes = float("nan"), []
-    if lives.has_life(scene):
-        curves, apart = lives.life_study(scene, report)
+    if has_life(scene):
+        curves, apart = life_study(scene, report)
         disagreement = {"life": apart, "wear_depth": apart}
     elif scene.dynamics is not None:
         try:
@@ -78,7 +78,7 @@ def study(label: str, scene: Scene, report: Callable[[str], None]) -> Study:
 
 def expected_reports(scene: Scene) -> int:
     """Return about how often a study reports, for a progress bar."""
-    if lives.has_life(scene):
+    if has_life(scene):
         return 6
     return 9 + len(peers()) if scene.dynamics is not None else 0
 

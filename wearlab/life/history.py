@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.life import coupled, integrate, limits, record, step, vibration
+from wearlab.life import coupled, integrate, limits, step
 
 MOST_SAMPLES = 5
 """Accepted states on which the estimates of a life's errors rest."""
 
-Memory = tuple[vibration.Responses, float]
+Memory = tuple[coupled.Responses, float]
 
 
 class History(NamedTuple):
@@ -31,7 +31,7 @@ class History(NamedTuple):
 
     cycle: Array
     state: tuple[coupled.WearState, ...]
-    life: record.Life | None = None
+    life: integrate.Life | None = None
     sampled: "History | None" = None
     stages: "tuple[History, ...]" = ()
     seconds: Array | None = None
@@ -86,7 +86,7 @@ class SetRate:
 
     def __init__(self, coupling: coupled.Coupled) -> None:
         self.coupling = coupling.wearing()
-        self.responses: vibration.Responses = ()
+        self.responses: coupled.Responses = ()
         self.noise = 0.0
         resting = self.coupling.resting()
         self.still = None if resting is None else SetRate(resting)
@@ -134,7 +134,7 @@ class SetRate:
 def history(
     coupling: coupled.Coupled,
     wear: coupled.Wear,
-    integration: Callable[..., record.Life],
+    integration: Callable[..., integrate.Life],
     *,
     snapshots: limits.Snapshots,
     kept_work: float = np.inf,
@@ -159,7 +159,7 @@ def history(
     """
     rate = SetRate(coupling)
     rate.responses = coupling.evaluate(wear).responses
-    anchors: list[tuple[float, vibration.Responses]] = [(-np.inf, rate.responses)]
+    anchors: list[tuple[float, coupled.Responses]] = [(-np.inf, rate.responses)]
 
     def accepted(node: step.Node) -> None:
         anchors.append((node.cycle, rate.responses))

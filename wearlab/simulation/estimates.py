@@ -19,7 +19,7 @@ from wearlab.dynamics.forces.extremes import extremes
 from wearlab.life import coupled, history, limits
 from wearlab.mesh.face.grid import FaceGrid
 from wearlab.scene import build
-from wearlab.simulation import monitoring, operating, twins, wear_off
+from wearlab.simulation import living, twins, vibration, wear_off
 
 DEPTH_SHARE, LIFE_SHARE = 1.5, 1.0
 """Weights of the rougher twin's change of rate, set on the seeds 129943 and 830195 of drawn scenes."""
@@ -66,7 +66,7 @@ class Looked(NamedTuple):
     worn : the error of the wear at the samples; None where a state has no twin in one of the conditions
     """
 
-    stage: operating.Stage
+    stage: living.Stage
     lived: history.History
     worn: list[wear_off.WornFurther | None]
 
@@ -82,7 +82,7 @@ class Looked(NamedTuple):
         return [(state, state.twin.rate) for state in states if state.twin.rate is not None]
 
 
-def estimated(stage: operating.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
+def estimated(stage: living.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
@@ -111,7 +111,7 @@ def estimated(stage: operating.Stage, lived: history.History, inherited: float =
 
 
 def _looked(
-    stage: operating.Stage, lived: history.History, of: Callable[..., twins.Twins], inherited: float
+    stage: living.Stage, lived: history.History, of: Callable[..., twins.Twins], inherited: float
 ) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
     each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
@@ -139,7 +139,7 @@ def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tupl
     for parts, each in zip(stage.parts, conditions, strict=True):
         static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
         largest = [extremes(response).largest for state in each for response in state.responses]
-        hardest = max([hardest, *(_most(monitoring.over(own, static)) for own in largest)])
+        hardest = max([hardest, *(_most(vibration.over(own, static)) for own in largest)])
     said = {
         "the work of the life is used up before its end": life.end_reason in limits.ENDS_OF_WORK,
         "a response does not repeat": any(response.period == 0 for response in responses),
@@ -159,7 +159,7 @@ def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tupl
 def _loudest(lived: history.History, force: tuple[twins.ForceErrors, ...] | None) -> float:
     """Return the largest estimated error of a mesh force over the largest force, of all conditions [1]."""
     ratios = [
-        monitoring.over(errors.mesh, np.array([_largest(state) for state in lived.in_block(block).state]))
+        vibration.over(errors.mesh, np.array([_largest(state) for state in lived.in_block(block).state]))
         for block, errors in enumerate(force or ())
     ]
     return _most(np.ravel(ratios))
@@ -269,7 +269,7 @@ def rougher_over_face(parts: build.Parts) -> build.Parts:
     return build.build(scene.model_copy(update={"mesh": mesh, "numerics": numerics}))
 
 
-def estimated_over_face(stage: operating.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
+def estimated_over_face(stage: living.Stage, lived: history.History, inherited: float = 0.0) -> Estimates:
     """Estimate the errors of a life at its kept states.
 
     Parameters
@@ -283,7 +283,7 @@ def estimated_over_face(stage: operating.Stage, lived: history.History, inherite
     first, flat = stage.first, stage.first.coupling.flat
     with first.coupling.account.timed("estimates"):
         rougher_parts = [rougher_over_face(parts) for parts in stage.parts]
-        together, grids = operating.taking_turns(rougher_parts, stage.weight), _grids(rougher_parts[0])
+        together, grids = living.taking_turns(rougher_parts, stage.weight), _grids(rougher_parts[0])
         ends, rough = [lived.state[0], lived.state[-1]], list[coupled.WearState]()
         for state in ends:  # at the slices and nodes of the rougher twin
             each = zip(state.wear, _grids(first), grids, strict=True)

@@ -1,24 +1,157 @@
-"""The life of a scene: its initial wear, its own or of another run, then stage after stage to the end.
+"""The conditions a scene runs in, and its life through them: initial wear, then stage after stage to the end.
 
-What a run may do is bounded by the cost of its right-hand sides, never by seconds.
+The initial wear is a scene's own or that of another run. Conditions are one or several, and so are their
+datasets, which become one. What a run may do is bounded by the cost of its right-hand sides, not by seconds.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.shooting import RHS_PER_STEP
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.dynamics.system import System
-from wearlab.life import coupled, history, integrate, limits, record
+from wearlab.life import coupled, coupling, history, integrate, limits
 from wearlab.scene import Scene, build
+from wearlab.scene.operation import DutyBlock, OperationStage, labels_of
 from wearlab.scene.wear import is_replaced
-from wearlab.simulation import label, operating
+from wearlab.simulation import label
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What runs at a time: one condition, or several that take turns.
+
+    Parameters
+    ----------
+    parts : its physics
+    weight : share of the cycles of each condition [1]
+    speed : mean speed of the reference gear relative to the carrier, over time [rad/s]
+    coupling : contact, dynamics and wear of all conditions together
+    cycles : how long it lasts, None: to the limits of the scene
+    """
+
+    parts: tuple[build.Parts, ...]
+    weight: Array
+    speed: float
+    coupling: coupled.Coupled
+    cycles: float | None
+
+    @property
+    def first(self) -> build.Parts:
+        """The physics in the first condition; the flanks are the same in all."""
+        return self.parts[0]
+
+
+def stages_of(scene: Scene) -> tuple[Stage, ...]:
+    """Return the stages of a scene: one, unless it has stages of operation.
+
+    Raises
+    ------
+    GearError
+        When no such gears can exist or run.
+    """
+    operation = scene.operation
+
+    def alone(one: DutyBlock | OperationStage) -> Scene:
+        condition = operation.alone(one.torque, one.speed, operation.largest_torque)
+        return scene.model_copy(update={"operation": condition})
+
+    if operation.stages:
+        return tuple(stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages)
+    blocks = operation.blocks or ()
+    conditions, shares = [alone(block) for block in blocks], [block.share for block in blocks]
+    return (stage_of(conditions or [scene], shares or [1.0]),)
+
+
+def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None) -> Stage:
+    """Return conditions that take turns, of the cycles ``w_b = u_b ω_b / Σ u_b ω_b``.
+
+    Parameters
+    ----------
+    scenes : in one condition each
+    share : u, of the time; only their proportions count [1]
+    cycles : how long they last, None: to the limits of the scene
+    """
+    parts = tuple(map(build.build, scenes))
+    time, speed = np.asarray(share, float) / np.sum(share), np.array([part.gears.speed for part in parts])
+    weight = time * speed / (time @ speed) if len(parts) > 1 else np.ones(1)
+    mean_speed = float(coupling.mixture(time, list(speed)))
+    return Stage(parts, weight, mean_speed, taking_turns(parts, weight), cycles)
+
+
+def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled:
+    """Return conditions that take turns as one coupling."""
+    first, *others = (part.coupling for part in parts)
+    return coupling.DutyCoupling(first.kinds, (first, *others), weight) if others else first
+
+
+OF_THE_FLANKS = (
+    *("contact_ratio", "mesh_phase_offset", "slow_error", "error_weight", "specific_sliding"),
+    "mode_kind",
+)
+"""Variables that no torque or speed changes."""
+PADDED = ("mesh_period", "rival")
+"""Dimensions that one condition may have more of than another."""
+
+
+def along_duty(blocks: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the datasets of conditions that take turns as one, ``duty`` after ``update``."""
+    return _as_before(_concat(blocks, "duty"), "duty")
+
+
+def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the datasets of stages in order: states along ``update``, all else along ``stage``."""
+    along = [[name for name, var in one.data_vars.items() if "update" in var.dims] for one in stages]
+    states = [one[names] for one, names in zip(stages, along, strict=True)]
+    others = [one.drop_vars(names) for one, names in zip(stages, along, strict=True)]
+    joined = _concat(states, "update").merge(_concat(others, "stage"), join="outer")
+    return _as_before(joined, "stage")
+
+
+def _concat(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:
+    """Return datasets as one, NaN where one has less than another; no labels but numbers where it may."""
+    numbered = []
+    for dataset in each:
+        numbers = {dim: np.arange(dataset.sizes[dim]) for dim in PADDED if dim in dataset.dims}
+        numbered.append(dataset.drop_vars(list(dataset.coords)).assign_coords(numbers))
+    return xr.concat(numbered, along, join="outer", coords="minimal", combine_attrs="override")
+
+
+def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
+    """Return the joined variables in their usual order of dimensions; what no condition alters without it."""
+    restored = {}
+    for name, var in joined.drop_vars(PADDED, errors="ignore").data_vars.items():
+        if new in var.dims and name in OF_THE_FLANKS:
+            var = var.isel({new: 0})
+        elif new in var.dims:
+            var = var.transpose("update", new, ..., missing_dims="ignore")
+        restored[name] = var
+    return xr.Dataset(restored)
+
+
+def condition_coordinates(scene: Scene, lived: history.History) -> dict[str, Any]:
+    """Return the coordinates that tell the conditions of operation, none where there is but one."""
+    blocks, stages = scene.operation.blocks or (), (scene.operation.stages or ())[: len(lived.stages)]
+    told: dict[str, Any] = {}
+    for along, each in (("duty", blocks), ("stage", stages)):
+        if each:
+            told |= {f"{along}_{what}": [getattr(one, what) for one in each] for what in ("torque", "speed")}
+    if blocks:
+        share = np.array([block.share for block in blocks])
+        told |= {"duty": np.arange(1, len(blocks) + 1), "duty_share": share / share.sum()}
+    if stages:
+        labels = labels_of(scene.operation.stages)[: len(stages)]
+        kept = [len(lived.kept(k).cycle) for k in range(len(labels))]
+        told |= {"stage": labels, "update_stage": np.repeat(labels, kept)}
+    return told
+
 
 APART = 1e-9  # of the path: the two nodes of a step of the wear stand so far apart
 BEYOND = 1e-6  # of the path: nodes at its ends may differ by so much
@@ -143,7 +276,7 @@ def units(system: System) -> float:
     return work if system.friction_constant is None else FRICTIONAL * work
 
 
-def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Callable[..., record.Life]:
+def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Callable[..., integrate.Life]:
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
     tolerance = scene.numerics.cycle_tolerance or scene.numerics.tolerance
@@ -159,7 +292,7 @@ def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Calla
 
 def life_at_rate(
     scene: Scene, parts: build.Parts, rate: history.SetRate, wear: coupled.Wear
-) -> record.Life | None:
+) -> integrate.Life | None:
     """Integrate a wear rate of a scene in one condition to its end, no state kept; None: nothing wears on.
 
     Parameters
@@ -174,7 +307,7 @@ def life_at_rate(
     return integration(scene, parts, until)(rate, parts.coupling.flat(wear))
 
 
-def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.History:
+def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
     """Integrate the wear of a scene through all its stages, or evaluate its one state.
 
     Raises
@@ -212,13 +345,13 @@ def live_through(scene: Scene, stages: Sequence[operating.Stage]) -> history.His
     return _joined(histories, stages, reason)
 
 
-def _seconds(stage: operating.Stage, cycles: Any) -> Any:
+def _seconds(stage: Stage, cycles: Any) -> Any:
     """Return the time that cycles take [s], NaN where nothing turns."""
     return cycles * 2 * np.pi / (stage.speed or np.nan)
 
 
 def _integrated(
-    scene: Scene, stage: operating.Stage, wear: coupled.Wear, until: limits.Limits, before: float
+    scene: Scene, stage: Stage, wear: coupled.Wear, until: limits.Limits, before: float
 ) -> history.History:
     """Return the life of one stage; states that were passed in those before are no longer asked for."""
     parts = stage.first
@@ -234,11 +367,11 @@ def _integrated(
     )
 
 
-def _joined(each: list[history.History], stages: Sequence[operating.Stage], reason: str) -> history.History:
+def _joined(each: list[history.History], stages: Sequence[Stage], reason: str) -> history.History:
     """Return histories one after another; a later stage's first state is the end of the stage before."""
     lives = [lived.life for lived in each if lived.life is not None]
     whole, cycle, clock, error = each[0]._replace(stages=tuple(each)), 0.0, 0.0, 0.0
-    cycles, seconds, later = list[Array](), list[Array](), list[record.Life]()
+    cycles, seconds, later = list[Array](), list[Array](), list[integrate.Life]()
     for number, (stage, life) in enumerate(zip(stages, lives, strict=False)):
         kept = whole.kept(number).cycle
         cycles.append(cycle + kept)
@@ -274,13 +407,13 @@ OF_LIVES: dict[tuple[str, ...], Callable[[list[Any]], Any]] = {
 """How values of several lives become one."""
 
 
-def initial_wear(scene: Scene, parts: build.Parts, coupling: coupled.Coupled | None = None) -> coupled.Wear:
+def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | None = None) -> coupled.Wear:
     """Return the wear before the first cycle, of every kind of mesh, (2, n) each [m].
 
     Parameters
     ----------
     scene, parts : the scene and its physics
-    coupling : by which flanks are worn that are to be worn by this law, that of ``parts`` where left out
+    together : by which flanks are worn that are to be worn by this law, that of ``parts`` where left out
     """
     if scene.start is not None:
         return continued_wear(scene, parts)
@@ -305,7 +438,7 @@ def initial_wear(scene: Scene, parts: build.Parts, coupling: coupled.Coupled | N
         return wear
     try:
         flat = history.worn(
-            history.SetRate(coupling or parts.coupling),
+            history.SetRate(together or parts.coupling),
             parts.coupling.flat(wear),
             by_law,
             tolerance=scene.numerics.tolerance,

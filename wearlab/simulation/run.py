@@ -1,29 +1,19 @@
-"""A scene becomes its dataset."""
+"""A scene becomes its dataset, its wear coefficient found from one life where it is to have a given life."""
 
+import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from wearlab.gears.specification import GearError
 from wearlab.life import history, limits
-from wearlab.scene import Scene, build
-from wearlab.simulation import (
-    attractors,
-    calibration,
-    estimates,
-    exact,
-    label,
-    living,
-    operating,
-    over_speed,
-    rating,
-    static,
-    trust,
-    vibration,
-)
+from wearlab.options import Stored
+from wearlab.scene import Scene, build, calibrated_coefficient, calibrating
+from wearlab.simulation import attractors, estimates, label, living, rating, static, trust, vibration
+from wearlab.wear.coefficients import UNCALIBRATED, CalibrationLife, ConstantCoefficient
 
 LABELS: dict[str, Any] = {"axis": ["x", "y", "z"], "part": ["real", "imaginary"]}
 ALONG_STATES = ("mesh_cycles", "operating_hours", "preset_depth")
@@ -35,6 +25,23 @@ FIRST_STATE = {
     "faster than anything damps it; give mesh.damping_ratio or mesh.damping, or another speed",
 }
 """Why no first state can be, by what would end a life."""
+
+
+class Calibration(NamedTuple):
+    """A wear coefficient found from one life.
+
+    Parameters
+    ----------
+    life : that life, and the run that lived it
+    value : the constant k [m²/N]
+    error : estimated numerical error of it [m²/N]
+    told : what it was calibrated on, in words
+    """
+
+    life: CalibrationLife
+    value: float
+    error: float
+    told: str
 
 
 def simulate(scene: Scene) -> xr.Dataset:
@@ -55,25 +62,25 @@ def simulate(scene: Scene) -> xr.Dataset:
     """
     begun, clock = time.time(), time.perf_counter()
     try:
-        settled, calibrated = calibration.calibrated(scene)
-        stages = operating.stages_of(settled)
+        settled, calibration = calibrated(scene)
+        stages = living.stages_of(settled)
         lived = living.live_through(settled, stages)
     except GearError as error:
         raise label.Refused(str(error)) from error
     except limits.StopWear as stop:
         reason = FIRST_STATE.get(stop.reason, stop.reason)
         raise label.Refused(f"the gears cannot run in their first state: {reason}") from stop
-    dataset = _dataset(settled, stages, lived, calibrated, clock)
+    dataset = _dataset(settled, stages, lived, calibration, clock)
     dataset.attrs = {"Conventions": label.CONVENTIONS, **label.discovery(scene, begun)}
-    dataset.attrs |= label.provenance(scene, begun, None if calibrated is None else calibrated.life)
+    dataset.attrs |= label.provenance(scene, begun, None if calibration is None else calibration.life)
     return dataset
 
 
 def _dataset(
     scene: Scene,
-    stages: tuple[operating.Stage, ...],
+    stages: tuple[living.Stage, ...],
     lived: history.History,
-    calibrated: calibration.Calibration | None,
+    calibration: Calibration | None,
     clock: float,
 ) -> xr.Dataset:
     """Return what every condition of operation says for itself, and what is the life's."""
@@ -98,24 +105,24 @@ def _dataset(
     ]
     conditions = each[0][0]
     if scene.operation.duty is not None:
-        conditions = label.parts_of(operating.along_duty([label.joined(parts) for parts in each[0]]))
+        conditions = label.parts_of(living.along_duty([label.joined(parts) for parts in each[0]]))
     elif scene.operation.stage is not None:
-        conditions = label.parts_of(operating.in_order([label.joined(parts) for (parts,) in each]))
+        conditions = label.parts_of(living.in_order([label.joined(parts) for (parts,) in each]))
     values = static.life_values(scene, lived)
     if scene.wear is not None:
         values |= static.wear_values(first, lived) | static.preset_depth(scene, first, lived.state)
     if first.vibration is not None:
         values["attractor"] = vibration.attractor(lived)
     searches = [one.search for one in found]
-    told = () if calibrated is None else (calibrated.told,)
+    told = () if calibration is None else (calibration.told,)
     values |= trust.trust_values(reached, lived, errors, searches, told, inherited)
     values["model_error"] = label.diagnosed("model error", failures, "", trust.model_errors, scene, first)
-    if calibrated is not None:
-        values["calibrated_wear_coefficient"] = calibrated.value
-        values["error_estimate_wear_coefficient"] = calibrated.error
+    if calibration is not None:
+        values["calibrated_wear_coefficient"] = calibration.value
+        values["error_estimate_wear_coefficient"] = calibration.error
     values |= label.diagnosed("rating", failures, label.Values(), rating.rated, scene, first)
     coordinates = {"cycle": lived.cycle, **static.coordinates(first)}
-    coordinates |= operating.condition_coordinates(scene, lived)
+    coordinates |= living.condition_coordinates(scene, lived)
     coordinates |= {name: values.pop(name) for name in ALONG_STATES if name in values}
     sizes = {dim: n for variable in conditions.variables.values() for dim, n in variable.sizes.items()}
     coordinates |= {name: labels[: sizes[name]] for name, labels in LABELS.items() if name in sizes}
@@ -147,7 +154,7 @@ def _of_condition(
 
     values = found("quasi-static contact", static.mesh_values, parts, states)
     values |= found("values along the path", static.path_values, parts, states)
-    values |= exact.exact_values(parts, states, failures)
+    values |= static.exact_values(parts, states, failures)
     if parts.vibration is not None:
         values |= found("dynamics of the states", vibration.dynamic_values, parts, states)
         values |= found("modes", vibration.mode_values, parts)
@@ -158,7 +165,7 @@ def _of_condition(
     values |= attractors.attractor_values(coexisting)
     dynamics = parts.scene.dynamics
     if dynamics is not None and dynamics.response is not None:
-        values |= found("response over speed", over_speed.over_speed_values, parts, states[0])
+        values |= found("response over speed", attractors.over_speed_values, parts, states[0])
     return values
 
 
@@ -171,3 +178,55 @@ def _with_errors(values: label.Values, errors: estimates.Estimates, block: int, 
             values["error_estimate_bearing_force"] = bearing
     along = {name: values.pop(name) for name in ALONG_SPEED if name in values}
     return label.labelled(values, along)
+
+
+_LIVES: dict[str, CalibrationLife] = {}
+"""Lives that calibrate, by the run that would store them, as long as the process lives."""
+
+
+def calibrated(scene: Scene) -> tuple[Scene, Calibration | None]:
+    """Return the scene with a constant coefficient in place of a calibrated one, and how it was found.
+
+    The life to a depth is inversely proportional to k, whatever the load, the film and the dynamics do:
+    ``k = k' N(k') / N`` needs one life of these gears alone. A scene brings it along where a store has it.
+
+    Raises
+    ------
+    Refused
+        When these gears do not reach that depth.
+    """
+    wear, given = scene.wear, calibrated_coefficient(scene)
+    if wear is None or given is None:
+        return scene, None
+    life = scene.calibration or _lived(scene)
+    if life.end_reason != limits.WORN_OUT:
+        raise label.Refused(
+            f"these gears cannot be calibrated on {1e6 * given.depth:g} µm on the {given.flank}: "
+            f"their life ends before, by {life.end_reason}"
+        )
+    value = UNCALIBRATED * life.cycles / given.life
+    kept: dict[str, Any] = {"film": given.film, "factor": given.factor}
+    constant = ConstantCoefficient(model="constant", value=Stored(value), **kept)
+    told = (
+        f"wear coefficient {value:.4g} m²/N calibrated on a life of {given.life:.4g} cycles to "
+        f"{1e6 * given.depth:g} µm on the {given.flank} at {given.torque:g} N·m and "
+        f"{given.speed * 30.0 / math.pi:g} rpm"
+    )
+    if scene.errors is not None and scene.errors.slow.realised:
+        told += ", without the errors of this realisation"
+    settled = scene.model_copy(update={"wear": wear.model_copy(update={"coefficient": constant})})
+    return settled, Calibration(life, value, value * life.error / life.cycles, told)
+
+
+def _lived(scene: Scene) -> CalibrationLife:
+    """Return the life that calibrates a scene, lived here: no store is at hand, or it has none."""
+    alone = calibrating(scene)
+    assert alone is not None
+    if alone.id not in _LIVES:
+        stages = living.stages_of(alone)
+        (lived,) = living.live_through(alone, stages).stages
+        assert lived.life is not None
+        error = estimates.estimated(stages[0], lived).life or 0.0
+        cycles, reason = float(lived.life.cycle[-1]), lived.life.end_reason
+        _LIVES[alone.id] = CalibrationLife(alone.id, cycles, error, reason)
+    return _LIVES[alone.id]

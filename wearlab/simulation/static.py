@@ -1,6 +1,8 @@
 """The arrays of a gear set's life, named as the dataset names them: contact, what is worn, how long it lasts.
 
 Those of flanks with a width lie along the face before they do along the profile.
+
+The exact mesh relationship: where pairs touch, which are engaged, how gears lag.
 """
 
 import math
@@ -9,11 +11,13 @@ from typing import cast
 
 import numpy as np
 
+from wearlab import schema
 from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.gears.helix import overlap_ratio
-from wearlab.life import coupled, face, history
-from wearlab.mesh import force, harmonics
+from wearlab.life import coupled, coupling, history
+from wearlab.mesh import contact, force, harmonics
+from wearlab.mesh.exact import gaps, relation
 from wearlab.mesh.exact.flank import wear_slope
 from wearlab.scene import Scene, build
 from wearlab.simulation import label
@@ -152,14 +156,14 @@ def _over_period(
 OVER_PHASES = ("mesh_stiffness", "static_transmission_error", "unloaded_transmission_error")
 
 
-def states_of(states: Sequence[coupled.WearState], kind: int) -> list[face.FaceState]:
+def states_of(states: Sequence[coupled.WearState], kind: int) -> list[coupling.FaceState]:
     """Return the states of one kind of mesh whose flanks have a width."""
-    return [cast("face.FaceState", state.kind[kind]) for state in states]
+    return [cast("coupling.FaceState", state.kind[kind]) for state in states]
 
 
-def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) -> label.Values:
+def _of_face(parts: build.Parts, face: coupling.FaceCoupling, states: States) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
-    kinds = [coupling.kinds[mesh.kind] for mesh in parts.meshes]
+    kinds = [face.kinds[mesh.kind] for mesh in parts.meshes]
     values: label.Values = {
         "base_helix_angle": [kind.contact.helix.sense * kind.contact.helix.base_angle for kind in kinds],
         "overlap_ratio": [
@@ -169,14 +173,14 @@ def _of_face(parts: build.Parts, coupling: face.FaceCoupling, states: States) ->
     }
     if not all(kind.load > 0.0 for kind in parts.gears.kinds):
         return values
-    off = np.zeros((len(coupling.kinds), len(states)))
-    for number, kind in enumerate(coupling.kinds):
+    off = np.zeros((len(face.kinds), len(states)))
+    for number, kind in enumerate(face.kinds):
         for at, own in enumerate(states_of(states, number)):
             off[number, at] = np.abs(kind.contact.residuals(own.loads, kind.contact.analysis.load)).max()
     return values | {"residual_line_load": off.max(axis=0)}
 
 
-def normal_module(parts: build.Parts, kind: face.FaceKind) -> float:
+def normal_module(parts: build.Parts, kind: coupling.FaceKind) -> float:
     """Return the module of the normal section [m]."""
     return parts.kinds[0].pair.driving.module * math.cos(kind.contact.helix.angle)
 
@@ -224,6 +228,82 @@ def face_load_factor(width: Array, mean: Array, window: float) -> float:
     begin = np.clip(np.concatenate([edges, edges - window]), 0.0, total - window)
     within = np.interp(begin + window, edges, carried) - np.interp(begin, edges, carried)
     return float(within.max() / window / (carried[-1] / total))
+
+
+def exact_values(parts: build.Parts, states: States, failures: list[str]) -> label.Values:
+    """Return the mesh relationship at the stored phases, nothing where no mesh has exact contact.
+
+    All variables of its group in the table of variables; NaN for members not in a mesh, and for what fails.
+    """
+    if all(_meeting(kind.analysis) is None for kind in parts.kinds):
+        return {}
+    sizes = {"update": len(states), "member": len(parts.gears.members), "mesh": len(parts.meshes)}
+    sizes["pair"] = max(kind.analysis.grid.slots for kind in parts.kinds)
+    sizes |= {"phase": len(parts.phase), "end": 2}
+    (own,) = (group.variables for group in schema.GROUPS if "engaged" in group.variables)
+    values: label.Values = {
+        name: np.full([sizes[dim] for dim in variable.dims], np.nan) for name, variable in own.items()
+    }
+    values |= {"engaged": np.zeros(values["engaged"].shape, np.int8), "end": ["engages", "leaves"]}
+    for index, mesh in enumerate(parts.meshes):
+        if _meeting(parts.kinds[mesh.kind].analysis) is None:
+            continue
+        for update, state in enumerate(states):
+            told = f"exact mesh relationship of {parts.gears.mesh_names[index]}"
+            given = parts, values, (update, index), state.kind[mesh.kind]
+            label.diagnosed(told, failures, None, _fill, *given)
+    return values
+
+
+def _meeting(analysis: contact.ContactAnalysis) -> gaps.MeetingGaps | None:
+    """Return the gaps of an analysis that know which points meet, None without."""
+    return analysis.gaps if isinstance(analysis.gaps, gaps.MeetingGaps) else None
+
+
+def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], state: coupled.KindState) -> None:
+    """Fill in what one mesh does in one state: ``place`` is (update, mesh)."""
+    update, mesh = place
+    kind = parts.meshes[mesh].kind
+    pair, analysis = parts.kinds[kind].pair, parts.kinds[kind].analysis
+    grid, where, meeting = analysis.grid, parts.look(mesh, parts.phase), _meeting(analysis)
+    assert meeting is not None
+    found = relation.mesh_relation(meeting, state.wear, where.phase, grid.pair_numbers)
+    contact = parts.scene.mesh.of(parts.gears.kinds[kind].section).contact
+    if contact.by_threshold:
+        engaged = found.engaged_by_threshold(pair, contact.threshold)
+        single = relation.single_share(meeting.flanks, state.wear, contact.threshold)
+    else:
+        engaged = np.asarray(analysis.quasistatic(state.flanks.nodes, where).force.T > 0.0)
+        single = float(np.mean(engaged.sum(axis=0) == 1))
+    lag = (found.gap - found.unloaded_error) / pair.driven.base_radius
+    of_mesh: label.Values = {
+        "engaged": grid.into_slots(engaged.astype(float), 0.0),
+        "single_contact_share": single,
+        "rotation_lag": grid.into_slots(np.where(np.isfinite(lag), lag, np.nan), np.nan),
+        "unloaded_transmission_angle": found.unloaded_error / pair.driven.base_radius,
+    }
+    deepest = float(state.wear.max())
+    if deepest > 0.0:  # how far the first-order form is off, and the depth beyond which it is by 5 %
+        depth = relation.depth_of_disagreement(meeting.flanks, state.wear / deepest)
+        of_mesh["first_order_excess"] = relation.first_order_excess(meeting.flanks, state.wear)
+        of_mesh["first_order_depth"] = depth if np.isfinite(depth) else np.nan
+    for name, value in of_mesh.items():
+        values[name][(update, mesh, *map(slice, np.shape(value)))] = value
+    touched_alone, turned_alone = relation.lone_ranges(meeting.flanks, state.wear)
+    turned = np.where(np.isnan(found.contact_angle), np.nan, found.rotation_angle)
+    of_gears: label.Values = {
+        "contact_angle": [grid.into_slots(angles, np.nan) for angles in found.contact_angle],
+        "rotation_angle": [grid.into_slots(angles, np.nan) for angles in turned],
+        "meshing_range": relation.meshing_range(found.rotation_angle, engaged),
+        "contact_range": relation.meshing_range(found.contact_angle, engaged),
+        "lone_meshing_range": turned_alone,
+        "lone_contact_range": touched_alone,
+        "contact_loss": relation.contact_loss(pair, found.contact_angle, engaged),
+    }
+    for gear, body in enumerate(pair.gears):
+        member = parts.gears.members.index(body.name)
+        for name, each in of_gears.items():
+            values[name][(update, member, mesh, *map(slice, np.shape(each[gear])))] = each[gear]
 
 
 def path_values(parts: build.Parts, states: States) -> label.Values:

@@ -13,7 +13,7 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
 from wearlab.life import history
 from wearlab.scene import Scene, build
-from wearlab.simulation import estimates, monitoring, operating
+from wearlab.simulation import estimates, living, vibration
 from wearlab.wear.coefficients import CoefficientModel
 
 ENDS_AS_ASKED = ("cycles", "depth")
@@ -33,7 +33,7 @@ ENDS_OF_WORK = {
 
 
 def trust_values(
-    stages: Sequence[operating.Stage],
+    stages: Sequence[living.Stage],
     lived: history.History,
     errors: Sequence[estimates.Estimates],
     searches: Sequence[Search] = (),
@@ -126,7 +126,7 @@ def scene_validity(parts: build.Parts, lived: history.History) -> tuple[str, ...
         flags += build.contact.reached_limits(pair, analysis, state.wear[kind], nodes.gap, worst)
         flags += build.contact.cut_short(pair, analysis, nodes)
     if parts.face is None:
-        flags += monitoring.uncarried(parts, lived.state)
+        flags += vibration.uncarried(parts, lived.state)
     if parts.vibration is not None and len(parts.meshes) > 1:
         flags.append("coexisting attractors of a set of several meshes are not looked for")
     if lived.life is None:

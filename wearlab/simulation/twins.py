@@ -18,8 +18,8 @@ import numpy as np
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.forces import extremes, mesh_forces
 from wearlab.gears.specification import GearError
-from wearlab.life import history, limits, vibration
-from wearlab.life.coupled import Wear, WearState
+from wearlab.life import history, limits
+from wearlab.life.coupled import Responses, Wear, WearState
 from wearlab.mesh import clock, profile
 from wearlab.scene import build
 from wearlab.scene.build import Parts
@@ -89,7 +89,7 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
     return depths[:, rough.on_flank]
 
 
-def alike(parts: Parts, wear: Wear, start: vibration.Responses, other: WearState) -> WearState | None:
+def alike(parts: Parts, wear: Wear, start: Responses, other: WearState) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods of another."""
     try:
         found = parts.coupling.evaluate(wear, start)
@@ -99,7 +99,7 @@ def alike(parts: Parts, wear: Wear, start: vibration.Responses, other: WearState
     return found if periods[0] == periods[1] else None
 
 
-def _permanent_contact(responses: vibration.Responses) -> bool:
+def _permanent_contact(responses: Responses) -> bool:
     """Whether one pass was exact: no flank parted."""
     return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 

@@ -68,13 +68,13 @@ def _write(made: Any, out: Path) -> list[Path]:
 
 
 def _text(studies: "list[study.Study]", error: float | None, files: list[Path]) -> output.Text:
-    from wearlab.accuracy import pages, steady_curves
+    from wearlab.accuracy import curves, pages
 
     for title, (heads, rows) in pages.tables(studies, error).items():
         if rows:
             yield from ("", output.ShownTable(heads, rows, title))
-    if steady_curves.missing_peers():
-        yield f'\nnot installed: {", ".join(steady_curves.missing_peers())} (the extra "peers")'
+    if curves.missing_peers():
+        yield f'\nnot installed: {", ".join(curves.missing_peers())} (the extra "peers")'
     yield from ("", *map(str, files))
 
 

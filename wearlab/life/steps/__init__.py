@@ -50,7 +50,7 @@ class EulerStep(StepMethod):
 
     def build(self) -> "Method":
         """Return L16's method."""
-        from wearlab.life.euler import Euler
+        from wearlab.life.adaptive import Euler
 
         return Euler(self.threshold)
 
@@ -78,7 +78,7 @@ class FixedStep(StepMethod):
 
     def build(self) -> "Method":
         """Return equal steps."""
-        from wearlab.life.euler import Fixed
+        from wearlab.life.adaptive import Fixed
 
         if isinstance(self.size, StabilitySize):
             return Fixed(stability=self.size.stability)

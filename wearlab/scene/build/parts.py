@@ -10,10 +10,8 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.dynamics.modes import Modes, critical_speeds, mode_kinds, modes
 from wearlab.dynamics.orbits.response import dashpot_of
-from wearlab.life.coupled import MeshKind
-from wearlab.life.coupling import Coupling
-from wearlab.life.face import FaceCoupling, FaceKind
-from wearlab.life.vibration import Vibration
+from wearlab.life.coupled import MeshKind, Vibration
+from wearlab.life.coupling import Coupling, FaceCoupling, FaceKind
 from wearlab.mesh import clock, force, gear_set, profile, stages
 from wearlab.scene import Scene, presence
 from wearlab.scene.build import contact, mesh, sets

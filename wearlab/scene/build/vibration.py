@@ -14,7 +14,7 @@ from wearlab.dynamics import methods, modes, system
 from wearlab.dynamics.models import InMotion
 from wearlab.dynamics.steps import count, kernel
 from wearlab.gears import specification
-from wearlab.life.vibration import Vibration, hunting_grid
+from wearlab.life.coupled import Vibration, hunting_grid
 from wearlab.mesh import contact, gear_set, stages
 from wearlab.mesh.clock import Friction, Mesh, Sampling, look_within, sampling
 from wearlab.mesh.damping_laws import MeshesInOperation

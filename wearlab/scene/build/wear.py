@@ -12,7 +12,7 @@ from wearlab import compiled, slots
 from wearlab.arrays import Array
 from wearlab.gears.gear import GearPair
 from wearlab.life import coupled, limits, loads
-from wearlab.life.face import FaceKind
+from wearlab.life.coupling import FaceKind
 from wearlab.mesh import clock, contact, gear_set
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene

@@ -1,22 +1,32 @@
-"""Work-precision curves of a steady state: every knob, every named method, every peer."""
+"""Work-precision curves of a scene: of its steady state and of its life.
+
+Of a steady state every knob, every named method and every peer; of a life the steps over cycles, and the
+knobs below them.
+"""
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from copy import copy
 from functools import partial
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from wearlab.accuracy.equation import CyRKIntegrator, starting_state
-from wearlab.accuracy.ladder import LONG, SHARE, Rung, WorkPrecision, climbed, timing
+from wearlab.accuracy.ladder import ENOUGH, LONG, SHARE, Rung, WorkPrecision, climbed, timing
 from wearlab.accuracy.steady import Reference, Steady, relative_error, steady, stiffest_meshes, tight_steps
-from wearlab.arrays import Array
+from wearlab.arrays import Array, Index
 from wearlab.dynamics.methods import Newmark, Periodic, RungeKutta4, RungeKutta45
 from wearlab.dynamics.orbits.response import Response
-from wearlab.dynamics.steps.count import fastest_rate
-from wearlab.scene import Scene, mesh
+from wearlab.dynamics.steps import count, kernel
+from wearlab.gears.specification import GearError
+from wearlab.life import adaptive, history, integrate
+from wearlab.life.limits import CountedRate, Limits
+from wearlab.scene import Scene, build, mesh
+from wearlab.simulation import living, twins
 
 METHODS = ("RK45", "TSIT5", "VERN7", "DOP853")
 PEER_TOLERANCES = tuple(10.0 ** -np.arange(3.0, 9.5, 1.0))
@@ -72,12 +82,12 @@ def _rung(
         peer.integrate(answer.start, 1, tolerance, scale)
     if periods * (time.perf_counter() - begun) > LONGEST:
         return None
-    count = int(periods)
-    settled = peer.integrate(start, count, tolerance, scale)
+    settling = int(periods)
+    settled = peer.integrate(start, settling, tolerance, scale)
     if not np.isfinite(settled).all():
         return Rung(tolerance, float("inf"), float("nan"), float("nan"))
     motion = peer.states(settled, len(answer.force), problem.phase, tolerance, scale)
-    seconds = timing(lambda: peer.integrate(start, count + len(answer.force), tolerance, scale))
+    seconds = timing(lambda: peer.integrate(start, settling + len(answer.force), tolerance, scale))
     return Rung(
         tolerance, relative_error(problem.force_of_states(motion), answer.force), seconds, float("nan")
     )
@@ -114,7 +124,7 @@ def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterato
     if problem.vibration.fluctuation is None:
         yield from peer_curves(problem, answer, report)
     report("steps_per_period, rk4")
-    turn = fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
+    turn = count.fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
     stable = tuple(steps for steps in INTEGRATED_STEPS if turn / steps < STABLE_TURN)
     yield integrated_curve(problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
     report("steps_per_period, newmark")
@@ -247,3 +257,202 @@ def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
 
     rungs = climbed(PHASE_POINTS, rung_of)
     return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
+
+
+TIGHT_LIFE = 3e-8
+SECOND_METHOD = 1e-8
+MOST_ANALYSES = 200_000
+SHORT = 0.5
+"""A life that takes longer is timed once [s]."""
+
+
+class Wearing(NamedTuple):
+    """A scene that wears.
+
+    Parameters
+    ----------
+    parts : its physics
+    wear : (n_entries,) wear of all flanks at cycle 0 [m]
+    limits : where the life ends
+    """
+
+    parts: build.Parts
+    wear: Array
+    limits: Limits
+
+
+class TimedLife(NamedTuple):
+    """One life.
+
+    Parameters
+    ----------
+    cycle : its end [1]
+    depth : (n_entries,) wear depth there [m]
+    flank : (n_entries,) which flank each entry is on
+    analyses : contact analyses it took
+    seconds : wall time [s]
+    """
+
+    cycle: float
+    depth: Array
+    flank: Index
+    analyses: int
+    seconds: float
+
+
+def wearing(scene: Scene) -> Wearing:
+    """Build the life of a scene."""
+    parts = build.build(scene)
+    wear = parts.coupling.flat(living.initial_wear(scene, parts))
+    return Wearing(parts, wear, build.wear.build_limits(scene, parts.gears, parts.coupling))
+
+
+def has_life(scene: Scene) -> bool:
+    """Whether a scene wears until something."""
+    return scene.wear is not None and scene.wear.until is not None and scene.wear.coefficient is not None
+
+
+def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> TimedLife:
+    """Return the life by a method of stepping over cycles, timed a few times where it is short."""
+    begun = time.perf_counter()
+    life = _evolved(problem, method, tolerance)
+    seconds = time.perf_counter() - begun
+    if seconds < SHORT:
+        seconds = timing(lambda: _evolved(problem, method, tolerance))
+    flank = twins.flank_of_nodes(problem.parts)
+    return TimedLife(float(life.cycle[-1]), life.depth[-1], flank, life.count_rate_evaluations, seconds)
+
+
+def _evolved(problem: Wearing, method: integrate.Method, tolerance: float) -> integrate.Life:
+    return integrate.integrate(
+        history.SetRate(problem.parts.coupling),
+        problem.wear,
+        limits=problem.limits,
+        method=method,
+        tolerance=tolerance,
+        most_evaluations=MOST_ANALYSES,
+    )
+
+
+def second_life(problem: Wearing, end: float) -> TimedLife:
+    """Return the life by SciPy's DOP853, which shares no step with ours.
+
+    Parameters
+    ----------
+    problem : the life
+    end : a guess of its end [1]
+    """
+    begun = time.perf_counter()
+    counted = CountedRate(history.SetRate(problem.parts.coupling), MOST_ANALYSES)
+    scale = float(problem.limits.depth or 1e-6)
+    longest = problem.limits.cycles or 3.0 * end
+
+    def reaches_depth(cycle: float, depth: Array) -> float:
+        return float(depth[problem.limits.flank].max()) - (problem.limits.depth or np.inf)
+
+    reaches_depth.terminal = True  # type: ignore[attr-defined]
+    solution = solve_ivp(
+        lambda cycle, depth: counted(np.maximum(depth, 0.0)), (0.0, longest), problem.wear,
+        method="DOP853", rtol=SECOND_METHOD, atol=SECOND_METHOD * scale, first_step=1e-4 * end,
+        events=reaches_depth if problem.limits.depth is not None else None,
+    )  # fmt: skip
+    flank, seconds = twins.flank_of_nodes(problem.parts), time.perf_counter() - begun
+    return TimedLife(float(solution.t[-1]), solution.y[:, -1], flank, counted.count, seconds)
+
+
+def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:
+    """Return the relative errors of the life and of the wear depth at its end [1].
+
+    On other nodes only the deepest point of each flank is compared.
+    """
+    mine, exact = life.depth, reference.depth
+    if mine.shape != exact.shape:
+        mine, exact = _deepest(life), _deepest(reference)
+    depth = np.abs(mine - exact).max() / exact.max()
+    return abs(life.cycle / reference.cycle - 1.0), float(depth)
+
+
+def _deepest(life: TimedLife) -> Array:
+    """Return the largest wear depth of every flank [m]."""
+    return np.array([life.depth[life.flank == flank].max() for flank in np.unique(life.flank)])
+
+
+CYCLE_TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5)
+EULER_PARTS = (5, 10, 20, 40, 80, 160, 320, 640, 1280, 2560)
+"""Euler's thresholds: the largest depth at the end over these."""
+OF_LIVES = {
+    "numerics.profile_points": (25, 51, 101, 201, 401),
+    "numerics.steps_per_period": (32, 64, 128, 256, 512),
+    "numerics.tolerance": (1e-2, 1e-3, 1e-4, 1e-5),
+}
+"""Knobs below the steps over cycles."""
+ROUND_OFF = 1e-12
+"""A life without larger errors is known exactly: where it ends, the wear does not change its own rate."""
+UNMOVED = 3e-6
+"""Cycle tolerance while other knobs are turned."""
+FINEST_OF_LIVES, FINEST_STEPS, FINEST_EXACT_STEPS = 801, 2048, 768
+"""Nodes, and steps of a mesh period, while other knobs are turned: steps of order four, and of order nine in
+large systems."""
+
+
+def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...], float]:
+    """Return the curves of a scene's life, and how far a second method is from their reference [1]."""
+    report("life, reference")
+    problem = wearing(scene)
+    answer = lived(problem, adaptive.Adaptive(), TIGHT_LIFE)
+    other = second_life(problem, answer.cycle)
+    return tuple(life_curves(scene, problem, answer, report)), max(errors(other, answer))
+
+
+def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Report) -> Iterator[WorkPrecision]:
+    """Yield the curves, each for the life and for the wear depth at its end."""
+    report("life, cycle_tolerance")
+    ours = [(tolerance, lived(problem, adaptive.Adaptive(), tolerance)) for tolerance in CYCLE_TOLERANCES]
+    yield from _both("adaptive", "cycle_tolerance", "wearlab", ours, answer)
+    report("life, Euler thresholds")
+    deepest = float(answer.depth.max())
+    published = []
+    for parts in EULER_PARTS:
+        published.append((deepest / parts, lived(problem, adaptive.Euler(deepest / parts), 1e-3)))
+        if published[-1][1].seconds > ENOUGH:
+            break
+    yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')
+    vibration = problem.parts.vibration
+    exact = vibration is not None and not kernel.is_small(vibration.system)
+    steps = FINEST_EXACT_STEPS if exact else FINEST_STEPS
+    finest = {"numerics.profile_points": FINEST_OF_LIVES, "numerics.steps_per_period": steps}
+    truth = lived(wearing(scene.replace(finest)), adaptive.Adaptive(), UNMOVED)
+    for key, values in OF_LIVES.items():
+        if scene.dynamics is not None or key != "numerics.steps_per_period":
+            report(f"life, {key.rpartition('.')[2]}")
+            yield from _knob_of_life(scene, key, values, finest, truth)
+
+
+def _knob_of_life(
+    scene: Scene, key: str, values: tuple[float, ...], finest: dict[str, int], truth: TimedLife
+) -> Iterator[WorkPrecision]:
+    """Yield the curve of a knob that changes the rate of wear itself, all others at their finest.
+
+    The tolerance moves all the others, as it does in a run. What ends the life is exact, the other counts.
+    """
+    name, cells = key.rpartition(".")[2], []
+    for value in values:
+        finer = {} if name == "tolerance" else finest
+        with suppress(GearError):  # so few steps are refused
+            problem = wearing(scene.replace({**finer, key: value}))
+            steps = float(value) if name == "tolerance" else UNMOVED
+            cells.append((float(value), lived(problem, adaptive.Adaptive(), steps)))
+    counts = "wear_depth" if wearing(scene).limits.depth is None else "life"
+    yield from (c for c in _both(name, name, "wearlab", cells, truth) if c.quantity == counts)
+
+
+def _both(
+    name: str, knob: str, role: str, pairs: list[tuple[float, TimedLife]], answer: TimedLife, fixed: str = ""
+) -> Iterator[WorkPrecision]:
+    for index, quantity in enumerate(("life", "wear_depth")):
+        rungs = tuple(
+            Rung(setting, errors(solved, answer)[index], solved.seconds, solved.analyses)
+            for setting, solved in pairs
+        )
+        if any(rung.error > ROUND_OFF for rung in rungs):
+            yield WorkPrecision(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]
