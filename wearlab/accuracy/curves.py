@@ -95,14 +95,10 @@ def _rung(
 
 STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
 INTEGRATED_STEPS = tuple(2**power for power in range(5, 16))
-STABLE_TURN = 2.78  # rad: RK4 is stable while its steps turn the fastest mode by less
 RELATIVE = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 PROFILE_POINTS = (25, 51, 101, 201, 401, 801, 1601)
-FINEST_PROFILE = 3201
 PHASE_POINTS = (8, 16, 32, 64, 128, 256, 512)
-FINEST_PHASE = 8192
 HARMONICS = (1, 2, 3, 5, 8, 12, 20, 40)
-MOST_HARMONICS = 160
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 FINE = 2.5e-8
 """Error of the steps while other knobs are turned."""
@@ -125,7 +121,8 @@ def steady_curves(problem: Steady, answer: Reference, report: Report) -> Iterato
         yield from peer_curves(problem, answer, report)
     report("steps_per_period, rk4")
     turn = count.fastest_rate(problem.vibration.system, stiffest_meshes(problem)) * problem.vibration.period
-    stable = tuple(steps for steps in INTEGRATED_STEPS if turn / steps < STABLE_TURN)
+    # RK4 is stable while its steps turn the fastest mode by less than 2.78 rad
+    stable = tuple(steps for steps in INTEGRATED_STEPS if turn / steps < 2.78)
     yield integrated_curve(problem, answer, "rk4", stable, lambda left: RungeKutta4(tolerance=left))
     report("steps_per_period, newmark")
     yield integrated_curve(problem, answer, "newmark", INTEGRATED_STEPS, lambda left: Newmark(tolerance=left))
@@ -188,13 +185,17 @@ def adaptive_curve(problem: Steady, answer: Reference) -> WorkPrecision:
 
 
 def _integrated_rung(problem: Steady, answer: Reference, vibration: Any, setting: float) -> Rung:
-    begun = time.perf_counter()
-    response = problem.solve(vibration)
-    seconds = time.perf_counter() - begun
+    response, seconds = _timed(lambda: problem.solve(vibration), LONG)
     error = relative_error(problem.force_of(vibration, response), answer.force)
-    if seconds < LONG:
-        seconds = timing(lambda: problem.solve(vibration))
     return Rung(setting, error, seconds, response.counts.right_hand_sides)
+
+
+def _timed(action: Callable[[], Any], long: float) -> tuple[Any, float]:
+    """Return what an action returns and its wall time, of several where one is not ``long`` [s]."""
+    begun = time.perf_counter()
+    found = action()
+    seconds = time.perf_counter() - begun
+    return found, timing(action) if seconds < long else seconds
 
 
 def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
@@ -202,13 +203,13 @@ def knob_curves(problem: Steady, report: Report) -> Iterator[WorkPrecision]:
     report("profile_points")
     scene = problem.scene
     fine = scene.replace("numerics.steps_per_period", tight_steps(problem, FINE))
-    truth = _solved(fine.replace("numerics.profile_points", FINEST_PROFILE))[1]
+    truth = _solved(fine.replace("numerics.profile_points", 3201))[1]
     yield _knob(fine, "numerics.profile_points", PROFILE_POINTS, truth)
     report("tolerance")
     yield _knob(scene, "numerics.tolerance", TOLERANCES, truth)
     if scene.mesh.of(scene.gears.descriptor.sections[0]).excitation.chosen == "fourier":
         report("harmonics")
-        truth = _solved(with_harmonics(fine, MOST_HARMONICS))[1]
+        truth = _solved(with_harmonics(fine, 160))[1]
         rungs = climbed(HARMONICS, lambda count: _knob_rung(with_harmonics(fine, count), count, truth))
         fixed = "error_harmonics alike"
         yield WorkPrecision("harmonics", "stiffness_harmonics", "mesh_force", "wearlab", rungs, fixed)
@@ -250,7 +251,7 @@ def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     def largest(points: int) -> float:
         return float(problem.force_of(vibration, response, np.arange(points) / points).max())
 
-    truth = largest(FINEST_PHASE)
+    truth = largest(8192)
 
     def rung_of(points: int) -> Rung:
         return Rung(points, abs(largest(points) / truth - 1.0), timing(lambda: largest(points)), points)
@@ -259,11 +260,8 @@ def phase_points_curve(problem: Steady, answer: Reference) -> WorkPrecision:
     return WorkPrecision("phase_points", "phase_points", "dynamic_factor", "wearlab", rungs)
 
 
-TIGHT_LIFE = 3e-8
 SECOND_METHOD = 1e-8
 MOST_ANALYSES = 200_000
-SHORT = 0.5
-"""A life that takes longer is timed once [s]."""
 
 
 class Wearing(NamedTuple):
@@ -314,24 +312,15 @@ def has_life(scene: Scene) -> bool:
 
 def lived(problem: Wearing, method: integrate.Method, tolerance: float) -> TimedLife:
     """Return the life by a method of stepping over cycles, timed a few times where it is short."""
-    begun = time.perf_counter()
-    life = _evolved(problem, method, tolerance)
-    seconds = time.perf_counter() - begun
-    if seconds < SHORT:
-        seconds = timing(lambda: _evolved(problem, method, tolerance))
+    given: Any = {"limits": problem.limits, "method": method, "tolerance": tolerance}
+    given["most_evaluations"] = MOST_ANALYSES
+
+    def evolved() -> integrate.Life:
+        return integrate.integrate(history.SetRate(problem.parts.coupling), problem.wear, **given)
+
+    life, seconds = _timed(evolved, 0.5)
     flank = twins.flank_of_nodes(problem.parts)
     return TimedLife(float(life.cycle[-1]), life.depth[-1], flank, life.count_rate_evaluations, seconds)
-
-
-def _evolved(problem: Wearing, method: integrate.Method, tolerance: float) -> integrate.Life:
-    return integrate.integrate(
-        history.SetRate(problem.parts.coupling),
-        problem.wear,
-        limits=problem.limits,
-        method=method,
-        tolerance=tolerance,
-        most_evaluations=MOST_ANALYSES,
-    )
 
 
 def second_life(problem: Wearing, end: float) -> TimedLife:
@@ -390,16 +379,13 @@ ROUND_OFF = 1e-12
 """A life without larger errors is known exactly: where it ends, the wear does not change its own rate."""
 UNMOVED = 3e-6
 """Cycle tolerance while other knobs are turned."""
-FINEST_OF_LIVES, FINEST_STEPS, FINEST_EXACT_STEPS = 801, 2048, 768
-"""Nodes, and steps of a mesh period, while other knobs are turned: steps of order four, and of order nine in
-large systems."""
 
 
 def life_study(scene: Scene, report: Report) -> tuple[tuple[WorkPrecision, ...], float]:
     """Return the curves of a scene's life, and how far a second method is from their reference [1]."""
     report("life, reference")
     problem = wearing(scene)
-    answer = lived(problem, adaptive.Adaptive(), TIGHT_LIFE)
+    answer = lived(problem, adaptive.Adaptive(), 3e-8)
     other = second_life(problem, answer.cycle)
     return tuple(life_curves(scene, problem, answer, report)), max(errors(other, answer))
 
@@ -419,8 +405,8 @@ def life_curves(scene: Scene, problem: Wearing, answer: TimedLife, report: Repor
     yield from _both("Euler", "threshold", "as published", published, answer, 'step.method = "euler"')
     vibration = problem.parts.vibration
     exact = vibration is not None and not kernel.is_small(vibration.system)
-    steps = FINEST_EXACT_STEPS if exact else FINEST_STEPS
-    finest = {"numerics.profile_points": FINEST_OF_LIVES, "numerics.steps_per_period": steps}
+    # steps of order four, and of order nine in large systems
+    finest = {"numerics.profile_points": 801, "numerics.steps_per_period": 768 if exact else 2048}
     truth = lived(wearing(scene.replace(finest)), adaptive.Adaptive(), UNMOVED)
     for key, values in OF_LIVES.items():
         if scene.dynamics is not None or key != "numerics.steps_per_period":

@@ -16,8 +16,6 @@ Cost = Literal["seconds", "warm_seconds", "work"]
 
 FLOOR = 10.0
 """Errors below this many times the uncertainty of the reference say nothing of the order."""
-LEAST_SLOPES = 2
-FINEST_SLOPES = 3
 ALIKE = 4.0
 """Slopes that differ by more than this factor are no order."""
 COARSEST = 0.1
@@ -113,10 +111,9 @@ class WorkPrecision:
             for a, b in pairwise(told)
             if a.setting != b.setting and a.error > b.error
         ]
-        finest = slopes[-FINEST_SLOPES:]
-        if len(finest) < LEAST_SLOPES or max(finest) > ALIKE * min(finest):
-            return float("nan")
-        return float(np.median(finest))
+        finest = slopes[-3:]
+        alike = len(finest) >= 2 and max(finest) <= ALIKE * min(finest)
+        return float(np.median(finest)) if alike else float("nan")
 
     def cheapest(self, error: float) -> Rung | None:
         """Return the fastest rung that is good enough, where all finer ones are, too; None: there is none."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +10,9 @@ import xarray as xr
 
 from wearlab.accuracy.ladder import COARSEST, FLOOR
 from wearlab.accuracy.study import TARGETS, Study, cheapest_setting, comparison, knob_settings
-from wearlab.arrays import Array
 from wearlab.figures.plot import MARKERS, NAMES, Curve, LegendEntry, Panel, Pen, Plot, named
 
-COLOURS = dict(zip(("periodic", "Euler", "rk4", "rk45", "newmark"), NAMES, strict=False)) | {
-    "adaptive": NAMES[0]
-}
+COLOURS = dict(zip(("periodic", "Euler", "rk4", "rk45", "newmark"), NAMES, strict=False))
 PEER_COLOURS = ("#444444", "#777777", *NAMES[4:])
 DEFAULT = 1e-3
 """Tolerance of a scene that gives none."""
@@ -30,10 +28,6 @@ LIMITS = {
 WORDS = {"mesh_force": "mesh force", "wear_depth": "wear depth", "dynamic_factor": "dynamic factor"}
 
 
-Strokes = Mapping[str, Sequence[Curve]]
-"""By its name in the legend, a curve, and the place of the default setting where it has one."""
-
-
 class Axes(NamedTuple):
     """A pair of axes, and the pens of the names in its legend."""
 
@@ -41,13 +35,13 @@ class Axes(NamedTuple):
     pens: dict[str, Pen]
 
 
-def _axes(title: str, x_label: str, strokes: Strokes, unsure: float = np.nan) -> list[Axes]:
+def _axes(title: str, x_label: str, strokes: Mapping[str, list[Curve]], unsure: float = np.nan) -> list[Axes]:
     """Return the axes of curves, none where there are none.
 
     Parameters
     ----------
     title, x_label : texts
-    strokes : the curves
+    strokes : by its name in the legend, a curve, and the place of the default setting where it has one
     unsure : relative difference between the reference and the second method [1]; NaN: none that curves near
     """
     told = {name: drawn for name, drawn in strokes.items() if len(drawn[0].x)}
@@ -128,31 +122,24 @@ def _life_sides(made: xr.Dataset, x: str, label: str) -> list[Axes]:
     """Return a panel of both ways of stepping over cycles for every case and quantity."""
     steppers = made.isel(curve=made.knob.isin(("cycle_tolerance", "threshold")).values)
     sides = []
-    for name, case in _cases(made):
-        for quantity in ("life", "wear_depth"):
-            mine = _method_pens(steppers.isel(curve=(steppers.quantity == quantity).values))
-            strokes = {method: _of_life(case, curve, x, pen) for curve, method, pen in mine}
-            title = f"{name}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
-            sides += _axes(title, label, strokes, _unsure(case, quantity))
+    for (name, case), quantity in product(_cases(made), ("life", "wear_depth")):
+        mine = _method_pens(steppers.isel(curve=(steppers.quantity == quantity).values))
+        strokes = {method: _of_life(case, curve, x, pen) for curve, method, pen in mine}
+        title = f"{name}: {WORDS.get(quantity, quantity)}".removeprefix(": ")
+        sides += _axes(title, label, strokes, _unsure(case, quantity))
     return sides
 
 
 def _of_life(case: xr.Dataset, curve: str, x: str, pen: Pen) -> list[Curve]:
     """Return a curve of a life with its slope over the work, and the place of the default tolerance."""
-    one, drawn = case.sel(curve=curve), _curve(case, curve, x, pen)
-    slope = _slope(drawn.x, drawn.y, _unsure(case, one.quantity.item())) if x == "work" else float("nan")
+    one, drawn, slope = case.sel(curve=curve), _curve(case, curve, x, pen), float("nan")
+    told = (drawn.y > FLOOR * np.nan_to_num(_unsure(case, one.quantity.item()))) & (drawn.y < COARSEST)
+    if x == "work" and np.unique(drawn.x[told]).size >= 3:  # falling positive
+        slope = -float(np.polyfit(np.log(drawn.x[told]), np.log(drawn.y[told]), 1)[0])
     usual = np.isclose(one.setting, DEFAULT) & (one.error > 0.0).values
     at = np.flatnonzero(usual)[:1] if one.knob == "cycle_tolerance" else ()
     ring = [Curve(one[x].values[at], one.error.values[at], pen, "published")] if len(at) else []
     return [replace(drawn, text=_number(slope, "{:.1f}")), *ring]
-
-
-def _slope(x: Array, y: Array, unsure: float) -> float:
-    """Return the slope of a line through the logarithms, falling positive; NaN where points are too few."""
-    told = (y > FLOOR * (unsure if np.isfinite(unsure) else 0.0)) & (y < COARSEST)
-    if np.unique(x[told]).size < 3:
-        return float("nan")
-    return -float(np.polyfit(np.log(x[told]), np.log(y[told]), 1)[0])
 
 
 def _unsure(case: xr.Dataset, quantity: str) -> float:
@@ -222,8 +209,7 @@ def peer_rows(studies: Sequence[Study]) -> Rows:
             *(study.label, f"{error:.0e}", _milliseconds(c.ours), c.name),
             *(_milliseconds(c.peer), _number(c.peer / c.ours, "{:.1f}×")),
         )
-        for error in TARGETS
-        for study in studies
+        for error, study in product(TARGETS, studies)
         if (c := comparison(study, error)) is not None
     ]
 
@@ -231,11 +217,9 @@ def peer_rows(studies: Sequence[Study]) -> Rows:
 def life_rows(studies: Sequence[Study]) -> Rows:
     """Return the contact analyses of a life by adaptive steps and by Euler's, at equal errors."""
     rows: Rows = []
-    for study in studies:
-        for quantity in ("life", "wear_depth"):
-            curves = {c.name: c for c in study.curves if c.quantity == quantity}
-            if not {"adaptive", "Euler"} <= set(curves):
-                continue
+    for study, quantity in product(studies, ("life", "wear_depth")):
+        curves = {c.name: c for c in study.curves if c.quantity == quantity}
+        if {"adaptive", "Euler"} <= set(curves):
             ours, euler = curves["adaptive"], curves["Euler"]
             targets = [(f"{error:.0e}", error, ours.cost_to(error, "work")) for error in (1e-2, 1e-3, 1e-4)]
             targets += [
@@ -258,10 +242,7 @@ def cheapest_rows(studies: Sequence[Study], error: float | None) -> Rows:
         for quantity in dict.fromkeys(curve.quantity for curve in study.curves):
             best = cheapest_setting(study, quantity, asked)
             knobs = knob_settings(study, quantity, asked)
-            if best is None and not knobs:
-                rows.append((study.label, quantity, f"{asked:.0e}", "none reaches it", "", "", ""))
-                continue
-            chosen = ("", "", "")
+            chosen = ("" if knobs else "none reaches it", "", "")
             if best is not None:
                 curve, rung = best
                 setting = f"{curve.name}, {curve.knob} = {rung.setting:.4g}"
@@ -271,34 +252,26 @@ def cheapest_rows(studies: Sequence[Study], error: float | None) -> Rows:
     return rows
 
 
-def reference_rows(studies: Sequence[Study]) -> Rows:
-    """Return how well the second method agrees with each reference."""
-    apart = (", ".join(f"{name} {value:.1e}" for name, value in s.disagreement.items()) for s in studies)
-    return [(s.label, _number(s.multiplier, "{:.4f}"), told) for s, told in zip(studies, apart, strict=True)]
+HEADS = {
+    "Reference": ("case", "largest |multiplier|", "reference against second method"),
+    "Work and precision": (
+        *("case", "quantity", "curve", "knob", "order"),
+        *("to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3"),
+    ),
+    "Beside other integrators": ("case", "error", "ours", "fastest peer", "its time", "ratio"),
+    "Contact analyses of a life": ("case", "quantity", "error", "adaptive", "Euler", "ratio"),
+    "Cheapest setting": ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob"),
+}
 
 
 def tables(studies: Sequence[Study], error: float | None) -> dict[str, tuple[tuple[str, ...], Rows]]:
     """Return heads and rows of every table, by title; ``error`` is that of the cheapest settings."""
-    reached = ("to 1e-3", "to 1e-6", "warm to 1e-6", "work to 1e-3")
-    return {
-        "Reference": (
-            ("case", "largest |multiplier|", "reference against second method"),
-            reference_rows(studies),
-        ),
-        "Work and precision": (("case", "quantity", "curve", "knob", "order", *reached), curve_rows(studies)),
-        "Beside other integrators": (
-            ("case", "error", "ours", "fastest peer", "its time", "ratio"),
-            peer_rows(studies),
-        ),
-        "Contact analyses of a life": (
-            ("case", "quantity", "error", "adaptive", "Euler", "ratio"),
-            life_rows(studies),
-        ),
-        "Cheapest setting": (
-            ("case", "quantity", "asked for", "cheapest", "error", "time", "enough of each knob"),
-            cheapest_rows(studies, error),
-        ),
-    }
+    apart = (", ".join(f"{name} {value:.1e}" for name, value in s.disagreement.items()) for s in studies)
+    agree: Rows = [
+        (s.label, _number(s.multiplier, "{:.4f}"), of) for s, of in zip(studies, apart, strict=True)
+    ]
+    rows = agree, curve_rows(studies), peer_rows(studies), life_rows(studies), cheapest_rows(studies, error)
+    return {title: (heads, own) for (title, heads), own in zip(HEADS.items(), rows, strict=True)}
 
 
 def _number(value: float, form: str) -> str:

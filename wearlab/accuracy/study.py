@@ -140,13 +140,9 @@ ATTRIBUTES: dict[str, dict[str, str]] = {
     "largest_multiplier": {"long_name": "largest modulus of the Floquet multipliers"},
 }
 """Of a variable without units they are 1."""
-RUNG = {"setting": "setting", "error": "error", "run_time": "seconds", "work": "work"}
-RUNG |= {"run_time_warm": "warm_seconds"}
-REACHED: dict[str, Cost] = {
-    "time_to_error": "seconds",
-    "warm_time_to_error": "warm_seconds",
-    "work_to_error": "work",
-}
+RUNG = dict(setting="setting", error="error", run_time="seconds", work="work", run_time_warm="warm_seconds")
+REACHED: dict[str, Cost] = {"time_to_error": "seconds", "warm_time_to_error": "warm_seconds"}
+REACHED |= {"work_to_error": "work"}
 
 
 KEYS = ("name", "knob", "quantity", "role")
@@ -166,16 +162,14 @@ def dataset(title: str, studies: Sequence[Study], begun: float) -> xr.Dataset:
     keys = list(dict.fromkeys(key_of(curve) for study in studies for curve in study.curves))
     quantities = sorted({key[2] for key in keys})
     apart = [[study.disagreement.get(quantity, np.nan) for quantity in quantities] for study in studies]
-    every = [
-        (i, keys.index(key_of(curve)), curve) for i, study in enumerate(studies) for curve in study.curves
-    ]
-    longest = max((len(curve.rungs) for _, _, curve in every), default=0)
+    longest = max((len(curve.rungs) for study in studies for curve in study.curves), default=0)
 
     def table(width: int, values_of: Callable[[Study, WorkPrecision], list[float]]) -> Any:
         whole = np.full((len(studies), len(keys), width), np.nan)
-        for i, at, curve in every:
-            values = values_of(studies[i], curve)
-            whole[i, at, : len(values)] = values
+        for row, study in zip(whole, studies, strict=True):
+            for curve in study.curves:
+                values = values_of(study, curve)
+                row[keys.index(key_of(curve)), : len(values)] = values
         return whole
 
     def costs(cost: Cost) -> Any:
