@@ -103,9 +103,8 @@ class _Beside:
     def _look(self, tries: coexisting.Tries) -> None:
         again = coexisting.coexisting(self.response, self.method, max(self.most - self.steps, 0), tries)
         self.steps += int(again.spent * len(self.response.tables.width))
-        self.search = coexisting.Search(
-            None, self.search.starts + again.starts, self.search.periods + again.periods, again.cut_off
-        )
+        starts, periods = self.search.starts + again.starts, self.search.periods + again.periods
+        self.search = coexisting.Search(None, starts, periods, again.cut_off)
         if again.rival is not None and not any(_alike(again.rival, other) for other in self.rivals):
             self.rivals.append(again.rival)
 
@@ -131,15 +130,14 @@ def attractor_values(found: Sequence[Searched]) -> label.Values:
     """
     if not found:
         return {}
-    searches = [one.search for one in found]
-    values: label.Values = {"attractor_search": list(map(searched, searches))}
-    for what in ("starts", "periods"):
-        values[f"count_attractor_{what}"] = sum(getattr(search, what) for search in searches)
+    values: label.Values = {"attractor_search": [searched(one.search) for one in found]}
+    values["count_attractor_starts"] = sum(one.search.starts for one in found)
+    values["count_attractor_periods"] = sum(one.search.periods for one in found)
     if not any(one.rivals for one in found):
         return values
-    rows = [np.array([_described(other) for other in one.rivals]) for one in found]
-    width = max(own.shape[-1] for own in rows)
-    each = label.padded([own.reshape(-1, width) for own in rows])
+    rows = [[_described(other) for other in one.rivals] for one in found]
+    width = max(len(own) for row in rows for own in row)
+    each = label.padded([np.reshape(row, (-1, width)) for row in rows])
     least, largest = (force.transpose(0, 2, 1) for force in np.split(each[..., 2:], 2, axis=-1))
     told = {"period": each[..., 0], "multiplier": each[..., 1], "force_min": least, "force_max": largest}
     worst = {f"coexisting_{name}": own[..., 0] for name, own in told.items()}

@@ -65,9 +65,8 @@ def stages_of(scene: Scene) -> tuple[Stage, ...]:
 
     if operation.stages:
         return tuple(stage_of([alone(stage)], [1.0], stage.cycles) for stage in operation.stages)
-    blocks = operation.blocks or ()
-    conditions, shares = [alone(block) for block in blocks], [block.share for block in blocks]
-    return (stage_of(conditions or [scene], shares or [1.0]),)
+    conditions = [alone(block) for block in operation.blocks]
+    return (stage_of(conditions or [scene], [block.share for block in operation.blocks] or [1.0]),)
 
 
 def stage_of(scenes: Sequence[Scene], share: Sequence[float], cycles: float | None = None) -> Stage:
@@ -128,17 +127,16 @@ def _as_before(joined: xr.Dataset, new: str) -> xr.Dataset:
     """Return the joined variables in their usual order of dimensions; what no condition alters without it."""
     restored = {}
     for name, var in joined.drop_vars(PADDED, errors="ignore").data_vars.items():
-        if new in var.dims and name in OF_THE_FLANKS:
-            var = var.isel({new: 0})
-        elif new in var.dims:
-            var = var.transpose("update", new, ..., missing_dims="ignore")
+        if new in var.dims:
+            fixed = name in OF_THE_FLANKS
+            var = var.isel({new: 0}) if fixed else var.transpose("update", new, ..., missing_dims="ignore")
         restored[name] = var
     return xr.Dataset(restored)
 
 
 def condition_coordinates(scene: Scene, lived: history.History) -> dict[str, Any]:
     """Return the coordinates that tell the conditions of operation, none where there is but one."""
-    blocks, stages = scene.operation.blocks or (), (scene.operation.stages or ())[: len(lived.stages)]
+    blocks, stages = scene.operation.blocks, scene.operation.stages[: len(lived.stages)]
     told: dict[str, Any] = {}
     for along, each in (("duty", blocks), ("stage", stages)):
         if each:
@@ -168,10 +166,10 @@ def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
     Refused : the parent's wear was not handed over, or the parent has other flanks or wore the other side
     """
     assert scene.start is not None
-    given = scene.start_wear
+    given, run = scene.start_wear, scene.start.run
     if given is None:
         raise label.Refused(
-            f"this scene continues run {scene.start.run}: run it with the store that holds that one, "
+            f"this scene continues run {run}: run it with the store that holds that one, "
             "or hand over the wear: scene.with_start_wear(start_wear(parent, scene.start))"
         )
     wear = parts.coupling.unworn()
@@ -179,12 +177,10 @@ def continued_wear(scene: Scene, parts: build.Parts) -> coupled.Wear:
         if is_replaced(name, scene.start.replace):
             continue
         if name not in given.depth:
-            raise label.Refused(
-                f"run {scene.start.run} has no flank {name!r}: it has {', '.join(given.depth)}"
-            )
+            raise label.Refused(f"run {run} has no flank {name!r}: it has {', '.join(given.depth)}")
         if given.side.get(name) not in ("", None, scene.operation.drive_flank):
             raise label.Refused(
-                f"run {scene.start.run} wore the {given.side[name]} flanks, this one loads the "
+                f"run {run} wore the {given.side[name]} flanks, this one loads the "
                 f"{scene.operation.drive_flank} ones: they are new; leave [start] out"
             )
         kind, gear = parts.gears.flank(name)
@@ -323,12 +319,12 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
     histories: list[history.History] = []
     cycles, seconds, reason = 0.0, 0.0, ""
     for stage in stages:
-        gears, passed = stage.first.gears, (cycles, seconds)
-        until = build.wear.build_limits(scene, gears, stage.coupling, stage.speed, passed)
+        gears, before = stage.first.gears, (cycles, seconds)
+        until = build.wear.build_limits(scene, gears, stage.coupling, stage.speed, before)
         goes_on = stage.cycles is not None and (until.cycles is None or until.cycles > stage.cycles)
         until = until._replace(cycles=stage.cycles) if goes_on else until
         try:
-            lived = _integrated(scene, stage, wear, until, cycles)
+            lived = _integrated(stage, wear, until, cycles)
         except limits.StopWear as stop:
             if not histories:
                 raise
@@ -336,11 +332,9 @@ def live_through(scene: Scene, stages: Sequence[Stage]) -> history.History:
             break
         histories.append(lived)
         assert lived.life is not None
-        wear = stage.coupling.split(lived.life.depth[-1])
-        cycles += float(lived.life.cycle[-1])
-        seconds += _seconds(stage, float(lived.life.cycle[-1]))
-        reason = lived.life.end_reason
-        if not goes_on or lived.life.end_reason != limits.ALL_CYCLES:
+        wear, passed = stage.coupling.split(lived.life.depth[-1]), float(lived.life.cycle[-1])
+        cycles, seconds, reason = cycles + passed, seconds + _seconds(stage, passed), lived.life.end_reason
+        if not goes_on or reason != limits.ALL_CYCLES:
             break
     return _joined(histories, stages, reason)
 
@@ -350,11 +344,9 @@ def _seconds(stage: Stage, cycles: Any) -> Any:
     return cycles * 2 * np.pi / (stage.speed or np.nan)
 
 
-def _integrated(
-    scene: Scene, stage: Stage, wear: coupled.Wear, until: limits.Limits, before: float
-) -> history.History:
+def _integrated(stage: Stage, wear: coupled.Wear, until: limits.Limits, before: float) -> history.History:
     """Return the life of one stage; states that were passed in those before are no longer asked for."""
-    parts = stage.first
+    parts, scene = stage.first, stage.first.scene
     asked = build.wear.build_snapshots(scene, parts.gears, stage.coupling)
     left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
     return history.history(
@@ -418,10 +410,9 @@ def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | N
     if scene.start is not None:
         return continued_wear(scene, parts)
     wear = parts.coupling.unworn()
-    given = scene.wear
     by_law: dict[str, tuple[slice, float]] = {}
     for name in parts.gears.flanks:
-        flank = given.initial_of(name) if given is not None else None
+        flank = None if scene.wear is None else scene.wear.initial_of(name)
         if flank is None:
             continue
         kind, gear = parts.gears.flank(name)
@@ -436,14 +427,9 @@ def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | N
             wear[kind][gear] = flank.over_face(pair, gear, position, sliced)
     if not by_law:
         return wear
+    rate, flat = history.SetRate(together or parts.coupling), parts.coupling.flat(wear)
+    bounds = {"tolerance": scene.numerics.tolerance, "most_work": most_work(scene, parts)}
     try:
-        flat = history.worn(
-            history.SetRate(together or parts.coupling),
-            parts.coupling.flat(wear),
-            by_law,
-            tolerance=scene.numerics.tolerance,
-            most_work=most_work(scene, parts),
-        )
+        return parts.coupling.split(history.worn(rate, flat, by_law, **bounds))
     except ValueError as error:
         raise label.Refused(str(error)) from error
-    return parts.coupling.split(flat)

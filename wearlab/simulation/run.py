@@ -87,27 +87,19 @@ def _dataset(
     reached, first = stages[: len(lived.stages)], stages[0].first
     inherited = living.inherited_error(scene, first)
     found, failures = list[attractors.Searched](), list[str]()
-    by_condition = [
-        [
-            _of_condition(parts, lived.kept(k).in_block(block).state, lived.life, found, failures)
-            for block, parts in enumerate(stage.parts)
-        ]
-        for k, stage in enumerate(reached)
-    ]
     estimate = estimates.estimated if first.face is None else estimates.estimated_over_face
-    errors = [
-        label.diagnosed("estimates", failures, estimates.not_estimated(own), estimate, stage, own, inherited)
-        for stage, own in zip(reached, lived.stages, strict=True)
-    ]
-    each = [
-        [_with_errors(values, own, b, len(lived.kept(k).cycle)) for b, values in enumerate(by_condition[k])]
-        for k, own in enumerate(errors)
-    ]
-    conditions = each[0][0]
-    if scene.operation.duty is not None:
-        conditions = label.parts_of(living.along_duty([label.joined(parts) for parts in each[0]]))
-    elif scene.operation.stage is not None:
-        conditions = label.parts_of(living.in_order([label.joined(parts) for (parts,) in each]))
+    each, errors = list[label.Labelled](), list[estimates.Estimates]()
+    for k, (stage, own) in enumerate(zip(reached, lived.stages, strict=True)):
+        kept = [lived.kept(k).in_block(block).state for block in range(len(stage.parts))]
+        pairs = zip(stage.parts, kept, strict=True)
+        of_each = [_of_condition(parts, states, lived.life, found, failures) for parts, states in pairs]
+        unknown = estimates.not_estimated(own)
+        errors.append(label.diagnosed("estimates", failures, unknown, estimate, stage, own, inherited))
+        each += [_with_errors(one, errors[-1], block, len(kept[0])) for block, one in enumerate(of_each)]
+    conditions = each[0]
+    if scene.operation.duty is not None or scene.operation.stage is not None:
+        join = living.along_duty if scene.operation.duty is not None else living.in_order
+        conditions = label.parts_of(join(list(map(label.joined, each))))
     values = static.life_values(scene, lived)
     if scene.wear is not None:
         values |= static.wear_values(first, lived) | static.preset_depth(scene, first, lived.state)

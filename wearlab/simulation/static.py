@@ -73,7 +73,7 @@ def characteristic_points(parts: build.Parts) -> np.ndarray:
 
     One row (n,) for the two flanks of a pair; one for each flank where meshes of several kinds differ.
     """
-    longest = max(len(mesh_kind.analysis.grid.position) for mesh_kind in parts.kinds)
+    longest = max(len(kind.analysis.grid.position) for kind in parts.kinds)
     points = np.full((len(parts.kinds), longest), "", "U1")
     for letters, own in zip(points, parts.kinds, strict=True):
         for letter, where in own.pair.path._asdict().items():
@@ -241,9 +241,7 @@ def exact_values(parts: build.Parts, states: States, failures: list[str]) -> lab
     sizes["pair"] = max(kind.analysis.grid.slots for kind in parts.kinds)
     sizes |= {"phase": len(parts.phase), "end": 2}
     (own,) = (group.variables for group in schema.GROUPS if "engaged" in group.variables)
-    values: label.Values = {
-        name: np.full([sizes[dim] for dim in variable.dims], np.nan) for name, variable in own.items()
-    }
+    values: label.Values = {name: np.full([sizes[dim] for dim in own[name].dims], np.nan) for name in own}
     values |= {"engaged": np.zeros(values["engaged"].shape, np.int8), "end": ["engages", "leaves"]}
     for index, mesh in enumerate(parts.meshes):
         if _meeting(parts.kinds[mesh.kind].analysis) is None:
@@ -420,14 +418,13 @@ def preset_depth(scene: Scene, parts: build.Parts, states: States) -> label.Valu
     asked = [(depth, snapshots.flank) for depth in snapshots.depths]
     asked += [] if limit.depth is None else [(limit.depth, limit.flank)]
     depths = np.full((len(states), len(gears.flank_places)), np.nan)
-    entries = [coupling.entries(*place) for place in gears.flank_places]
     for row, state in zip(depths, states, strict=True):
         wear = coupling.flat(state.wear)
         for depth, flank in asked:
             if abs(float(wear[flank].max()) - depth) <= LANDED * depth:
                 counting = np.full(len(wear), -1.0)
                 counting[flank] = wear[flank]
-                row[np.argmax([counting[own].max() for own in entries])] = depth
+                row[np.argmax([counting[coupling.entries(*own)].max() for own in gears.flank_places])] = depth
     return {"preset_depth": depths}
 
 

@@ -38,14 +38,12 @@ def dynamic_values(parts: build.Parts, states: tuple[coupled.WearState, ...]) ->
     Averaged slow errors that the set answers to make one response an angle, along ``error_angle``.
     """
     lines, asked = lines_of(parts.moving, states), parts.scene.store.requested
-    each = [[_response_values(parts, state, one, lines) for one in state.responses] for state in states]
+    each = [[_values_of(parts, state, one, lines) for one in state.responses] for state in states]
     values = {name: label.of_states([[own[name] for own in row] for row in each]) for name in each[0][0]}
     return values | ({"order": lines} if any(name.endswith("_orders") for name in asked) else {})
 
 
-def _response_values(
-    parts: build.Parts, state: coupled.WearState, response: Response, lines: Array
-) -> Values:
+def _values_of(parts: build.Parts, state: coupled.WearState, response: Response, lines: Array) -> Values:
     vibration, kinds = parts.moving, state.flanks
     when = vibration.look(parts.phase)
     motions, (position, velocity) = vibration.motions(response, when), vibration.coordinates(response, when)
@@ -83,13 +81,9 @@ def _response_values(
         balance = energy.energy_balance(response, vibration.nominal)
         values |= {f"energy_{name}": power for name, power in balance._asdict().items()}
         values |= {"residual_energy": balance.residual, "efficiency": balance.efficiency}
-    if parts.wohler_slope is not None:
-        equivalent = [
-            loads.equivalent_force(own.flanks.analysis, own.weight, own.drive, parts.wohler_slope)
-            for own in state.kind
-        ]
-        levers = [parts.gears.lever(mesh.kind) * equivalent[mesh.kind] for mesh in parts.meshes]
-        values["equivalent_load"] = levers
+    if (slope := parts.wohler_slope) is not None:
+        equals = [loads.equivalent_force(k.flanks.analysis, k.weight, k.drive, slope) for k in state.kind]
+        values["equivalent_load"] = [parts.gears.lever(m.kind) * equals[m.kind] for m in parts.meshes]
     if has_bearings(parts):
         values["bearing_force"] = bearing_values(parts, position, velocity, values["normal_mesh_force"])
     return values | of_response(parts, response, lines)
@@ -227,11 +221,8 @@ def has_bearings(parts: build.Parts) -> bool:
 def mode_values(parts: build.Parts) -> Values:
     """Return natural frequencies and the speeds at which the mesh frequency meets them."""
     modes = build.build_modes(parts)
-    values = {
-        "natural_frequency": modes.modes.frequency,
-        "critical_speed": modes.critical_speed[0],
-        "mode_participation": modes.modes.participation.T,
-    }
+    values = {"natural_frequency": modes.modes.frequency, "critical_speed": modes.critical_speed[0]}
+    values["mode_participation"] = modes.modes.participation.T
     return values if modes.kinds is None else values | {"mode_kind": list(modes.kinds)}
 
 
@@ -271,10 +262,8 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
         raise label.Refused(str(error)) from error
     modes, size = table.modes, np.abs(table.modes.shape)
     moves = [np.asarray(table.coordinates)[own > 0.3 * own.max()] for own in size]
-    columns: dict[str, Any] = {
-        "mode": range(1, len(size) + 1),
-        "natural_frequency [Hz]": modes.frequency.tolist(),
-    }
+    columns: dict[str, Any] = {"mode": range(1, len(size) + 1)}
+    columns["natural_frequency [Hz]"] = modes.frequency.tolist()
     if table.kinds is not None:
         columns["kind"] = table.kinds
     columns |= {"moves": map(", ".join, moves), "excited by the mesh": map(bool, modes.excited())}
@@ -286,7 +275,7 @@ def modes_table(scene: Scene) -> list[dict[str, Any]]:
 
 HARMONICS, LINES = 40, 200
 """Mesh orders that a spectrum covers at least, and lines that it has at least."""
-ACCELERATION, DEFLECTION = "mesh_acceleration", "mesh_deflection"
+ACCELERATION = "mesh_acceleration"
 BAND = 10.0
 """Mesh orders that are looked at together for whether the steps carry them."""
 APART = 0.1
@@ -325,9 +314,8 @@ def of_response(parts: build.Parts, response: Response, lines: Array) -> Values:
             stored = vibration.read(mesh_acceleration_at, response, vibration.look(parts.phase))
             values[name] = stored.transpose(1, 0, 2)
         elif name in spectra:
-            signal = acceleration
-            if name == f"{DEFLECTION}_orders":
-                signal = vibration.motions(response, when).deflection
+            deflects = name == "mesh_deflection_orders"
+            signal = vibration.motions(response, when).deflection if deflects else acceleration
             values[name] = np.where(beyond, np.nan, np.abs(order_lines(signal, when.phase, weight, lines)))
         else:
             values[name] = STATISTICS[what](acceleration, weight)
