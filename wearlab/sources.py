@@ -11,12 +11,8 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-AFTER = frozenset(
-    (
-        *("gradients", "query", "campaign", "store", "runner", "comparison", "updating"),
-        *("figures", "report", "accuracy", "browsing", "cli", "__init__.py"),
-    )
-)
+ROOMS_AFTER = "gradients query campaign store runner comparison updating figures report accuracy browsing cli"
+AFTER = frozenset((*ROOMS_AFTER.split(), "__init__.py"))
 """Rooms that no run's numbers come from."""
 DYNAMICS = "dynamics"
 SHORT_ID = 10

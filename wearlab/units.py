@@ -19,11 +19,8 @@ from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 from wearlab.shop.materials import SCALES, HardnessError, pressure_of
 
-USUAL: dict[str, tuple[float, str]] = {
-    name: (factor, root)
-    for root, units in tomllib.loads((Path(__file__).parent / "units.toml").read_text("utf-8")).items()
-    for name, factor in units.items()
-}
+_ROOTS = tomllib.loads((Path(__file__).parent / "units.toml").read_text("utf-8"))
+USUAL = {name: (float(factor), root) for root, units in _ROOTS.items() for name, factor in units.items()}
 """What pint says of usual units, so that it need not be imported: factor, and the root unit it goes with."""
 
 

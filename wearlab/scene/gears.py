@@ -161,12 +161,9 @@ class Toothed(options.Part):
 
     @classmethod
     def _complete(cls, given: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        filled = dict(given)
-        if given.get("tip_diameter") is None:
-            filled.setdefault("addendum_coefficient", 1.0)
-        if given.get("root_diameter") is None:
-            filled.setdefault("dedendum_coefficient", 1.25)
-        return filled
+        addendum = {"addendum_coefficient": 1.0} if given.get("tip_diameter") is None else {}
+        dedendum = {"dedendum_coefficient": 1.25} if given.get("root_diameter") is None else {}
+        return {**addendum, **dedendum, **given}
 
 
 class GearOptions(Toothed):

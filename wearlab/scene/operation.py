@@ -66,12 +66,9 @@ def _blocks(given: Any, info: pydantic.ValidationInfo) -> Any:
     columns = named_texts({"columns": {}, **given}, "columns", '{ share = "duration" }')
     units = named_texts({"units": {}, **given}, "units", '{ torque = "N*m", speed = "rpm", share = "h" }')
     torque, speed, share = duty_table(named_file(given), columns, units, base)
-    total = sum(share)
-    return [
-        {"torque": options.Stored(t), "speed": options.Stored(n), "share": options.Stored(u / total)}
-        for t, n, u in zip(torque, speed, share, strict=True)
-        if u > 0.0
-    ]
+    total, keys = sum(share), ("torque", "speed", "share")
+    rows = zip(torque, speed, [part / total for part in share], strict=True)
+    return [dict(zip(keys, map(options.Stored, row), strict=True)) for row in rows if row[-1] > 0.0]
 
 
 def _shares(blocks: Any) -> Any:

@@ -35,13 +35,8 @@ ON_AXES: dict[str, str] = TABLE["on_axes"]
 """What axes of figures say of variables whose long name is long."""
 OVER_FACE = frozenset(TABLE["over_face"])
 """Variables with one more dimension, ``face`` before ``profile``, where flanks have a width."""
-CONTENTS = {
-    **dict.fromkeys(
-        ("error_estimate", "estimate_quality", "residual", "verdict", "validity", "model_error"),
-        "qualityInformation",
-    ),
-    **dict.fromkeys(("run_time", "count", "steps_cycle"), "auxiliaryInformation"),
-}
+QUALITY = ("error_estimate", "estimate_quality", "residual", "verdict", "validity", "model_error")
+CONTENTS = {"qualityInformation": QUALITY, "auxiliaryInformation": ("run_time", "count", "steps_cycle")}
 """Beginnings of names of what is no result of the model."""
 ON_REQUEST = tuple(name for group in TABLE["group"] if "on_request" in group for name in group["variables"])
 """Variables that are computed only when ``[store] variables`` names them."""
@@ -73,7 +68,7 @@ def _content(name: str) -> str:
     """Return what a variable is for catalogues, as ACDD 1.3 names it after ISO 19115-1."""
     if any(group.name == "coordinates" and name in group.variables for group in GROUPS):
         return "coordinate"
-    return next((content for begin, content in CONTENTS.items() if name.startswith(begin)), "modelResult")
+    return next((content for content, begins in CONTENTS.items() if name.startswith(begins)), "modelResult")
 
 
 class _Results(Sort):

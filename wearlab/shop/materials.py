@@ -11,8 +11,7 @@ ISO 18265 Table A.1 follows within 0.5 %. Conversions are valid within the table
 than some 5 %.
 """
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 KGF_PER_MM2 = 9.80665e6  # Pa
 BRINELL_PER_VICKERS = 0.95
@@ -62,12 +61,7 @@ def _within(number: float, limits: tuple[float, float], scale: str, table: str) 
         )
 
 
-SCALES: dict[str, Callable[[float], float]] = {
-    "HV": float,
-    "HRC": vickers_of_rockwell,
-    "HB": vickers_of_brinell,
-    "HBW": vickers_of_brinell,
-}
+SCALES: Any = {"HV": float, "HRC": vickers_of_rockwell, "HB": vickers_of_brinell, "HBW": vickers_of_brinell}
 
 
 def pressure_of(number: float, scale: str) -> float:
@@ -82,7 +76,7 @@ def pressure_of(number: float, scale: str) -> float:
     ------
     HardnessError : outside the range of the scale's table
     """
-    return KGF_PER_MM2 * SCALES[scale](number)
+    return KGF_PER_MM2 * float(SCALES[scale](number))
 
 
 class NamedMaterial(NamedTuple):

@@ -124,14 +124,13 @@ def build_vibration(scene: Scene, gears: gear_set.GearSet, clock: OnClock, stiff
 def damping_law(scene: Scene, gears: gear_set.GearSet, system: system.System) -> Any:
     """Return the damping law of the meshes, None where it is viscous."""
     kinds = [gears.kinds[kind] for kind in gears.mesh_kinds]
-    oil = scene.lubricant
     law = scene.mesh.of(kinds[0].section).damping_law
     operating = MeshesInOperation(
         damping=system.mesh_damping,
         force=np.array([kind.load for kind in kinds]),
         curvature_radius=np.array([float(kind.pair.equivalent_curvature(0.0)) for kind in kinds]),
         face_width=np.array([kind.pair.face_width for kind in kinds]),
-        viscosity=None if oil is None else oil.viscosity,
+        viscosity=None if scene.lubricant is None else scene.lubricant.viscosity,
     )
     return law.build(operating)
 
