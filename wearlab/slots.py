@@ -83,8 +83,7 @@ class Slot:
         """The variants by name, those of the package first."""
         if not self._searched:
             self._searched = True
-            package = import_module(self.package)
-            for module in iter_modules(package.__path__):
+            for module in iter_modules(import_module(self.package).__path__):
                 import_module(f"{self.package}.{module.name}")
             self.known = dict(sorted(self.known.items()))
         return self.known

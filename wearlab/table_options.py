@@ -114,8 +114,7 @@ def traces(across: Sequence[float] | None, count: int) -> dict[float, list[int]]
 
 
 def _check_order(abscissa: Sequence[float], x: str, whose: str) -> None:
-    rising = all(b >= a for a, b in pairwise(abscissa))
-    if not rising and not all(b <= a for a, b in pairwise(abscissa)):
+    if any(b < a for a, b in pairwise(abscissa)) and any(b > a for a, b in pairwise(abscissa)):
         raise TableError(f"{whose}: {x} neither rises nor falls throughout; sort the rows by {x}")
     if any(c == a for a, c in zip(abscissa, abscissa[2:], strict=False)):
         raise TableError(f"{whose}: {x} has the same value three times; twice marks a step")

@@ -141,8 +141,7 @@ class ReadTable:
         if quantity in mapped:
             return self.find(mapped[quantity])
         known = NAMES.get(quantity, (quantity,))
-        taken = set(mapped.values())
-        free = {n.lower().replace("-", " "): n for n in reversed(self.names) if n not in taken}
+        free = {n.lower().replace("-", " "): n for n in reversed(self.names) if n not in mapped.values()}
         other = None if quantity in NAMES else self.find(quantity)
         return next((free[word] for word in known if word in free), other)
 

@@ -76,11 +76,8 @@ def _essence(value: Any) -> Any:
 @cache
 def _defaults(part: type[options.Part]) -> dict[str, Any]:
     """Return the defaults of options by name, None where there is none."""
-    fields = part.model_fields.items()
-    return {
-        name: None if field.is_required() else field.get_default(call_default_factory=True)
-        for name, field in fields
-    }
+    fields = {name: field for name, field in part.model_fields.items() if not field.is_required()}
+    return {name: field.get_default(call_default_factory=True) for name, field in fields.items()}
 
 
 def stored(value: Any) -> Any:

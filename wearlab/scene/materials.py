@@ -140,8 +140,7 @@ class Lubricant(options.Part):
     def _words(self) -> oil.Oil | None:
         """Return the oil of a grade or of a datasheet, None where its viscosity is given."""
         if self.grade is not None:
-            index = self.viscosity_index or oil.USUAL_INDEX
-            return oil.of_grade(self.grade, index, self.density, self.base)
+            return oil.of_grade(self.grade, self.viscosity_index or oil.USUAL_INDEX, self.density, self.base)
         at_40, at_100 = self.kinematic_viscosity_40, self.kinematic_viscosity_100
         if not at_40 and not at_100:
             return None

@@ -284,11 +284,10 @@ def calibrating(scene: Scene) -> Scene | None:
         "snapshots": SnapshotOptions.model_construct(depth=(given.depth,), flank=given.flank),
         "wohler_slope": wear.wohler_slope if wear.load.needs_slope else None,
     }
-    drawn = scene.errors is not None and scene.errors.slow.realised
     changed = {
         "wear": wear.model_copy(update=worn),
         "dynamics": None if dynamics is None else dynamics.model_copy(update={"response": None}),
-        "errors": None if drawn else scene.errors,
+        "errors": None if scene.prescribed.slow.realised else scene.errors,
         "lubricant": scene.lubricant if given.film or scene.mesh.damping_law.needs_oil else None,
         "operation": scene.operation.alone(given.torque, given.speed),
         "start": None,

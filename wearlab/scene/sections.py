@@ -140,8 +140,7 @@ class Sections(options.Part):
     @property
     def meshes(self) -> dict[str, OneMesh]:
         """What holds for each kind of mesh, by the path of the table that says it."""
-        tables = self.gears.descriptor.sections
-        return {f"mesh.{table}".rstrip("."): self.mesh.of(table) for table in tables}
+        return {f"mesh.{table}".rstrip("."): self.mesh.of(table) for table in self.gears.descriptor.sections}
 
     @property
     def coefficients(self) -> dict[str, Any]:

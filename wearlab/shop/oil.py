@@ -68,9 +68,8 @@ def of_grade(
     ------
     ValueError : no such viscosity index
     """
-    at_40 = float(grade)
-    at_100 = CENTISTOKES * viscosity_at_100(at_40, index)
-    return of_datasheet(CENTISTOKES * at_40, at_100, density, base)
+    at_100 = viscosity_at_100(float(grade), index)
+    return of_datasheet(CENTISTOKES * grade, CENTISTOKES * at_100, density, base)
 
 
 def of_datasheet(at_40: float, at_100: float, density: float | None = None, base: str = "mineral") -> Oil:

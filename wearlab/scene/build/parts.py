@@ -138,8 +138,7 @@ class Parts:
             flags += [] if given is None else given.told
         bearings = self.vibration is not None and self.vibration.system.on_bearings
         loads = [mesh.largest_load(scene, kind) for kind in gears.kinds]
-        told = contact.helix_flags(gears, loads, bearings=bearings)
-        return (*dict.fromkeys(flags), *told)
+        return (*dict.fromkeys(flags), *contact.helix_flags(gears, loads, bearings=bearings))
 
 
 def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Parts:
@@ -199,8 +198,7 @@ def build_modes(parts: Parts, orders: int = 3) -> SceneModes:
     """Return the modes of a scene with dynamics, with the mean stiffness of its unworn mesh."""
     system = parts.moving.system
     mean = [unworn_stiffness(kind)[0] for kind in parts.coupling.kinds]
-    stiffness = np.array([mean[mesh.kind] for mesh in parts.meshes])
-    system_modes = modes(system, stiffness)
+    system_modes = modes(system, np.array([mean[mesh.kind] for mesh in parts.meshes]))
     return SceneModes(
         system_modes,
         critical_speeds(system_modes.frequency, parts.gears.input_teeth, orders),

@@ -21,9 +21,8 @@ def build_pair(scene: Scene) -> GearPair:
     gears: Any = scene.gears
     (first, second), basics = transverse_section(gears)
     driving, internal = scene.operation.input, gears.kind == "internal-pair"
-    distance = gears.centre_distance
     return pairs.gear_pair(
-        first, second, basics, centre_distance=distance, driving=driving, internal=internal
+        first, second, basics, centre_distance=gears.centre_distance, driving=driving, internal=internal
     )
 
 

@@ -83,8 +83,7 @@ def sheet(scene: Scene) -> Sheet:
 def thickness(gear: Gear) -> float:
     """Return the tooth thickness on the reference circle [m]; of a ring what stands between two spaces."""
     half = gear.base_half_angle - shifts.involute(gear.pressure_angle)
-    whole = math.pi / gear.teeth - half if gear.internal else half
-    return 2.0 * gear.reference_radius * whole
+    return 2.0 * gear.reference_radius * (math.pi / gear.teeth - half if gear.internal else half)
 
 
 def _rows(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
@@ -167,8 +166,7 @@ def _tips(scene: Scene, gears: sets.GearSet) -> Iterator[Row]:
         thinned = 0.0 if allowance is None else allowance.mean / (2.0 * math.tan(scene.gears.pressure_angle))
         shift = gear.profile_shift * gear.module - outwards * thinned
         height = outwards * (gear.tip_radius - gear.reference_radius - shift) / module
-        over_rack = round(height - (given[name].addendum_coefficient or 1.0), 4)
-        alterations.append(f"{over_rack + 0.0:.4f}")
+        alterations.append(f"{round(height - (given[name].addendum_coefficient or 1.0), 4) + 0.0:.4f}")
         at_tip = math.atan(math.tan(beta) * gear.tip_radius / gear.reference_radius)
         thicknesses.append(2e3 * gear.tip_radius * gear.half_angle(gear.tip_radius) * math.cos(at_tip))
     yield "k", "tip alteration coefficient", "", alterations

@@ -166,8 +166,7 @@ def steps_grid(
 
     def missed() -> float:
         """Return the largest share of a mesh's stiffness or error that the stages of the grid miss [1]."""
-        each = (unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes)
-        return max(each, default=0.0)
+        return max((unresolved(clock.analyses[mesh.kind], mesh, grid) for mesh in clock.meshes), default=0.0)
 
     while len(grid.width) < MOST_FOR_MESH and missed() > RESOLVED * tolerance:
         steps = int(np.ceil(RISE * steps))

@@ -164,8 +164,7 @@ def build_law(scene: Scene, pair: GearPair, path: WearPath) -> PreparedLaw | Non
         film = next(filter(None, (own.film_model for own in each)), coefficients.standard_film())
         thickness = film.thickness(settings[0])
         lambda_ratio = thickness._replace(scale=thickness.scale / films.composite_rq(roughness))
-    law = WearLaw((first, second), lambda_ratio, wear.pressure.factor, wear.projection)
-    return prepare(law, path)
+    return prepare(WearLaw((first, second), lambda_ratio, wear.pressure.factor, wear.projection), path)
 
 
 def _flank(law: Any, given: coefficients.CoefficientModel, where: Setting) -> FlankLaw:
