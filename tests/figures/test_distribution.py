@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearlab.figures import FigureError
-from wearlab.figures.kinds.distribution import (
+from wearlab.figures.kinds.results import (
     CONFIDENCE,
     HISTOGRAM,
     PROBABILITY,

@@ -3,9 +3,8 @@
 import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,8 +19,7 @@ BASE = "base"
 Key = tuple[tuple[str, Any], ...]
 
 
-@dataclass(frozen=True)
-class SideRun:
+class SideRun(NamedTuple):
     """A run of one side.
 
     Parameters
@@ -38,8 +36,7 @@ class SideRun:
     read: Callable[[], xr.Dataset]
 
 
-@dataclass(frozen=True)
-class Side:
+class Side(NamedTuple):
     """One of the two things compared: its title and runs; the names of the runs without data."""
 
     title: str

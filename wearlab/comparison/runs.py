@@ -2,8 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import xarray as xr
@@ -22,8 +21,7 @@ class CompareError(ValueError):
     """Runs or campaigns that have nothing in common to compare; the message says what each has."""
 
 
-@dataclass(frozen=True)
-class Quantity:
+class Quantity(NamedTuple):
     """One thing compared.
 
     Parameters
@@ -89,9 +87,8 @@ def _spectrum(waves: Array) -> Array:
         return np.full(ORDERS + 1, np.nan)
     amplitude = 2.0 * np.abs(np.fft.rfft(held.ravel())) / held.size
     whole = amplitude[len(held) :: len(held)][:ORDERS]
-    between = amplitude[np.arange(len(amplitude)) % len(held) != 0]
     whole = np.pad(whole, (0, ORDERS - len(whole)), constant_values=np.nan)
-    return np.append(whole, np.sqrt(0.5 * np.sum(between**2)))
+    return np.append(whole, np.sqrt(0.5 * np.sum(amplitude[np.arange(len(amplitude)) % len(held) != 0] ** 2)))
 
 
 STE, FORCE, WORDS = "static_transmission_error", "dynamic_mesh_force", "dynamic mesh force"
@@ -449,6 +446,4 @@ def _percent(share: float) -> str:
 
 
 def _value(value: Any) -> str:
-    if value is None:
-        return ABSENT
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+    return ABSENT if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)

@@ -11,8 +11,6 @@ from wearlab.arrays import Array
 from wearlab.comparison.runs import CompareError
 
 DESIGN = "sobol-indices"
-RESAMPLES = 1000
-CONFIDENCE = 0.95
 WIDE = 0.2
 """Width of an interval from which on an index says little."""
 
@@ -57,8 +55,7 @@ def sobol_indices(result: xr.DataArray, *, seed: int = 0) -> xr.Dataset:
     if runs % (width + 2):
         raise CompareError(f"sobol_indices: {runs} runs of {width} inputs are no whole design: do not select")
     others = [str(dim) for dim in result.dims if dim != axis]
-    values = result.transpose(axis, *others).values.astype(float)
-    table = values.reshape(runs // (width + 2), width + 2, -1)
+    table = result.transpose(axis, *others).values.astype(float).reshape(runs // (width + 2), width + 2, -1)
     rng = np.random.default_rng(seed)
     with_intervals = np.stack([_with_interval(table[:, :, k], rng) for k in range(table.shape[2])], axis=-1)
     shape = [result.sizes[dim] for dim in others]
@@ -86,24 +83,20 @@ def _warn(with_intervals: Array, inputs: list[str], points: int) -> None:
     )
     said = [text.format(", ".join(compress(inputs, which))) for which, text in doubts if which.any()]
     if said:
-        warnings.warn(
-            f"sobol_indices: {points} base points are too few to trust these: {'; '.join(said)}. "
-            "Raise sample.n, at least fourfold to halve an interval",
-            SobolWarning,
-            stacklevel=3,
-        )
+        few = f"{points} base points are too few to trust these: {'; '.join(said)}"
+        raised = "Raise sample.n, at least fourfold to halve an interval"
+        warnings.warn(f"sobol_indices: {few}. {raised}", SobolWarning, stacklevel=3)
 
 
 def _with_interval(table: Array, rng: np.random.Generator) -> Array:
     """Return S, its ends, T, its ends, (6, inputs), from f of complete base points, (points, inputs + 2)."""
     whole = table[np.isfinite(table).all(axis=1)]
     if len(whole) < 2:
-        said = f"{len(whole)} of {len(table)} base points have all their runs; at least 2"
-        raise CompareError(f"sobol_indices: {said}")
-    picked = rng.integers(len(whole), size=(RESAMPLES, len(whole)))
+        told = f"{len(whole)} of {len(table)} base points"
+        raise CompareError(f"sobol_indices: {told} have all their runs; at least 2")
+    picked = rng.integers(len(whole), size=(1000, len(whole)))
     drawn = np.stack([indices(whole[index]) for index in picked])
-    tail = 50.0 * (1.0 - CONFIDENCE)
-    low, high = np.nanpercentile(drawn, [tail, 100.0 - tail], axis=0)
+    low, high = np.nanpercentile(drawn, [2.5, 97.5], axis=0)
     first, total = indices(whole)
     return np.stack([first, low[0], high[0], total, low[1], high[1]])
 

@@ -15,11 +15,8 @@ from wearlab.figures.plot import BESIDE, Scale, Series, band, grouped, without
 from wearlab.figures.wording import Label, joined, within
 
 BANDS = ((0.05, 0.95), (0.25, 0.75))
-ACROSS = 200
-"""Places along x at which bands are taken where the runs have places of their own."""
 FEWEST_SAMPLES = 12
 """Runs that differ at random: fewer are drawn one by one."""
-FEW_HUES = 2
 SHARE = 0.5
 """Of the runs that must go on for a band of what says nothing of ended runs."""
 BEYOND = 1e300
@@ -32,6 +29,8 @@ SAID: Mapping[Ended, str] = {
     "gone": "of the runs that go on, while half of them do",
 }
 LINES = ("line", "line-points")
+Noted = tuple[list[Series], list[str]]
+"""Series, and what a reader must know of them."""
 
 
 def ended_of(name: str) -> Ended:
@@ -43,17 +42,21 @@ def ended_of(name: str) -> Ended:
 
 def sampled_axes(grid: xr.Dataset) -> list[str]:
     """Return the axes of a grid along which runs were drawn at random: of many places in no order."""
-    axes = []
-    for dim in map(str, grid.run_id.dims):
-        along = [v for v in grid.coords.values() if v.dims == (dim,) and v.dtype.kind in "fiu"]
-        seeded = any(str(v.attrs.get("key", "")).endswith("errors.seed") for v in along)
-        unordered = any({-1.0, 1.0} <= set(np.sign(np.diff(v.values.astype(float)))) for v in along)
-        if (seeded or unordered) and grid.sizes[dim] >= FEWEST_SAMPLES:
-            axes.append(dim)
-    return axes
+    dims = [str(dim) for dim in grid.run_id.dims if grid.sizes[dim] >= FEWEST_SAMPLES]
+    of_numbers = [v for v in grid.coords.values() if v.dtype.kind in "fiu" and len(v.dims) == 1]
+
+    def is_random(v: xr.DataArray) -> bool:
+        return str(v.attrs.get("key", "")).endswith("errors.seed") or turns_back(v.values.astype(float))
+
+    return [dim for dim in dims if any(is_random(v) for v in of_numbers if v.dims == (dim,))]
 
 
-def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> tuple[list[Series], list[str]]:
+def turns_back(values: Array) -> bool:
+    """Say whether values now rise, now fall."""
+    return {-1.0, 1.0} <= set(np.sign(np.diff(values)))
+
+
+def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> Noted:
     """Return series of which those that differ along sampled dimensions alone have become bands, and notes.
 
     Curves that turn back, such as orbits, are laid over each other, thin.
@@ -70,25 +73,23 @@ def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> t
     most = max(map(len, groups.values()), default=0)
     if not dims or most < FEWEST_SAMPLES:
         return list(series), []
-    many = len({key for key, look, *_ in groups if look in LINES}) > FEW_HUES
+    many = len({key for key, look, *_ in groups if look in LINES}) > 2
     curves: list[Series] = []
     overlaid, ends = 0, []
     for group in groups.values():
         ends.append([float(curve.x[-1]) for curve in group if len(curve.x)])
         if group[0].look in LINES and all(c.is_rising and len(c.x) > 1 for c in group):
-            curves += banded(group, ended, BANDS[:1] if many else BANDS)
+            curves += banded(group, ended, 1 if many else 2)
         else:
             overlaid += len(group)
-            curves += [replace(c, look="hairline" if c.look in LINES else c.look) for c in group]
+            curves += [replace(c, look="hairline") if c.look in LINES else c for c in group]
     how = f"; {SAID[ended]}" if any(some and not np.allclose(some, some[0]) for some in ends) else ""
     shares = "5–95 %" if many else "25–75 % and 5–95 %"
     notes = [f"Median and {shares} of up to {most} runs{how}."] if overlaid < len(apart) else []
     return curves, notes + ([f"All {most} runs laid over each other."] if overlaid else [])
 
 
-def banded(
-    group: Sequence[Series], ended: Ended, bands: Sequence[tuple[float, float]] = BANDS
-) -> list[Series]:
+def banded(group: Sequence[Series], ended: Ended, bands: int = len(BANDS)) -> list[Series]:
     """Return bands and median of curves, the widest band first.
 
     Between its points a curve is taken as straight. An ended run counts as `ended` says; a line ends where it
@@ -99,12 +100,12 @@ def banded(
     ----------
     group : curves over rising x
     ended : what a run counts as beyond its end
-    bands : the probabilities of their lower and upper edges
+    bands : how many, the widest first
     """
     bare = replace(group[0], x_error=None, y_error=None, doubtful=None, runs=None)
     x, values = _together(group, ended)
     top = max(float(np.nanmax(curve.y, initial=-np.inf)) for curve in group)
-    asked = [0.5, *chain.from_iterable(bands)]
+    asked = [0.5, *chain.from_iterable(BANDS[:bands])]
     median, *edges = np.nanquantile(values, asked, axis=0, method="median_unbiased")
     told = (~np.isnan(values)).sum(axis=0) >= SHARE * len(values)
     drawn = []
@@ -125,13 +126,12 @@ def _together(group: Sequence[Series], ended: Ended) -> tuple[Array, Array]:
         return first.x, np.stack([curve.y for curve in group])
     starts, ends = (np.array([float(curve.x[i]) for curve in group]) for i in (0, -1))
     last = float(np.quantile(ends, BANDS[0][1], method="median_unbiased"))
-    x = np.linspace(float(starts.min()), last, ACROSS)
+    x = np.linspace(float(starts.min()), last, 200)
     beyond = {"above": BEYOND, "kept": None, "gone": np.nan}[ended]
-    values = [np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group]
-    return x, np.stack(values)
+    return x, np.stack([np.interp(x, curve.x, curve.y, left=np.nan, right=beyond) for curve in group])
 
 
-def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> tuple[list[Series], list[str]]:
+def states_of_most(series: Sequence[Series], dims: Iterable[str]) -> Noted:
     """Return series without the wear states that less than half of the runs have, and what to say of it.
 
     Parameters
@@ -175,7 +175,7 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
     count = Counter(chain.from_iterable(of_run.values()))
     if len({label.text for label in count}) <= max(map(len, of_run.values()), default=0):
         return list(series)
-    called: dict[tuple[object, Label], str] = {}
+    called: dict[tuple[object, Label | None], str] = {}
     members: dict[str, list[Label]] = defaultdict(list)
     for run, states in of_run.items():
         for number, label in enumerate(sorted(states), 1):
@@ -184,13 +184,9 @@ def states_in_common(series: Sequence[Series], dims: Iterable[str]) -> list[Seri
             called[run, label] = name
             members[name].append(label)
     labels = {name: _common_label(name, some) for name, some in members.items()}
-    common = []
-    for curve in series:
-        if "update" in curve.key:
-            state = labels[called[_run_of(curve, dims), curve.key["update"]]]
-            curve = replace(curve, key={**curve.key, "update": state})
-        common.append(curve)
-    return common
+    names = [called.get((_run_of(curve, dims), curve.key.get("update"))) for curve in series]
+    pairs = zip(series, names, strict=True)
+    return [replace(c, key={**c.key, "update": labels[name]}) if name else c for c, name in pairs]
 
 
 def _common_label(name: str, some: Sequence[Label]) -> Label:
@@ -203,25 +199,21 @@ def _common_label(name: str, some: Sequence[Label]) -> Label:
     return Label(middle, f"{name}: {begin} to {high.text}")
 
 
-SYMMETRIC = ("mesh", "bearing")  # dimensions along which planets repeat themselves
-SEEN = 1e-3  # of the range of all curves on an axis: smaller differences are not to be seen
-
-
-def drawn_once(series: Sequence[Series], ask: Ask) -> tuple[list[Series], list[str]]:
+def drawn_once(series: Sequence[Series], ask: Ask) -> Noted:
     """Return the series without those that repeat another's along a symmetric dimension, and notes.
 
     A label is left out where every one of its curves is that of one other label; dimensions that the figure
     itself names are left alone.
     """
     kept, notes = list(series), []
-    for dim in SYMMETRIC:
+    for dim in ("mesh", "bearing"):  # along which planets repeat themselves
         if dim not in (*ask.select, ask.hue, ask.rows, ask.cols):
             kept, more = _once_along(kept, dim)
             notes += more
     return kept, notes
 
 
-def _once_along(series: list[Series], dim: str) -> tuple[list[Series], list[str]]:
+def _once_along(series: list[Series], dim: str) -> Noted:
     groups = grouped([curve for curve in series if dim in curve.key], lambda curve: curve.key[dim])
     if len(groups) < 2:
         return series, []
@@ -230,7 +222,8 @@ def _once_along(series: list[Series], dim: str) -> tuple[list[Series], list[str]
         held[curve.across].append(curve.x[np.isfinite(curve.x)])
         held[curve.up].append(curve.y[np.isfinite(curve.y)])
     whole = {scale: np.concatenate(arrays) for scale, arrays in held.items()}
-    seen = {scale: SEEN * float(np.ptp(values)) if values.size else 0.0 for scale, values in whole.items()}
+    # smaller differences are not to be seen
+    seen = {scale: 1e-3 * float(np.ptp(values)) if values.size else 0.0 for scale, values in whole.items()}
 
     def are_alike(a: Series, b: Series) -> bool:
         told = [(without(c.key, dim), c.look, c.text, c.across, c.up, c.x.shape) for c in (a, b)]
@@ -249,9 +242,7 @@ def _once_along(series: list[Series], dim: str) -> tuple[list[Series], list[str]
     return [curve for curve in series if curve.key.get(dim) in (None, *same)], notes
 
 
-def from_first(
-    series: Sequence[Series], roles: Mapping[str, str], ask: Ask
-) -> tuple[list[Series], tuple[str, ...]]:
+def from_first(series: Sequence[Series], roles: Mapping[str, str], ask: Ask) -> Noted:
     """Return every curve less the first one of its panel, and a note that says what the first one is.
 
     The first curve is that of the first hue; where its abscissae are others, it is read between them.
@@ -283,7 +274,7 @@ def from_first(
     values = np.concatenate([first.y for first, *_ in groups])
     named = ", ".join(dict.fromkeys(first.key[hue].text for first, *_ in groups))
     reach = f"{np.nanmin(values):.4g} to {np.nanmax(values):.4g}{joined(series[0].up.units)}"
-    return differences, (f"Drawn is the change from {named}, whose values run from {reach}.",)
+    return differences, [f"Drawn is the change from {named}, whose values run from {reach}."]
 
 
 def require_positive(series: Sequence[Series], ask: Ask) -> None:

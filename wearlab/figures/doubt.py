@@ -15,7 +15,6 @@ FIRM = ("", "completed", "stopped")
 """Verdicts of a run whose numbers stand: one that did not end as asked for is told by what it lacks."""
 TRUSTED = "as usual"
 LOST = "contact lost"
-SEEN = 0.01  # of the range of the values: smaller errors are hidden by lines and marks
 MOST_NAMED = 6
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 AT_INSTANTS = ("dynamic_mesh_force", "normal_mesh_force", "pair_force", "pair_normal_force", "mesh_force_min")
@@ -80,8 +79,7 @@ def said(told: Mapping[str, Any]) -> tuple[list[str], list[str], list[str]]:
     share = told.get("separation_fraction")
     if not lost and isinstance(share, int | float) and share > 0.0:
         lost = [f"{LOST} for {_percent(share)} % of the time"]
-    verdicts = [] if verdict in FIRM else [verdict]
-    return verdicts, [] if quality in ("", TRUSTED) else [quality], lost
+    return ([] if verdict in FIRM else [verdict]), [] if quality in ("", TRUSTED) else [quality], lost
 
 
 def _percent(share: float) -> str:
@@ -90,10 +88,10 @@ def _percent(share: float) -> str:
 
 
 def least_seen(values: Iterable[Array]) -> float:
-    """Return the smallest error that can be seen beside values on one axis."""
+    """Return the smallest error that lines and marks do not hide beside values on one axis."""
     whole = np.concatenate([np.ravel(some) for some in values] or [np.zeros(0)])
     held = whole[np.isfinite(whole)]
-    return SEEN * float(np.ptp(held) or np.abs(held[0])) if len(held) else 0.0
+    return 0.01 * float(np.ptp(held) or np.abs(held[0])) if len(held) else 0.0
 
 
 def note(runs: Sequence[Any], names: Iterable[str], series: Sequence[Series]) -> str:

@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
 
 FORMATS = ("png", "svg", "pdf")
-MOST_NAMED = 8
-
-SPEED = "response_speed"
 
 
 def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -> list[Path]:
@@ -82,10 +79,8 @@ def fault(name: str, error: Exception) -> str:
     """Return what to say of a figure that fails by a fault of ours: which, what, and where."""
     frames = traceback.extract_tb(error.__traceback__)
     where = f" in {Path(frames[-1].filename).name}, line {frames[-1].lineno}" if frames else ""
-    return (
-        f"{name}: a fault of wearlab, not of the file: {type(error).__name__}: {error}{where}; "
-        "the other figures are drawn; please report this line with the campaign"
-    )
+    said = f"{name}: a fault of wearlab, not of the file: {type(error).__name__}: {error}{where}"
+    return f"{said}; the other figures are drawn; please report this line with the campaign"
 
 
 def check_format(ending: str) -> None:
@@ -132,8 +127,7 @@ def answer(asked: Question, grid: xr.Dataset, store: "Store", ending: str) -> tu
     from wearlab.figures.render import rendered
 
     plot, runs, missing = seen(asked, grid, store)
-    told = texts(asked, store.entries(run.id for run in runs), missing)
-    return rendered(plot, told, ending), missing
+    return rendered(plot, texts(asked, store.entries(run.id for run in runs), missing), ending), missing
 
 
 def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[Run], tuple[str, ...]]:
@@ -144,9 +138,7 @@ def seen(asked: Question, grid: xr.Dataset, store: "Store") -> tuple[Plot, list[
     FigureError : it cannot be drawn
     """
     ask = asked.ask
-    if is_of_update(ask.kind):
-        return of_update(asked.subject, store, ask), [], ()
-    return plotted(grid, ask)
+    return (of_update(asked.subject, store, ask), [], ()) if is_of_update(ask.kind) else plotted(grid, ask)
 
 
 def of_update(subject: str, store: "Store", ask: Ask) -> Plot:
@@ -210,8 +202,8 @@ def _told(curve: Series, run: Run) -> Series:
     """Return a curve that knows its run, and whether that is in doubt."""
     if curve.look in (*BESIDE, "area"):
         return curve
-    curve = replace(curve, runs=np.full(len(curve.x), run.id))
-    return replace(curve, doubtful=np.ones(len(curve.x), bool)) if run.doubts else curve
+    doubtful = np.ones(len(curve.x), bool) if run.doubts else None
+    return replace(curve, runs=np.full(len(curve.x), run.id), doubtful=doubtful)
 
 
 def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Series], list[str], list[str]]:
@@ -226,15 +218,11 @@ def _sampled(grid: xr.Dataset, ask: Ask, series: list[Series]) -> tuple[list[Ser
     return kept, varied, said
 
 
-SPREAD = {"update": "wear states are drawn, spread over the life", SPEED: "speeds are drawn, spread over all"}
-
-
 def _left_out(runs: Sequence[Run], series: Sequence[Series]) -> list[str]:
     """Say how many wear states and speeds are not drawn though nobody chose."""
-    notes = []
-    for dim, words in SPREAD.items():
-        along = [curve for curve in series if dim in curve.key]
-        groups = grouped(along, apart_from(dim)).values()
+    notes, over = [], {"update": "wear states are drawn, spread over the life"}
+    for dim, words in {**over, "response_speed": "speeds are drawn, spread over all"}.items():
+        groups = grouped([curve for curve in series if dim in curve.key], apart_from(dim)).values()
         drawn = max((len({curve.key[dim] for curve in group}) for group in groups), default=0)
         most = max(run.data.sizes.get(dim, 1) for run in runs)
         if 0 < drawn < most:
@@ -249,7 +237,7 @@ def _cases_left_out(grid: xr.Dataset, ask: Ask, kind: Kind) -> list[str]:
     told = kind.all_cases or "case" in (*ask.select, ask.hue, ask.rows, ask.cols, ask.x)
     if told or BASE not in cases or not others:
         return []
-    return [f"The base alone; further cases, for select.case or hue: {wording.first_of(others, MOST_NAMED)}."]
+    return [f"The base alone; further cases, for select.case or hue: {wording.first_of(others, 8)}."]
 
 
 def _with_defaults(ask: Ask, kind: Kind, grid: xr.Dataset) -> tuple[Ask, list[str]]:
@@ -288,8 +276,7 @@ def _able(grid: xr.Dataset, ask: Ask, kind: Kind, points: Sequence[Point]) -> li
     if lacking:
         said = f"y = {ask.y[0]!r} does not run along {' and '.join(lacking)}, which this kind shows"
         raise ask.wrong(f'{said}; kind = "line" draws it')
-    axes = along_axes(grid)
-    if ask.x in axes and not kind.over_sweeps:
+    if ask.x in along_axes(grid) and not kind.over_sweeps:
         said = f'x = {ask.x!r} is a sweep, which kind = "line" or "scatter" draws over'
         raise ask.wrong(f"{said}; here it may be hue, rows or cols")
     needed = [*(kind.needs if not ask.y else [n for n in kind.needs if n in grid.coords]), *ask.y[:1]]
@@ -306,11 +293,11 @@ def _near(name: str, known: Iterable[object]) -> str:
 
 
 WHERE = "figure"
+Size = float | tuple[float, float] | None
+"""Width, or width and height [inches]."""
 
 
-def figure(
-    of: Any, kind: str, *, ax: Any = None, size: float | tuple[float, float] | None = None, **options: Any
-) -> "Figure":
+def figure(of: Any, kind: str, *, ax: Any = None, size: Size = None, **options: Any) -> "Figure":
     """Return a figure of stored or simulated runs.
 
     Parameters
@@ -330,8 +317,7 @@ def figure(
     ------
     FigureError : no such kind or option, or nothing of it can be drawn
     """
-    spec = specified({"kind": kind, **options})
-    plot, _, _ = plotted(_grid(of), read(spec, 1, None))
+    plot, _, _ = plotted(_grid(of), read(specified({"kind": kind, **options}), 1, None))
     from wearlab.figures.render import drawn
 
     return drawn(plot, size, ax)
@@ -355,9 +341,8 @@ def specified(given: dict[str, Any]) -> FigureSpec:
         return FigureSpec.model_validate(told)
     except ValidationError as error:
         key = str(error.errors()[0]["loc"][0])
-        raise FigureError(
-            f"{WHERE}: {key} = {given[key]!r}: wanted: {FigureSpec.texts()[key]['description']}"
-        ) from None
+        wanted = FigureSpec.texts()[key]["description"]
+        raise FigureError(f"{WHERE}: {key} = {given[key]!r}: wanted: {wanted}") from None
 
 
 def _grid(of: Any) -> xr.Dataset:

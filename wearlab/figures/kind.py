@@ -88,13 +88,13 @@ def read(spec: Any, number: int, folder: Path | None) -> Ask:
     name = f"figure {number} ({spec.kind})"
     given: dict[str, Any] = {key: getattr(spec, key, None) for key in Ask.__dataclass_fields__}
     given |= {key: given[key] or None for key in ("x", "hue", "rows", "cols", "y_as", "note")}
-    y, units, published = given["y"], given["units"], given["published"]
-    units = {} if units in (None, "") else {"y": units} if isinstance(units, str) else units
+    y, units, published = given["y"], given["units"] or {}, given["published"]
+    units = {"y": units} if isinstance(units, str) else units
     if not isinstance(units, Mapping):
         raise FigureError(f"{name}: units = {units!r} is neither a unit nor a table of variable = unit")
     given |= {"name": name, "select": dict(given["select"] or {})}
-    given["units"] = {str(key): str(value) for key, value in units.items()}
     given["y"] = (y,) if isinstance(y, str) else tuple(y or ())
+    given["units"] = {str(key): str(value) for key, value in units.items()}
     given["published"] = (folder or Path()) / published if published else None
     return Ask(**given)
 
@@ -188,9 +188,8 @@ def no_axis(name: str, keys: Mapping[str, str], known: Iterable[str]) -> str:
     keys : dotted key that is swept, by axis
     known : axes and dimensions
     """
-    axes = [axis for axis, key in keys.items() if key and name in key.split(".")]
+    axes, word = [a for a, key in keys.items() if name in key.split(".")], name.replace("_", " ").lower()
     meant = f"the sweep of {keys[axes[0]]} is called {axes[0]!r}; " if axes else ""
-    word = name.replace("_", " ").lower()
     told = [dim for dim, meaning in schema.DIMENSIONS.items() if word in meaning.lower() and dim in {*known}]
     if told and not axes and len(word) > 3:
         return f"{name} is called {' or '.join(map(repr, told[:2]))}"
@@ -209,15 +208,14 @@ def no_kind(name: str) -> str:
 
 Curves = Callable[[Any, Ask], Iterable[Series]]
 Maker = Callable[[Curves], Kind]
+Names = tuple[str, ...]
 Roles = tuple[tuple[Role, str], ...]
 EACH: Roles = (("hue", "*"), ("cols", "*"), ("rows", "*"))
 STATES: Roles = (("hue", "update"), *EACH)
 ORBITS: Roles = (("hue", "update"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
 
 
-def kind(
-    name: str, title: str, needs: tuple[str, ...], dims: tuple[str, ...] = (), shows: str = "", **more: Any
-) -> Maker:
+def kind(name: str, title: str, needs: Names, dims: Names = (), shows: str = "", **more: Any) -> Maker:
     """Return what makes a kind of figure of the function that yields its curves.
 
     Parameters
@@ -235,9 +233,6 @@ def kind(
         return Kind(name, title, wording.within(said), needs, dims, series, **{"roles": EACH, **more})
 
     return made
-
-
-STATES_SHOWN = 6
 
 
 @dataclass(frozen=True)
@@ -279,7 +274,7 @@ class Run:
         """Return the run at its last wear state alone."""
         return self.at_states([-1])
 
-    def thinned(self, most: int = STATES_SHOWN) -> "Run":
+    def thinned(self, most: int = 6) -> "Run":
         """Return the run with so few wear states that each can be told apart, spread over its life."""
         count = self.data.sizes.get("update", 1)
         if count <= most:
@@ -287,6 +282,10 @@ class Run:
         cycle = self.data["cycle"].values if "cycle" in self.data else np.arange(count)
         wanted = np.linspace(cycle[0], cycle[-1], most)
         return self.at_states(sorted({int(np.argmin(np.abs(cycle - target))) for target in wanted}))
+
+
+OnAxis = tuple[Array, Scale]
+"""Values [display units], and what an axis says of them."""
 
 
 class Slice(NamedTuple):
@@ -371,9 +370,7 @@ def labels(run: Run, dim: str, count: int) -> Sequence[wording.Label]:
     return [wording.place(dim, value, wanted) for value in values]
 
 
-def companion(
-    run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x"
-) -> tuple[Array, Scale]:
+def companion(run: Run, name: str, index: Mapping[str, int], ask: Ask, axis: str = "x") -> OnAxis:
     """Return the coordinate that goes with a piece: its values where the piece was taken."""
     variable = run.data[name].variable
     values, scale = shown(variable, name, ask, axis)

@@ -1,32 +1,32 @@
 """Series find their panels and pens: what varies becomes hue, columns or rows; nothing is left over."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import curves, plot, runs
 from wearlab.figures.kind import Ask, Kind, no_axis, spread
-from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Series
+from wearlab.figures.plot import BESIDE, INK, WEAR, Pen, Plot, Series
 from wearlab.figures.wording import Label, axis_label, power_of_ten, within
 from wearlab.store.grid import key_text
 
 ROLES: tuple[str, ...] = ("cols", "rows", "hue")
-MOST_A_ROLE = 12
-"""Panels in one direction: what has more places becomes the hue."""
 MOST_PANELS = 24
-TOGETHER = " · "
 Varied = Mapping[str, list[Label]]
 """Dimension → its labels in order, of those that have more than one."""
 Powers = Mapping[tuple[str, str, str], int]
 Reach = tuple[float, float]
+Keys = Mapping[str, str]
+Pens = Mapping[Label, Pen]
+Drawn = Sequence[tuple[Series, Pen]]
+Legend = tuple[plot.LegendEntry, ...]
 
 
-@dataclass(frozen=True)
-class Layout:
+class Layout(NamedTuple):
     """Series with their roles.
 
     Parameters
@@ -73,9 +73,7 @@ def _varied(series: Sequence[Series]) -> dict[str, list[Label]]:
     return {name: [*sorted(numbers), *names] for name, (numbers, names) in parted.items()}
 
 
-def _roles(
-    varied: Varied, series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str]
-) -> dict[str, str]:
+def _roles(varied: Varied, series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Keys) -> dict[str, str]:
     """Return role → dimension: what was asked for, then the kind's preference, then whatever is free."""
     known = {name for curve in series for name in curve.key}
     asked = {role: name for role in ROLES if (name := getattr(ask, role))}
@@ -85,8 +83,7 @@ def _roles(
             raise ask.wrong(f"{role} = {name!r} does not vary here; {said}")
     for one, other in combinations(asked, 2):
         if asked[one] == asked[other]:
-            both = f"{other} and {one} both are {asked[one]!r}"
-            raise ask.wrong(f"{both}: leave one of them out")
+            raise ask.wrong(f"{other} and {one} both are {asked[one]!r}: leave one of them out")
     roles = {role: name for role, name in asked.items() if name in varied}
     redundant = _redundant(series, varied)
     sizes = {name: len(labels) for name, labels in varied.items()}
@@ -96,7 +93,7 @@ def _roles(
     preferred += [(role, name) for name in varied for role in ROLES]
     if any(curve.level is not None for curve in series):  # one map would lie on another
         preferred = [(role, name) for role, name in preferred if role != "hue"]
-    for most in (MOST_A_ROLE, None):  # what has many places takes panels only when nothing else is free
+    for most in (12, None):  # what has more places takes panels only when nothing else is free
         for role, wished in preferred:
             left = _left(varied, roles, redundant)
             names = [name for name in (grid_dims if wished == "*" else [wished]) if name in left]
@@ -140,7 +137,7 @@ def _combined(layout: Layout, redundant: set[str]) -> Layout:
     places = {tuple(s.key[dim] for dim in dims) for s in layout.series if s.key.keys() >= whole}
     order = [{label: rank for rank, label in enumerate(varied[dim])} for dim in dims]
     ranked = sorted(places, key=lambda place: [rank[x] for rank, x in zip(order, place, strict=True)])
-    texts = [TOGETHER.join(dict.fromkeys(label.text for label in place)) for place in ranked]
+    texts = [" · ".join(dict.fromkeys(label.text for label in place)) for place in ranked]
     labels = {place: Label(float(i), text) for i, (place, text) in enumerate(zip(ranked, texts, strict=True))}
     series = list(layout.series)
     for i, curve in enumerate(series):
@@ -168,17 +165,12 @@ def _thinned(layout: Layout) -> Layout:
 
 
 MOST_COLUMNS = 3
-SHOWS_ITSELF = ("variable", "part")  # what the y label tells
 COLOURED = ("line", "line-points", "dots", "area", "horizontal", "stem")
 ALONE = "#0072B2"  # a curve without a hue
-OURS = "computed"
-"""A curve without a hue, beside published points."""
 NOT_OURS = (*BESIDE, "published")
 
 
-def compose(
-    series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Mapping[str, str], notes: Sequence[str]
-) -> plot.Plot:
+def compose(series: Sequence[Series], ask: Ask, kind: Kind, grid_dims: Keys, notes: Sequence[str]) -> Plot:
     """Return the figure of these series.
 
     Raises
@@ -187,7 +179,7 @@ def compose(
     """
     layout = laid_out(series, ask, kind, grid_dims)
     series, varied, roles = layout.series, layout.varied, layout.roles
-    said = layout.notes
+    said = list(layout.notes)
     if ask.y_as == "difference":
         series, told = curves.from_first(series, roles, ask)
         said += told
@@ -195,7 +187,8 @@ def compose(
         curves.require_positive(series, ask)
     hue, hues = roles.get("hue"), [label for label in layout.labels("hue") if label]
     pen, powers, reach = plot.pens(hues, hue), _powers(series), _reach_of_maps(series)
-    itself = {label for name in roles.values() if name in SHOWS_ITSELF for label in varied.get(name, [])}
+    of_label = [name for name in roles.values() if name in ("variable", "part")]  # what the y label tells
+    itself = {label for name in of_label for label in varied.get(name, [])}
     panels = []
     for (row, column), place in _cells(layout, ask).items():
         wanted = {roles[role]: label for role, label in (("rows", row), ("cols", column)) if label}
@@ -210,21 +203,13 @@ def compose(
     in_legend = hues if bar is None else names if numbers else []
     bare = bar is None and hue != "update" and bool(hues) and hues[0].text[:1].isdigit()
     rows, columns = (sorted({getattr(panel, side) for panel in panels}) for side in ("row", "column"))
-    ups = {s.up.label for s in series}
-    return plot.Plot(
-        title=_title(series, varied, ask, kind) if ask.title is None else ask.title,
-        panels=_closed(panels, rows, columns),
-        rows=len(rows),
-        columns=len(columns),
-        share_y="all" if len(ups) == 1 else "row" if roles.get("rows") == "variable" else "none",
-        legend=_legend(series, in_legend, pen, hue, ask),
-        head=head if bare else "",
-        notes=(*notes, *said),
-        shape=kind.shape,
-        ranks=kind.ranks,
-        logarithmic=ask.y_as == "logarithm",
-        bar=bar,
-    )
+    one_up = len({s.up.label for s in series}) == 1
+    share: Any = "all" if one_up else "row" if roles.get("rows") == "variable" else "none"
+    title = _title(series, varied, ask, kind) if ask.title is None else ask.title
+    grid = _closed(panels, rows, columns), len(rows), len(columns), share
+    words = _legend(series, in_legend, pen, hue, ask), (*notes, *said)
+    more: Any = {"logarithmic": ask.y_as == "logarithm", "bar": bar, "head": head if bare else ""}
+    return Plot(title, *grid, *words, kind.shape, kind.ranks, **more)
 
 
 def _bar_of_maps(series: Sequence[Series], hue: str | None, ask: Ask, reach: Reach) -> plot.Bar | None:
@@ -282,9 +267,7 @@ def _powers(series: Sequence[Series]) -> Powers:
     return {key: 0 if key[2] == plot.DAYS else power_of_ten(arrays, key[2]) for key, arrays in held.items()}
 
 
-def _panel(
-    drawn: Sequence[tuple[Series, Pen]], place: tuple[int, int], title: str, powers: Powers, reach: Reach
-) -> plot.Panel:
+def _panel(drawn: Drawn, place: tuple[int, int], title: str, powers: Powers, reach: Reach) -> plot.Panel:
     inside = [s for s, _ in drawn]
     first = next((s for s in inside if s.look not in BESIDE), inside[0])
     dates = first.across.units == plot.DAYS
@@ -323,16 +306,14 @@ def _closed(panels: list[plot.Panel], rows: list[int], columns: list[int]) -> tu
     return tuple(closed)
 
 
-def _legend(
-    series: Sequence[Series], hues: Sequence[Label], pen: Mapping[Label, Pen], hue: str | None, ask: Ask
-) -> tuple[plot.LegendEntry, ...]:
+def _legend(series: Sequence[Series], hues: list[Label], pen: Pens, hue: str | None, ask: Ask) -> Legend:
     coloured = [s for s in reversed(series) if s.look in COLOURED]
     looks = {s.key[hue]: s.look for s in coloured if hue is not None and hue in s.key}
     entries = [plot.LegendEntry(h.text, pen[h], looks.get(h, "line")) for h in hues]
     cases = {s.key["case"].text for s in series if "case" in s.key and s.look not in NOT_OURS}
     alone = cases.pop() if ask.hue == "case" and len(cases) == 1 else ""  # to be told from others
     if not entries and coloured and (alone or any(s.look == "published" for s in series)):
-        entries = [plot.LegendEntry(alone or OURS, Pen(ALONE, "-", "o"), coloured[-1].look)]
+        entries = [plot.LegendEntry(alone or "computed", Pen(ALONE, "-", "o"), coloured[-1].look)]
     extra = {s.text: s for s in reversed(series) if s.text}
     own = BESIDE | {"area": Pen(ALONE), "line": Pen(ALONE), "line-points": Pen(ALONE, "-", "o")}
     for text, curve in sorted(reversed(extra.items()), key=lambda item: item[1].look):

@@ -1,6 +1,7 @@
 """What is to be seen, as plain data: series, panels, legend, colours that colour-blind readers tell apart."""
 
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
@@ -122,9 +123,9 @@ def apart_from(*names: str) -> Callable[[Series], Any]:
 
 def grouped(series: Iterable[Series], key: Callable[[Series], Any] | None = None) -> dict[Any, list[Series]]:
     """Return series that have a key in common, by that key: by default all their labels."""
-    groups: dict[Any, list[Series]] = {}
+    groups: dict[Any, list[Series]] = defaultdict(list)
     for curve in series:
-        groups.setdefault(key(curve) if key else curve.place, []).append(curve)
+        groups[key(curve) if key else curve.place].append(curve)
     return groups
 
 
@@ -165,24 +166,27 @@ def horizontal(run: Series, places: Array) -> Series:
     return replace(merged([run] * len(x)), x=x, look="horizontal")
 
 
-def band(x: Array, low: Array, high: Array) -> tuple[Array, Array]:
+Line = tuple[Array, Array]
+"""Abscissae and ordinates."""
+
+
+def band(x: Array, low: Array, high: Array) -> Line:
     """Return the outline of what lies between two curves over the same abscissae, where both are known."""
     x, low, high = (side[np.isfinite(low) & np.isfinite(high)] for side in (x, low, high))
     return np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]])
 
 
-def bars(edges: Array, counts: Array) -> tuple[Array, Array]:
+def bars(edges: Array, counts: Array) -> Line:
     """Return the outline of the bars of a histogram."""
     return np.repeat(edges, 2), np.concatenate([[0.0], np.repeat(counts, 2), [0.0]])
 
 
-def flat(x: tuple[float, float], y: float) -> tuple[Array, Array]:
+def flat(x: tuple[float, float], y: float) -> Line:
     """Return the points of a level line between two abscissae."""
     return np.array(x), np.full(2, y)
 
 
-@dataclass(frozen=True)
-class Pen:
+class Pen(NamedTuple):
     """Colour, dash, marker and width [relative] of a curve."""
 
     colour: str
@@ -235,8 +239,7 @@ class LegendEntry(NamedTuple):
     look: Look
 
 
-@dataclass(frozen=True)
-class Bar:
+class Bar(NamedTuple):
     """A bar of colours in place of a legend.
 
     Parameters
@@ -312,26 +315,16 @@ class Plot:
 NAMES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 WEAR = ("#2b2d42", "#3b5b92", "#3a8fb7", "#59b78f", "#d8b13c", "#d9622b")  # unworn to worn, dark to warm
 SWEEP = ("#2d1160", "#721f81", "#b73779", "#f1605d", "#f39a3d")  # magma without its palest end
-INK, GREY = "#222222", "#7a7a7a"
-BESIDE = {
-    "reference": Pen(GREY, ":"),
-    "level": Pen(INK),
-    "dashed": Pen(INK, "--"),
-    "dash-dot": Pen(INK, "-."),
-}
+INK = "#222222"
+BESIDE = {"reference": Pen("#7a7a7a", ":"), "level": Pen(INK)}
+BESIDE |= {"dashed": Pen(INK, "--"), "dash-dot": Pen(INK, "-.")}
 """Looks of thin lines that stand beside curves and take no hue."""
-WIDEST = 1.6  # the unworn state, so that it shows below what falls on it
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 DASHES = ("-", "--", "-.", ":")
 
 
-MOST_ENTRIES = 8
-"""Numbers in a legend: more become a bar of colours."""
 MOST_NAMES = 16
-LOGARITHMIC = 50.0
-"""Largest over smallest of numbers that are told apart by their logarithms."""
 BY_NAME = ("quantity", "harmonic", "pair", "mode", "influence", "variable")
-LEADING_NUMBER = re.compile(r"[-+]?[\d.,]+(?:e[-+]?\d+)?\s*(.*)")
 
 
 def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
@@ -346,7 +339,7 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
         return {label: Pen(along(bar.anchors, i / (len(names) - 1))) for i, label in enumerate(names)}
     if not numbers or facet in BY_NAME:
         return {label: named(i) for i, label in enumerate(labels)}
-    anchors, widest = (WEAR, WIDEST) if facet == "update" else (SWEEP, 1.0)
+    anchors, widest = (WEAR, 1.6) if facet == "update" else (SWEEP, 1.0)  # widest unworn: below all others
     coloured = {}
     for i, label in enumerate(numbers):
         at = i / max(1, len(numbers) - 1)
@@ -357,6 +350,8 @@ def pens(labels: Sequence[Label], facet: str | None) -> dict[Label, Pen]:
 
 def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | None:
     """Return the bar that tells what colours mean where there are too many for a legend, else None.
+
+    Numbers of which the largest is many times the smallest are told apart by their logarithms.
 
     Parameters
     ----------
@@ -369,14 +364,14 @@ def bar_of(labels: Sequence[Label], facet: str | None, head: str = "") -> Bar | 
     if not numbers and len(names) > MOST_NAMES:
         words = f"{facet.replace('_', ' ')}, in order: {names[0].text} … {names[-1].text}"
         return Bar(words, 1.0, float(len(names)), SWEEP)
-    if len(numbers) <= MOST_ENTRIES or facet in BY_NAME:
+    if len(numbers) <= 8 or facet in BY_NAME:
         return None
     values = np.array([float(label.value) for label in numbers])
     low, high = float(values.min()), float(values.max())
-    logarithmic = low > 0.0 and high > LOGARITHMIC * low
+    logarithmic = low > 0.0 and high > 50.0 * low
     if facet == "update":
         return Bar("wear cycles", low, high, WEAR, logarithmic)
-    numeral = LEADING_NUMBER.fullmatch(numbers[-1].text)
+    numeral = re.fullmatch(r"[-+]?[\d.,]+(?:e[-+]?\d+)?\s*(.*)", numbers[-1].text)
     unit = f" ({numeral[1]})" if numeral and numeral[1] else ""
     return Bar(f"{head or facet.replace('_', ' ')}{unit}", low, high, SWEEP, logarithmic)
 

@@ -24,13 +24,9 @@ from wearlab.figures.plot import Mark, Scale, Series
 from wearlab.figures.wording import Label, converted
 from wearlab.units import UnitError
 
-LARGEST = 10_000_000  # bytes of a file of points
-TEXT = "published"
-POINT = ("x", "y", "text")
 SLACK = 1e-3
 """Share of a flank by which traces may miss its ends."""
 COUNTS = {"million cycles": 1e6, "millions": 1e6, "thousand cycles": 1e3, "cycles": 1.0}
-HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*")
 
 
 class MeasuredFlank(NamedTuple):
@@ -56,10 +52,9 @@ def points_of(source: Path | Points, ask: Ask) -> Points:
     if isinstance(source, Points):
         return source
     try:
-        return Points(source.name, tables.decoded(files.read_regular(source, LARGEST))[0])
+        return Points(source.name, tables.decoded(files.read_regular(source, 10_000_000))[0])
     except OSError as error:
-        reason = getattr(error, "strerror", None) or error
-        raise ask.wrong(f"published: {source}: {reason}") from error
+        raise ask.wrong(f"published: {source}: {getattr(error, 'strerror', None) or error}") from error
 
 
 def published(source: Path | Points, series: Sequence[Series], hue: str | None, ask: Ask) -> Iterator[Series]:
@@ -80,7 +75,8 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
         raise ask.wrong(f"{points.name}: a column x is required, found {', '.join(columns)}")
     first = series[0]
     x = _column(rows, columns["x"], names[columns["x"]][1], first.across, ask)
-    dims = {(hue if name == "hue" else name): i for name, i in columns.items() if name not in POINT}
+    others = {name: i for name, i in columns.items() if name not in ("x", "y", "text")}
+    dims = {hue if name == "hue" else name: i for name, i in others.items()}
     keys = [tuple((dim, row[i].strip()) for dim, i in dims.items() if dim) for row in rows]
     y = _column(rows, columns["y"], names[columns["y"]][1], first.up, ask) if "y" in columns else None
     texts = [row[columns["text"]].strip() if "text" in columns else "" for row in rows]
@@ -88,10 +84,9 @@ def published(source: Path | Points, series: Sequence[Series], hue: str | None, 
         inside = np.array([each_key == key for each_key in keys])
         labels = {dim: _known(series, dim, text) for dim, text in key}
         if y is not None:
-            yield Series(labels, x[inside], y[inside], first.across, first.up, "published", TEXT)
+            yield Series(labels, x[inside], y[inside], first.across, first.up, "published", "published")
             continue
-        told = (texts[at] for at in np.flatnonzero(inside))
-        marks = tuple(map(Mark, x[inside].tolist(), told))
+        marks = tuple(map(Mark, x[inside].tolist(), (texts[at] for at in np.flatnonzero(inside))))
         yield Series(labels, np.zeros(0), np.zeros(0), first.across, first.up, "published", marks=marks)
 
 
@@ -102,20 +97,17 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     reach; the note says by how much the traces differ from it there.
     """
     assert curve.level is not None and curve.colours is not None
+    unit_x, unit_y, unit = curve.across.units, curve.up.units, curve.colours.units
     wide = int(np.count_nonzero(curve.y == curve.y[0]))
     x, up, level = curve.x[:wide], curve.y[::wide], curve.level.reshape(-1, wide)
-    place = converted(flank.place, "m", curve.up.units)
-    each = [
-        (converted(along, flank.units, curve.across.units), converted(depth, "m", curve.colours.units))
-        for along, depth in flank.traces
-    ]
+    place = converted(flank.place, "m", unit_y)
+    each = [(converted(s, flank.units, unit_x), converted(depth, "m", unit)) for s, depth in flank.traces]
     begin, end = max(along.min() for along, _ in each), min(along.max() for along, _ in each)
     slack = SLACK * float(np.ptp(x))
     inside = (x >= begin - slack) & (x <= end + slack)
     aside = SLACK * float(np.ptp(up))
     rows = up[(up >= place[0] - aside) & (up <= place[-1] + aside)]
     if np.count_nonzero(inside) < 2 or len(rows) < 2:
-        unit_y, unit_x = curve.up.units, curve.across.units
         raise FigureError(
             f"{flank.name}: its traces have {begin:.6g} to {end:.6g} {unit_x} in common at face positions "
             f"{place[0]:.4g} to {place[-1]:.4g} {unit_y}, the flank reaches from "
@@ -125,7 +117,6 @@ def beside_map(curve: Series, flank: MeasuredFlank) -> Series:
     seen = np.stack([np.interp(nodes, along, depth) for along, depth in each])
     told = np.stack([np.interp(place, up, column) for column in level[:, inside].T], axis=1)
     off = seen - told
-    unit = curve.colours.units
     across, along = np.meshgrid(nodes, rows)
     filled = np.stack([np.interp(rows, place, column) for column in seen.T], axis=1)
     return replace(
@@ -148,8 +139,7 @@ def measured_flank(ask: Ask) -> MeasuredFlank:
         table = tables.table_of(points.name, points.text.encode())
         x, y, abscissa, depth, across = table_options.profile_of(table, {})
     except tables.TableError as error:
-        said = str(error).partition(", or name it: ")[0]
-        raise ask.wrong(f"published: {said}") from None
+        raise ask.wrong(f"published: {str(error).partition(', or name it: ')[0]}") from None
     if across is None or y != "depth" or x == "roll_length":
         raise ask.wrong(
             f"published: {points.name} tells {y} over {x}: a map of wear needs columns "
@@ -167,7 +157,7 @@ def _table(points: Points, ask: Ask) -> tuple[list[tuple[str, str]], list[list[s
     rows = list(csv.reader(line for line in lines if not line.lstrip().startswith("#")))
     if len(rows) < 2:
         raise ask.wrong(f"published: {points.name} holds no points")
-    matches = [HEADER.fullmatch(cell) for cell in rows[0]]
+    matches = [re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*", cell) for cell in rows[0]]
     heads = zip(matches, rows[0], strict=True)
     return [(m[1], (m[2] or "").strip()) if m else (cell, "") for m, cell in heads], rows[1:]
 

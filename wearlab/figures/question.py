@@ -60,7 +60,6 @@ def _problems(campaign: Campaign, spec: Any, number: int, folder: Any) -> Iterat
 
 
 QUESTION = "question"
-FORMAT = 1
 KEYS = ("kind", "select", "x", "y", "hue", "rows", "cols", "units", "y_as", "title", "note")
 
 
@@ -91,8 +90,7 @@ class Question:
     @property
     def ask(self) -> kind.Ask:
         """The figure's wishes."""
-        ask = kind.read(SimpleNamespace(**self.table), self.number, None)
-        return replace(ask, published=self.points)
+        return replace(kind.read(SimpleNamespace(**self.table), self.number, None), published=self.points)
 
     @property
     def name(self) -> str:
@@ -139,28 +137,19 @@ def texts(asked: Question, entries: Mapping[str, Entry], missing: Sequence[str])
     entries : the runs drawn
     missing : names of the runs that had no data
     """
-    ask = asked.ask
-    written = {
-        "format": FORMAT,
-        "number": asked.number,
-        "table": asked.table,
-        "points": None if asked.points is None else list(asked.points),
-        "campaign": to_record(asked.campaign),  # type: ignore[arg-type]
-        "runs": {run_id: entry.sha256 for run_id, entry in entries.items()},
-        **({"subject": asked.subject} if asked.subject else {}),
-    }
+    ask, runs = asked.ask, entries.values()
+    written: dict[str, Any] = {"format": 1, "number": asked.number, "table": asked.table}
+    written["points"] = None if asked.points is None else list(asked.points)
+    written["campaign"] = to_record(asked.campaign)  # type: ignore[arg-type]
+    written["runs"] = {run_id: entry.sha256 for run_id, entry in entries.items()}
+    written |= {"subject": asked.subject} if asked.subject else {}
     told = {
         "Title": ask.title or kinds.KINDS[ask.kind].title,
-        "campaign": asked.campaign.title,
-        "campaign_hash": asked.hash,
-        "campaign_text": asked.text,
-        "figure": ask.kind,
-        "table": _json(asked.table),
-        "select": _json(dict(ask.select)),
-        "runs": " ".join(entries),
-        "missing": "; ".join(missing),
-        "wearlab": ", ".join(sorted({entry.wearlab_version or "" for entry in entries.values()})),
-        "source_hash": ", ".join(sorted({entry.source_hash or "" for entry in entries.values()})),
+        **{"campaign": asked.campaign.title, "campaign_hash": asked.hash, "campaign_text": asked.text},
+        **{"figure": ask.kind, "table": _json(asked.table), "select": _json(dict(ask.select))},
+        **{"runs": " ".join(entries), "missing": "; ".join(missing)},
+        "wearlab": ", ".join(sorted({entry.wearlab_version or "" for entry in runs})),
+        "source_hash": ", ".join(sorted({entry.source_hash or "" for entry in runs})),
         QUESTION: _json(written),
     }
     return {key: text for key, text in told.items() if text}
@@ -174,13 +163,12 @@ def asked_by(told: Mapping[str, str], file: Path) -> Question:
     FigureError : they hold none, or one that this wearlab cannot read
     """
     if QUESTION not in told:
-        raise kind.FigureError(
-            f"{file}: carries no question of wearlab: it was not drawn by 'wearlab figures'"
-        )
+        said = "carries no question of wearlab: it was not drawn by 'wearlab figures'"
+        raise kind.FigureError(f"{file}: {said}")
     try:
         written = json.loads(told[QUESTION])
-        if written["format"] != FORMAT:
-            raise ValueError(f"question of format {written['format']!r}, this wearlab reads {FORMAT}")
+        if written["format"] != 1:
+            raise ValueError(f"question of format {written['format']!r}, this wearlab reads 1")
         table = {key: value for key, value in dict(written["table"]).items() if key in KEYS}
         if table["kind"] not in kinds.KINDS:
             raise ValueError(f"no kind of figure: {table['kind']!r}")
@@ -197,12 +185,8 @@ def _json(value: Any) -> str:
     return json.dumps(value, sort_keys=True, ensure_ascii=False, separators=(",", ":"))
 
 
-DESCRIPTION = "{http://purl.org/dc/elements/1.1/}description"
-SUBJECT = re.compile(rb"/Subject \(((?:[^\\()]|\\.)*)\)", re.DOTALL)
-ESCAPED = re.compile(rb"\\(.)", re.DOTALL)
 LARGEST = 50_000_000  # bytes, and pixels
 STARTS = (PNG := b"\x89PNG", PDF := b"%PDF", b"<?xml", b"<svg")
-ESCAPES = {b"n": b"\n", b"r": b"\r"}
 
 
 def embedded(file: Path) -> dict[str, str]:
@@ -235,16 +219,16 @@ def _texts(file: Path, data: bytes) -> dict[str, str]:
     if data.lstrip().startswith(PNG):
         with Image.open(file, formats=["PNG"]) as image:
             if image.width * image.height > LARGEST:
-                size = f"{image.width} by {image.height} pixels"
-                raise kind.FigureError(f"{file}: {size} are more than a figure has")
+                size = f"{image.width} by {image.height} pixels are more than a figure has"
+                raise kind.FigureError(f"{file}: {size}")
             image.load()
             texts: Any = image.text  # type: ignore[attr-defined]
     else:
         if not data.lstrip().startswith(PDF):
-            text = ElementTree.fromstring(data).findtext(f".//{DESCRIPTION}")
-        elif subject := SUBJECT.search(data):
-            text = ESCAPED.sub(lambda match: ESCAPES.get(match[1], match[1]), subject[1]).decode("ascii")
+            text = ElementTree.fromstring(data).findtext(".//{http://purl.org/dc/elements/1.1/}description")
         else:
-            text = None
+            subject = re.search(rb"/Subject \(((?:[^\\()]|\\.)*)\)", data, re.DOTALL)
+            escaped, signs = subject[1] if subject else b"", {b"n": b"\n", b"r": b"\r"}
+            text = re.sub(rb"(?s)\\(.)", lambda s: signs.get(s[1], s[1]), escaped).decode("ascii")
         texts = json.loads(text or "{}")
     return {str(key): str(value) for key, value in texts.items()} if isinstance(texts, dict) else {}

@@ -11,17 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
+from matplotlib import colors, dates, ticker
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
-from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.text import Annotation
-from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation, LogLocator, MaxNLocator, NullLocator
-from matplotlib.transforms import Bbox
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
@@ -37,39 +32,18 @@ DPI = 180
 STYLE = Path(__file__).with_name("print.mplstyle")
 RC = dict(matplotlib.rc_params_from_file(STYLE, use_default_template=False))
 """The look of every figure, for print."""
-REPRODUCIBLE = {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
-DEFAULTS = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
-SETTINGS: Any = DEFAULTS | RC | REPRODUCIBLE  # whatever matplotlibrc a reader keeps at home
-FONTS = {"font.family", "font.serif", "font.sans-serif", "font.monospace", "text.usetex"}
+SETTINGS: Any = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key} | RC
+SETTINGS |= {"svg.hashsalt": "wearlab", "svg.fonttype": "path", "pdf.fonttype": 42}
+"""Of every file, whatever matplotlibrc a reader keeps at home."""
 SCALED = ("font.size", "labelsize", "fontsize", "linewidth", "markersize", "major.size", "major.width")
 
 # inches, of a figure in the default size
-MARGIN, GAP = 0.08, 0.07
-TITLE_HEIGHT, LEGEND_LINE, NOTE_LINE = 0.25, 0.175, 0.15
-NAME_LINE, NAMES = 0.15, 0.7  # of names of ranks: a line, and what else the panel needs
-BAR_WIDTH, BAR, BAR_HEIGHT = 2.4, 0.34, 0.09  # of a bar of colours, and of all it takes with its numbers
-WIDTHS = (5.0, 7.2, 7.2)  # by columns, of three and more the last
-HEIGHTS = {"wide": (2.75, 2.25, 1.85), "square": (4.2, 3.0, 2.2)}
-SQUARE_WIDTH, SMALL_WIDTH = 4.6, 3.6
-# letters by inch
-NOTE_LETTERS, TITLE_LETTERS, BAR_LETTERS, NAME_LETTERS = 21.5, 13.0, 14.0, 9.7
+MARGIN = 0.08
+HEIGHTS = {"wide": (2.75, 2.25, 1.85), "square": (4.2, 3.0, 2.2)}  # by columns, of three and more the last
 # over the size of the text
-TITLE, NOTE, MARK = 10.5 / 9.0, 7.5 / 9.0, 8.0 / 9.0
-
-LEAST_SPAN = 0.02  # of the values
-LETTER = 0.02  # of the width of a figure, that two letters of marks need
-BREAK, SLASH = (0.025, 0.055), ((-1.0, -0.5), (1.0, 0.5))  # heights and form of the strokes of a cut axis
-MANY = 1e4  # largest over smallest
-WIDEST = 40  # letters and gaps of labels along an abscissa
-SQUEEZED = 3.0  # longest over shortest abscissa of panels: beyond, each has its own
-MOST_BARS = 40  # points: errors of more are drawn as a band
-BAND_ALPHA, HOLLOW_MARKS = 0.22, 9
-DASH = 4.0  # widths of a line
-END_TEXT, LINE_STEP = "end-text", 2.0  # what is written beside curves, and the points that it moves by
-AREA_ALPHA, AREA_WIDTH = 0.25, 6.0
-SHORT_TEXT, LONG_TEXT = 1_000, 500_000  # characters: packed between, readers refuse large unpacked texts
-COLOURS = 128
-"""Lines, their antialiasing and bands need no more; a figure then takes a third of its bytes."""
+NOTE, MARK = 7.5 / 9.0, 8.0 / 9.0
+END_TEXT = "end-text"  # what is written beside curves
+AREA_ALPHA = 0.25
 STEPS: dict[str, Any] = {"steps": [1, 2, 2.5, 5, 10]}
 GREY_TEXT: dict[str, Any] = {"color": "#555555"}
 
@@ -97,7 +71,7 @@ def drawn(plot: Plot, size: float | tuple[float, float] | None = None, ax: Any =
     FigureError : more or fewer axes than panels
     """
     own = {key: v for key, v in matplotlib.rcParams.items() if v != matplotlib.rcParamsDefault.get(key)}
-    if FONTS & own.keys():
+    if {"font.family", "font.serif", "font.sans-serif", "font.monospace", "text.usetex"} & own.keys():
         own["font.family"] = matplotlib.rcParams["font.family"]
     width, height = (size, None) if isinstance(size, int | float) else size or (None, None)
     scale = 1.0 if width is None else width / _width(plot)
@@ -126,9 +100,12 @@ def rendered(plot: Plot, texts: Mapping[str, str], ending: str = "png") -> bytes
 
 
 def lightened(png: bytes) -> bytes:
-    """Return a PNG with a palette in place of true colours, the same bytes for the same picture."""
+    """Return a PNG with a palette in place of true colours, the same bytes for the same picture.
+
+    Lines, their antialiasing and bands need no more of these; a figure then takes a third of its bytes.
+    """
     with Image.open(io.BytesIO(png)) as picture:
-        few = picture.convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        few = picture.convert("RGB").quantize(128, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     stream = io.BytesIO()
     few.save(stream, format="png", optimize=True)
     return stream.getvalue() if stream.tell() < len(png) else png
@@ -146,16 +123,14 @@ def _saved(texts: Mapping[str, str], ending: str) -> dict[str, Any]:
     chunks = PngInfo()
     for key, text in texts.items():
         add = chunks.add_text if text.isascii() else chunks.add_itxt
-        add(key, text, zip=SHORT_TEXT < len(text) < LONG_TEXT)
+        add(key, text, zip=1_000 < len(text) < 500_000)  # readers refuse large unpacked texts
     return {"pil_kwargs": {"pnginfo": chunks}}
 
 
 def _width(plot: Plot) -> float:
     """Return the default width [inches]."""
-    if plot.small:
-        return SMALL_WIDTH
-    square = plot.shape == "square" and plot.columns == 1
-    return SQUARE_WIDTH if square else WIDTHS[: plot.columns][-1]
+    single = 4.6 if plot.shape == "square" else 5.0
+    return 3.6 if plot.small else single if plot.columns == 1 else 7.2
 
 
 def draw(plot: Plot, width: float | None = None, height: float | None = None) -> Figure:
@@ -163,19 +138,19 @@ def draw(plot: Plot, width: float | None = None, height: float | None = None) ->
     width = width or _width(plot)
     unit = matplotlib.rcParams["font.size"] / RC["font.size"]  # of all lengths, over those above
     letters = width / unit
-    notes = [line for note in plot.notes for line in textwrap.wrap(note, int(letters * NOTE_LETTERS))]
-    title = textwrap.wrap(plot.title, int(letters * TITLE_LETTERS))
+    notes = [line for note in plot.notes for line in textwrap.wrap(note, int(letters * 21.5))]
+    title = textwrap.wrap(plot.title, int(letters * 13.0))
     figure = Shown(figsize=(width, 1.0))
     FigureCanvasAgg(figure)
     lines = _head(figure, plot.headed, title, unit)
-    texts = len(title) * TITLE_HEIGHT + lines * LEGEND_LINE + len(notes) * NOTE_LINE
-    beside = unit * (texts + bool(plot.bar) * BAR + 2 * MARGIN + (1 + bool(notes)) * GAP)
+    texts = len(title) * 0.25 + lines * 0.175 + len(notes) * 0.15
+    beside = unit * (texts + bool(plot.bar) * 0.34 + 2 * MARGIN + (1 + bool(notes)) * 0.07)
     called = [_names_of(panel, letters) for panel in plot.panels]
     most = max((len(names) * max(map(len, names)) for names in called if names), default=0)
-    tall = unit * max(HEIGHTS[plot.shape][: plot.columns][-1], NAMES + most * NAME_LINE)
+    tall = unit * max(HEIGHTS[plot.shape][: plot.columns][-1], 0.7 + most * 0.15)
     height = height or beside + plot.rows * tall
     figure.set_size_inches(width, height)
-    figure.set_layout_engine(ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.07, wspace=0.02, hspace=0.02))
+    figure.set_layout_engine("constrained", w_pad=0.06, h_pad=0.07, wspace=0.02, hspace=0.02)
     if notes:
         small = {**GREY_TEXT, "size": NOTE * matplotlib.rcParams["font.size"]}
         figure.supxlabel("\n".join(notes), x=MARGIN * unit / width, ha="left", parse_math=False, **small)
@@ -216,32 +191,33 @@ def _for_latex(plot: Plot) -> Plot:
         marks = tuple(mark._replace(text=latex(mark.text)) for mark in panel.marks)
         panels.append(replace(panel, **told, marks=marks, names=tuple(map(latex, panel.names))))
     legend = tuple(entry._replace(text=latex(entry.text)) for entry in plot.headed)
-    bar = plot.bar and replace(plot.bar, label=latex(plot.bar.label))
+    bar = plot.bar and plot.bar._replace(label=latex(plot.bar.label))
     title, notes = latex(plot.title), tuple(map(latex, plot.notes))
     return replace(plot, head="", title=title, panels=tuple(panels), legend=legend, bar=bar, notes=notes)
 
 
 def _colours(bar: Bar, power: int) -> ScalarMappable:
-    norm = (LogNorm if bar.logarithmic else Normalize)(bar.low / 10.0**power, bar.high / 10.0**power)
-    return ScalarMappable(norm, LinearSegmentedColormap.from_list("", bar.anchors))
+    norm = colors.LogNorm if bar.logarithmic else colors.Normalize
+    palette = colors.LinearSegmentedColormap.from_list("", bar.anchors)
+    return ScalarMappable(norm(bar.low / 10.0**power, bar.high / 10.0**power), palette)
 
 
 def _bar(figure: Figure, bar: Bar, unit: float) -> None:
     """Draw a bar of colours above the panels, with what it shows beside it."""
     power = power_of_ten([np.array([bar.low, bar.high])], "1")
     width = figure.get_figwidth() - 0.5 * unit
-    long = min(BAR_WIDTH * unit, 0.4 * width)
-    size: Any = {"shrink": long / width, "aspect": long / BAR_HEIGHT, "pad": 0.02}
+    long = min(2.4 * unit, 0.4 * width)
+    size: Any = {"shrink": long / width, "aspect": long / 0.09, "pad": 0.02}
     shown = figure.colorbar(_colours(bar, power), ax=figure.axes, location="top", anchor=(0.0, 0.0), **size)
     shown.outline.set_visible(False)
     if not bar.logarithmic:
-        shown.locator = MaxNLocator(5, **STEPS)
+        shown.locator = ticker.MaxNLocator(5, **STEPS)
         shown.update_ticks()
     shown.ax.tick_params(labelsize=7.5 * unit, pad=1.5, length=2)
     shown.ax.grid(False)
     label = axis_label(bar.label, "1" if power else "", power)
     told: Any = {"size": matplotlib.rcParams["legend.fontsize"], "parse_math": "$" in label}
-    label = label if "$" in label else textwrap.fill(label, int((width - long) / unit * BAR_LETTERS))
+    label = label if "$" in label else textwrap.fill(label, int((width - long) / unit * 14.0))
     shown.ax.annotate(label, (1.0, 0.5), (6, 0), "axes fraction", "offset points", va="center", **told)
 
 
@@ -260,7 +236,7 @@ def _head(figure: Figure, entries: Sequence[LegendEntry], title: Sequence[str], 
         if columns == 1 or legend.get_window_extent(renderer).width / figure.dpi <= room:
             break
         legend.remove()
-    bold = FontProperties(weight="bold", size=TITLE * matplotlib.rcParams["font.size"])
+    bold = FontProperties(weight="bold", size=10.5 / 9.0 * matplotlib.rcParams["font.size"])
     legend.set_title("\n".join(title), prop=bold)
     legend.get_title().set_parse_math(False)
     return -(-len(entries) // columns)
@@ -281,7 +257,7 @@ def strokes(pen: Pen, look: str) -> dict[str, Any]:
         **{beside: {**line, "lw": 0.8 * width, "zorder": 1.5} for beside in BESIDE},
         "points": {**dots, "mec": "white", "mew": 0.6, "ms": 5.0, "zorder": 4},
         "dots": {**dots, "mew": 0.0, "ms": 1.8, "alpha": 0.7, "zorder": 3},
-        "area": {"color": colour, "lw": AREA_WIDTH, "alpha": AREA_ALPHA, "solid_capstyle": "butt"},
+        "area": {"color": colour, "lw": 6.0, "alpha": AREA_ALPHA, "solid_capstyle": "butt"},
         "hairline": {**line, "lw": 0.5 * width, "zorder": 3},
         # a published point goes around a marker of ours
         "published": {**dots, "mfc": "none", "mec": colour, "mew": 1.0, "ms": 6.6, "zorder": 5},
@@ -294,27 +270,21 @@ def strokes(pen: Pen, look: str) -> dict[str, Any]:
 
 def _names_of(panel: Panel, letters: float) -> list[list[str]]:
     """Return the lines of the names of a panel's ranks."""
-    return [textwrap.wrap(name, max(int(letters * NAME_LETTERS), 12)) or [""] for name in panel.names]
+    return [textwrap.wrap(name, max(int(letters * 9.7), 12)) or [""] for name in panel.names]
 
 
 def _draw_panels(figure: Figure, plot: Plot, letters: float, tall: float) -> None:
     """Draw every panel of a plot on a figure, with what their axes share."""
     one_x = len({panel.x_label for panel in plot.panels}) == 1
     shared_x = one_x and _alike_across(plot.panels)
-    shared_y: Any = {"all": True, "row": "row", "none": False}[plot.share_y]
-    grid = figure.subplots(plot.rows, plot.columns, sharex=shared_x, sharey=shared_y, squeeze=False)
-    places = {(panel.row, panel.column): panel for panel in plot.panels}
-    axes: dict[tuple[int, int], Axes] = {}
-    for place, ax in np.ndenumerate(grid):
-        if place in places:
-            axes[place] = ax
-            _panel(ax, places[place], plot)
-        else:
-            ax.remove()
-    bottom = max(row for row, _ in axes)
-    room = int((tall - 0.6) * 72 / 3.9)
-    for (row, column), ax in axes.items():
-        panel = places[row, column]
+    grid = figure.subplots(plot.rows, plot.columns, sharex=shared_x, sharey=plot.share_y, squeeze=False)
+    axes: dict[tuple[int, int], Axes] = {(p.row, p.column): grid[p.row, p.column] for p in plot.panels}
+    for empty in (ax for place, ax in np.ndenumerate(grid) if place not in axes):
+        empty.remove()
+    for panel, ax in zip(plot.panels, axes.values(), strict=True):
+        _panel(ax, panel, plot)
+    bottom, room = max(row for row, _ in axes), int((tall - 0.6) * 72 / 3.9)
+    for ((row, column), ax), panel in zip(axes.items(), plot.panels, strict=True):
         leftmost = plot.share_y == "none" or (row, column - 1) not in axes
         lowest = (row + 1, column) not in axes or not shared_x
         ax.tick_params(labelbottom=lowest and bool(panel.x_label), labelleft=leftmost)
@@ -337,7 +307,7 @@ def _alike_across(panels: Sequence[Panel]) -> bool:
     held = [[curve.x[np.isfinite(curve.x)] for curve in panel.curves] for panel in panels]
     spans = [max((float(np.ptp(x)) for x in own if len(x)), default=0.0) for own in held]
     wide = [span for span in spans if span > 0.0]
-    return not wide or max(wide) <= SQUEEZED * min(wide)
+    return not wide or max(wide) <= 3.0 * min(wide)
 
 
 def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
@@ -349,7 +319,7 @@ def _hours_on_top(ax: "Axes", panel: Panel, *, first: bool) -> None:
     size = matplotlib.rcParams["font.size"]
     top.set_xlabel("Operating time (h)", size=MARK * size)
     top.tick_params(labelsize=NOTE * size, length=2.0)
-    top.xaxis.set_major_locator(MaxNLocator(5, **STEPS))
+    top.xaxis.set_major_locator(ticker.MaxNLocator(5, **STEPS))
     top.spines["top"].set_visible(True)
 
 
@@ -357,7 +327,7 @@ def _sides(panel: Panel, columns: int) -> list[str]:
     """Return how the letters of marks are aligned: two close neighbours turn away from each other."""
     places = np.array([mark.x for mark in panel.marks])
     drawn = np.concatenate([curve.x for curve in panel.curves] + [places])
-    room = LETTER * columns * np.ptp(drawn[np.isfinite(drawn)])
+    room = 0.02 * columns * np.ptp(drawn[np.isfinite(drawn)])  # that two letters need
     away = places - places[:, None]
     after, before = (((side > 0.0) & (side < room)).any(axis=1) for side in (away, -away))
     sides = np.select([after & ~before, before & ~after], ["right", "left"], "center")
@@ -381,12 +351,12 @@ def _panel(ax: "Axes", panel: Panel, plot: Plot) -> None:
         ax.axvline(mark.x, color="#9a9a9a", lw=0.6, ls=(0, (2, 2)), zorder=1)
         ax.annotate(mark.text, (mark.x, 1.0), (0, 2), ha=side, **above)
     if panel.dates:
-        dates = AutoDateLocator(minticks=3, maxticks=6)
-        ax.xaxis.set_major_locator(dates)
-        ax.xaxis.set_major_formatter(ConciseDateFormatter(dates))
+        days = dates.AutoDateLocator(minticks=3, maxticks=6)
+        ax.xaxis.set_major_locator(days)
+        ax.xaxis.set_major_formatter(dates.ConciseDateFormatter(days))
     else:
-        ax.xaxis.set_major_locator(MaxNLocator(6, **STEPS))
-    ax.yaxis.set_major_locator(MaxNLocator(6, **STEPS))
+        ax.xaxis.set_major_locator(ticker.MaxNLocator(6, **STEPS))
+    ax.yaxis.set_major_locator(ticker.MaxNLocator(6, **STEPS))
 
 
 def _curve(ax: "Axes", curve: Curve) -> None:
@@ -410,7 +380,7 @@ def _map(ax: "Axes", curve: Curve, level: Array) -> None:
     """Colour a rectangle by the levels at its points, row after row, with lines of equal level."""
     wide = int(np.argmax(curve.y != curve.y[0])) or len(curve.y)
     x, y, z = (values.reshape(-1, wide) for values in (curve.x, curve.y, level))
-    colours = LinearSegmentedColormap.from_list("", WEAR)
+    colours = colors.LinearSegmentedColormap.from_list("", WEAR)
     low, high = curve.reach
     ax.pcolormesh(x, y, z, shading="gouraud", cmap=colours, vmin=low, vmax=high, rasterized=True)
     if np.ptp(z) > 0.05 * (high - low):
@@ -422,16 +392,15 @@ def part_texts(figure: "Figure") -> None:
     """Move what is written beside curves down until no text covers another, up where there is no room."""
     figure.canvas.draw()
     for ax in figure.axes:
-        frame, taken = ax.get_window_extent(), list[Bbox]()
-        for text in (one for one in ax.texts if isinstance(one, Annotation) and one.get_gid() == END_TEXT):
+        frame, taken = ax.get_window_extent(), list[Any]()
+        written: list[Any] = [text for text in ax.texts if text.get_gid() == END_TEXT]
+        for text in written:
             box = text.get_window_extent()
             down = box.y0 >= frame.y0
-            while any(box.overlaps(other) for other in taken) or box.y0 < frame.y0:
-                x, y = text.xyann
-                text.xyann = (x, y - LINE_STEP if down else y + LINE_STEP)
+            while any(map(box.overlaps, taken)) or box.y0 < frame.y0:
+                text.xyann = (text.xyann[0], text.xyann[1] + (-2.0 if down else 2.0))  # points
                 box = text.get_window_extent()
-                if down and box.y0 < frame.y0:
-                    down = False
+                down = down and box.y0 >= frame.y0
             taken.append(box)
 
 
@@ -439,17 +408,17 @@ def _part_levels(ax: "Axes") -> None:
     """Give horizontal lines dashes and marks that leave the others to be seen where they coincide."""
     levels = [line for line in ax.lines if line.get_markevery() is not None]
     for number, line in enumerate(levels):
-        line.set_linestyle((DASH * number, (DASH, DASH * max(len(levels) - 1, 0.6))))
+        line.set_linestyle((4.0 * number, (4.0, 4.0 * max(len(levels) - 1, 0.6))))
         line.set_markersize(line.get_markersize() * (1.8 + 0.8 * (len(levels) - 1 - number)))
 
 
 def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
     """Draw the errors of a curve as bars, of a long one as a band, and hollow marks where it is in doubt."""
-    colour, many = curve.pen.colour, curve.look == "line" and len(curve.x) > MOST_BARS
+    colour, many = curve.pen.colour, curve.look == "line" and len(curve.x) > 40
     x_error, y_error = _ends(curve.x, curve.x_error, least["x"]), _ends(curve.y, curve.y_error, least["y"])
     if many and y_error is not None:
         low, high = curve.y - y_error[0], curve.y + y_error[1]
-        ax.fill_between(curve.x, low, high, color=colour, alpha=BAND_ALPHA, lw=0, zorder=1.8)
+        ax.fill_between(curve.x, low, high, color=colour, alpha=0.22, lw=0, zorder=1.8)
     elif not many and not (x_error is None and y_error is None):
         only: Any = [len(curve.x) // 2] if curve.look == "horizontal" else slice(None)
         up, across = (None if end is None else end[:, only] for end in (y_error, x_error))
@@ -457,7 +426,7 @@ def _uncertain(ax: "Axes", curve: Curve, least: Mapping[str, float]) -> None:
         ax.errorbar(curve.x[only], curve.y[only], up, across, "none", ecolor=colour, **bars)
     if curve.doubtful is not None and curve.doubtful.any():
         at = np.flatnonzero(curve.doubtful & np.isfinite(curve.x) & np.isfinite(curve.y))
-        at = at[:: max(1, len(at) // HOLLOW_MARKS)] if curve.look in ("line", "hairline") else at
+        at = at[:: max(1, len(at) // 9)] if curve.look in ("line", "hairline") else at
         at = at[1:-1] if curve.look == "horizontal" and len(at) > 2 else at
         hollow: dict[str, Any] = {"ls": "", "mfc": "white", "mec": colour, "mew": 1.0, "zorder": 4.5}
         size = 2.6 if curve.look == "dots" else 4.6
@@ -481,13 +450,12 @@ def _limits(ax: "Axes", plot: Plot) -> None:
     lines = [np.asarray(line.get_ydata(), float) for line in drawn if np.size(line.get_ydata()) > 1]
     values = np.concatenate([y[np.isfinite(y)] for y in lines]) if lines else np.zeros(1)
     low, high = ax.get_ylim()
-    least = LEAST_SPAN * float(np.max(np.abs(values), initial=0.0))
+    least, middle = 0.02 * float(np.max(np.abs(values), initial=0.0)), (low + high) / 2
     if high - low < least:
-        middle = (low + high) / 2
         ax.set_ylim(middle - least / 2, middle + least / 2)
     if plot.ranks:
         ax.set_ylim(np.floor(max(values)) + 0.7, 0.3)
-        ax.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+        ax.yaxis.set_major_locator(ticker.MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     elif (values >= 0.0).all() and 0.0 != low < 0.25 * high:
         ax.set_ylim(0.0, high)
 
@@ -498,9 +466,9 @@ def _scaled(ax: "Axes", plot: Plot) -> None:
         return
     if not plot.logarithmic:
         _limits(ax, plot)
-        return
-    for name in "xy" if plot.logarithmic_across else "y":
-        _by_logarithm(ax, name)
+    else:
+        for name in "xy" if plot.logarithmic_across else "y":
+            _by_logarithm(ax, name)
 
 
 def _by_logarithm(ax: "Axes", name: str) -> None:
@@ -508,13 +476,13 @@ def _by_logarithm(ax: "Axes", name: str) -> None:
     axis = {"x": ax.xaxis, "y": ax.yaxis}[name]
     ax.set(**{f"{name}scale": "log", f"{name}margin": 0.1})
     low, high = axis.get_view_interval()
-    between = LogLocator(subs=(1.0, 2.0, 5.0))
+    between = ticker.LogLocator(subs=(1.0, 2.0, 5.0))
     told = [f"{value:g}" for value in between.tick_values(low, high) if low <= value <= high]
-    many = high > MANY * low or (name == "x" and sum(map(len, told)) + 2 * len(told) > WIDEST)
-    axis.set_major_locator(LogLocator() if many else between)
-    plain = FuncFormatter(lambda value, _: f"{value:g}")
-    axis.set_major_formatter(LogFormatterSciNotation() if many else plain)
-    axis.set_minor_locator(NullLocator())
+    many = high > 1e4 * low or (name == "x" and sum(map(len, told)) + 2 * len(told) > 40)
+    axis.set_major_locator(ticker.LogLocator() if many else between)
+    plain = ticker.FuncFormatter(lambda value, _: f"{value:g}")
+    axis.set_major_formatter(ticker.LogFormatterSciNotation() if many else plain)
+    axis.set_minor_locator(ticker.NullLocator())
 
 
 def _mark_truncated(ax: "Axes") -> None:
@@ -522,6 +490,7 @@ def _mark_truncated(ax: "Axes") -> None:
     low, high = ax.get_ylim()
     if min(low, high) <= 0.0 <= max(low, high):
         return
-    stroke: dict[str, Any] = {"marker": SLASH, "ms": 7.0, "mec": "#444444", "mew": 0.9, "ls": "", "zorder": 6}
-    for height in BREAK if abs(low) < abs(high) else tuple(1.0 - height for height in BREAK):
-        ax.add_artist(Line2D([0.0], [height], transform=ax.transAxes, clip_on=False, **stroke))
+    stroke: dict[str, Any] = {"marker": ((-1.0, -0.5), (1.0, 0.5)), "ms": 7.0, "mew": 0.9, "zorder": 6}
+    for height in (0.025, 0.055) if abs(low) < abs(high) else (0.975, 0.945):
+        where: Any = {"transform": ax.transAxes, "clip_on": False}
+        ax.add_artist(Line2D([0.0], [height], mec="#444444", ls="", **where, **stroke))

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,7 +10,8 @@ import numpy as np
 import xarray as xr
 
 from wearlab import nearest, schema
-from wearlab.figures import doubt, kind, plot
+from wearlab.figures import doubt, plot
+from wearlab.figures.kind import Ask, FigureError, Run
 from wearlab.figures.wording import Label, converted, cycles, place
 from wearlab.query.evaluate import index_of_quantity
 from wearlab.store.grid import key_text, own_values
@@ -39,9 +39,8 @@ def index_of(
         if index is None:
             unit = f" {units}" if units else ""
             shown = [f"{value:g}{unit}" if is_number(value) else str(value) for value in values]
-            raise kind.FigureError(
-                f"{name}: select.{dim} = {label!r} is not there; {nearest.choices(label, shown)}"
-            )
+            said = f"select.{dim} = {label!r} is not there; {nearest.choices(label, shown)}"
+            raise FigureError(f"{name}: {said}")
         indices.append(index)
     return indices
 
@@ -50,7 +49,7 @@ def _several(asked: Any) -> list[Any]:
     return list(asked) if isinstance(asked, list | tuple) else [asked]
 
 
-def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
+def narrow(data: xr.Dataset, ask: Ask, grid_dims: set[str]) -> xr.Dataset:
     """Return the run with only the selected places of its own dimensions.
 
     ``update`` counts from 0 (−1 is the last); ``cycle`` and ``mesh_cycles`` take the nearest wear state;
@@ -70,18 +69,17 @@ def narrow(data: xr.Dataset, ask: kind.Ask, grid_dims: set[str]) -> xr.Dataset:
             places = data[key]  # counted from 0 where it has no coordinate
             units = places.attrs.get("units")
             data = data.isel({key: index_of(asked, list(places.values), key, ask.name, units)})
-        elif key not in RUN_DIMENSIONS:
+        elif key not in schema.DIMENSIONS:
             valid = sorted({*grid_dims, *map(str, data.dims), *STATE_COORDINATES})
             raise ask.wrong(f"select.{key}: no such dimension; {nearest.choices(key, valid)}")
     return data
 
 
-def _states(asked: list[Any], data: xr.Dataset, key: str, ask: kind.Ask) -> list[int]:
+def _states(asked: list[Any], data: xr.Dataset, key: str, ask: Ask) -> list[int]:
     """Return the wear states of numbers, or those next to counts of cycles."""
     if key != "update":
         if not all(map(is_number, asked)):
-            said = f"select.{key} = {ask.select[key]!r} is not a number of cycles, such as 2e7"
-            raise ask.wrong(said)
+            raise ask.wrong(f"select.{key} = {ask.select[key]!r} is not a number of cycles, such as 2e7")
         return list(dict.fromkeys(int(np.nanargmin(np.abs(data[key].values - float(n)))) for n in asked))
     count = data.sizes["update"]
     for index in asked:
@@ -90,13 +88,8 @@ def _states(asked: list[Any], data: xr.Dataset, key: str, ask: kind.Ask) -> list
     return [index % count for index in asked]
 
 
-RUN_DIMENSIONS = frozenset(schema.DIMENSIONS)
-
-
 BASE = "base"
 COUNT = "n_updates"
-LIVES = ("life", "service_life", "remaining_useful_life", "error_estimate_life")
-"""What only runs have that reach the depth which ends a life."""
 COORDINATES = (
     "cycle", "mesh_cycles", "operating_hours", "preset_depth", "path_position", "diameter", "roll_angle",
     "distance_to_pitch_circle", "characteristic_point", "phase", "contact_ratio", "max_wear_depth",
@@ -107,7 +100,7 @@ Point = tuple[dict[str, int], dict[str, Label], str]
 """A run in a grid: its place, the labels there, its id."""
 
 
-def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> tuple[list[Point], list[str]]:
+def pick(grid: xr.Dataset, ask: Ask, *, all_cases: bool) -> tuple[list[Point], list[str]]:
     """Return the selected points of a grid that have data, a broadcast case once, and the names of others.
 
     Parameters
@@ -144,7 +137,7 @@ def pick(grid: xr.Dataset, ask: kind.Ask, *, all_cases: bool) -> tuple[list[Poin
     return list(picked.values()), list(missing)
 
 
-def _wanted(grid: xr.Dataset, dim: str, ask: kind.Ask, all_cases: bool) -> list[int]:
+def _wanted(grid: xr.Dataset, dim: str, ask: Ask, all_cases: bool) -> list[int]:
     values = list(grid[dim].values)
     if dim in ask.select:
         units, key = (grid[dim].attrs.get(name) for name in ("units", "key"))
@@ -174,9 +167,7 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tu
 PICKED = "picked"
 
 
-def read_runs(
-    grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: kind.Ask
-) -> list[kind.Run]:
+def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask) -> list[Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
     Variables that a run does not have are left out of its dataset. What any figure needs stays in a grid of
@@ -206,7 +197,7 @@ def read_runs(
             given = {name: float(v) for name, v in mine.items() if isinstance(v, int | float)}
         full = _without_absent(whole.isel(update=slice(int(whole[COUNT])), missing_dims="ignore"), dims)
         told = ({**labels, **beside}, scales, given, doubt.doubts(full))
-        runs.append(kind.Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
+        runs.append(Run(run_id, labels, narrow(full, ask, set(dims)), (), *told))
     return _with_states(runs)
 
 
@@ -241,21 +232,16 @@ def _is_void(variable: xr.Variable) -> bool:
     return variable.dtype.kind in "OU" and not any(variable.values.flat)
 
 
-def _with_states(runs: list[kind.Run]) -> list[kind.Run]:
+def _with_states(runs: list[Run]) -> list[Run]:
     """Name wear states by preset depth, or by cycles with the hours where equal cycles took equal hours."""
     named = [_cycle_labels(run.data) for run in runs]
     hours = [() if _preset_labels(run.data) else _hours(run.data) for run in runs]
-    of_label = defaultdict(set)
-    for labels, some in zip(named, hours, strict=True):
-        for label, text in zip(labels, some, strict=False):
-            of_label[label].add(text)
-    worn = {label: texts for label, texts in of_label.items() if label.value != 0.0}
-    all_told = all(len(texts) == 1 for texts in worn.values())
-    said = {x: Label(x.value, f"{x.text} ({texts.pop()})") for x, texts in worn.items() if all_told}
-    return [
-        replace(run, states=tuple(said.get(label, label) for label in labels))
-        for run, labels in zip(runs, named, strict=True)
-    ]
+    pairs = {pair for both in zip(named, hours, strict=True) for pair in zip(*both, strict=False)}
+    worn = {label: text for label, text in pairs if label.value != 0.0}
+    equal = len(worn) == sum(label.value != 0.0 for label, _ in pairs)
+    said = {x: Label(x.value, f"{x.text} ({text})") for x, text in worn.items() if equal}
+    states = [tuple(said.get(label, label) for label in labels) for labels in named]
+    return [replace(run, states=own) for run, own in zip(runs, states, strict=True)]
 
 
 def _hours(data: xr.Dataset) -> tuple[str, ...]:
@@ -295,9 +281,7 @@ def _cycle_labels(data: xr.Dataset) -> tuple[Label, ...]:
     return tuple(labels)
 
 
-def require(
-    runs: list[kind.Run], names: Sequence[str], ask: kind.Ask, ended: Mapping[str, int]
-) -> list[kind.Run]:
+def require(runs: list[Run], names: Sequence[str], ask: Ask, ended: Mapping[str, int]) -> list[Run]:
     """Return the runs that have all these variables; ``ended`` counts what ended the lives of the others.
 
     Raises
@@ -310,7 +294,7 @@ def require(
     absent = [name for name in names if not any(name in run.data.variables for run in runs)] or list(names)
     lacking = f"no selected run has {' and '.join(absent)}"
     made = list(dict.fromkeys(schema.origin_of(name)[1] for name in absent if name in schema.VARIABLES))
-    if set(absent) <= set(LIVES) and ended:
+    if {*absent} <= {"life", "service_life", "remaining_useful_life", "error_estimate_life"} and ended:
         by = ", ".join(f"{count} by {reason}" for reason, count in ended.items())
         why = f"all ended before the depth of wear.until ({by}); y = 'max_wear_depth' shows how far they came"
         raise ask.wrong(f"{lacking}: {why}")

@@ -11,13 +11,10 @@ from wearlab.arrays import Array
 from wearlab.units import convert
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-NORMAL = {above: plain for plain, above in SUPERSCRIPTS.items()}
 LATEX = {"µ": r"$\mu$", "λ": r"$\lambda$", "η": r"$\eta$", "ε": r"$\varepsilon$", "°": r"$^\circ$"}
 LATEX |= {"±": r"$\pm$", "×": r"$\times$", "≤": r"$\le$", "→": r"$\to$", "·": r"$\cdot$", "−": "$-$"}
 LATEX |= {"…": r"\ldots{}", "–": "--", "₀": "$_0$", "₁": "$_1$", "\N{NO-BREAK SPACE}": "~"}
 COUNTS = {3: "thousands", 6: "millions", 9: "billions"}
-NO_BREAK = "\N{NO-BREAK SPACE}"
-ORDINALS = {1: "1st", 2: "2nd", 3: "3rd"}
 
 
 class Label(NamedTuple):
@@ -53,7 +50,7 @@ def within(text: str) -> str:
 
 def ordinal(number: int) -> str:
     """Return 1st, 2nd, 3rd, 4th ..."""
-    return ORDINALS.get(number, f"{number}th")
+    return {1: "1st", 2: "2nd", 3: "3rd"}.get(number, f"{number}th")
 
 
 def joined(units: str) -> str:
@@ -108,14 +105,11 @@ def power_of_ten(arrays: Iterable[Array], units: str) -> int:
 
 def axis_label(label: str, units: str, power: int) -> str:
     """Return an axis label: label, then power of ten and unit in brackets."""
-    pretty = typeset(units)
-    if not pretty and power in COUNTS:
-        inside = COUNTS[power]
-    else:
-        ten = f"$10^{{{power}}}$" if power else ""
-        inside = f"{ten} {pretty}".strip()
+    pretty, ten = typeset(units), f"$10^{{{power}}}$" if power else ""
+    inside = COUNTS[power] if not pretty and power in COUNTS else f"{ten} {pretty}".strip()
     start = label[:1].upper() + label[1:] if label[:1].isascii() else label
-    return f"{start} ({inside.replace(chr(32), NO_BREAK)})" if inside else start
+    unbroken = inside.replace(" ", "\N{NO-BREAK SPACE}")
+    return f"{start} ({unbroken})" if inside else start
 
 
 def first_of(names: Sequence[str], most: int, between: str = ", ") -> str:
@@ -124,8 +118,7 @@ def first_of(names: Sequence[str], most: int, between: str = ", ") -> str:
     >>> first_of(["a", "b", "c"], 2)
     'a, b and 1 more'
     """
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return between.join(names[:most]) + more
+    return between.join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def scaled(values: Sequence[Array], words: str, units: str) -> tuple[list[Array], str]:
@@ -150,5 +143,6 @@ def latex(text: str) -> str:
 
 def _latex(text: str) -> str:
     text = re.sub(r"([%&#_{}])", r"\\\1", text)
-    text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: f"$^{{{power[0].translate(NORMAL)}}}$", text)
+    normal = {above: plain for plain, above in SUPERSCRIPTS.items()}
+    text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda power: f"$^{{{power[0].translate(normal)}}}$", text)
     return "".join(LATEX.get(sign, sign) for sign in text)

@@ -17,6 +17,7 @@ MOST_CASES = 24
 """Cases told one by one; of more, how far their values reach."""
 MOST_VALUES = 6  # of one quantity, told in one line
 RPM = 30.0 / math.pi
+Entries = Mapping[str, catalogue.Entry]
 
 
 class Condition(NamedTuple):
@@ -49,8 +50,7 @@ def conditions(campaign: Campaign) -> Conditions:
     told = [(c, {q[:3]: q.value for part in parts for q in part(c.scene)}) for c in campaign.cases]
     keys = list(dict.fromkeys(key for _, own in told for key in own))
     values = {key: list(dict.fromkeys(own.get(key, "none") for _, own in told)) for key in keys}
-    varying = [key for key in keys if len(values[key]) > 1]
-    beside = varying if len(told) <= MOST_CASES else []
+    beside = [key for key in keys if len(values[key]) > 1] if len(told) <= MOST_CASES else []
     shared = [Condition(*key, _reach(values[key])) for key in keys if key not in beside]
     heads = [f"{meaning} [{unit}]" if unit else meaning for _, meaning, unit in beside]
     each = [(case_name(campaign, c), tuple(own.get(key, "none") for key in beside)) for c, own in told]
@@ -67,8 +67,7 @@ def case_name(campaign: Campaign, case: Case) -> str:
 def _axis_name(name: str, key: str) -> str:
     """Return how a page calls an axis: by the words of its key below the section, or its own name."""
     words = key.split(".")
-    own = name if words[-1] != name else " ".join(words[1:] or words)
-    return own.replace("_", " ")
+    return (name if words[-1] != name else " ".join(words[1:] or words)).replace("_", " ")
 
 
 def _reach(values: list[str]) -> str:
@@ -213,9 +212,7 @@ class Reply(NamedTuple):
     several_flanks: bool = False
 
 
-def answer(
-    campaign: Campaign, entries: Mapping[str, catalogue.Entry], factor: float, store: Store | None = None
-) -> Reply | None:
+def answer(campaign: Campaign, entries: Entries, factor: float, store: Store | None = None) -> Reply | None:
     """Return the answer of a campaign whose runs wear to a limit, None of any other.
 
     Parameters

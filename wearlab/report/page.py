@@ -4,7 +4,7 @@ import base64
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from wearlab.campaign import Campaign, Case, claims, inheritance
 from wearlab.campaign.campaign import ReportSpec
 from wearlab.figures import doubt, drawing, kind, question
-from wearlab.report.answer import answer, conditions, gathered
+from wearlab.report.answer import Entries, answer, conditions, gathered
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
 from wearlab.store import Store, StoreError, outcome, provenance
@@ -22,16 +22,15 @@ MOST_LINES = 100
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 
-def model_errors(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
+def model_errors(entries: Entries) -> tuple[tuple[str, int], ...]:
     """Return the known errors of the models of runs, each with its count."""
     counted: Counter[str] = Counter()
     for entry in entries.values():
-        lines = str(entry.summary.get("model_error") or "").split("\n")
-        counted.update(filter(None, dict.fromkeys(lines)))
+        counted.update(filter(None, dict.fromkeys(str(entry.summary.get("model_error") or "").split("\n"))))
     return tuple(counted.most_common(MOST_LINES))
 
 
-def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
+def remarks(entries: Entries) -> tuple[tuple[str, int], ...]:
     """Return assumed values and limits of validity that runs touch, warnings too, each with its count.
 
     Lines that differ in one number are one, with its range.
@@ -41,9 +40,8 @@ def remarks(entries: Mapping[str, Entry]) -> tuple[tuple[str, int], ...]:
         said = [*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings]
         for line in filter(None, dict.fromkeys(said)):
             lines.setdefault(line, set()).add(entry.id)
-    alike = gathered((NUMBER.sub("#", line), line) for line in lines)
     counted: Counter[str] = Counter()
-    for some in alike.values():
+    for some in gathered((NUMBER.sub("#", line), line) for line in lines).values():
         numbers = zip(*(NUMBER.findall(line) for line in some), strict=True)
         if sum(len(set(same)) > 1 for same in numbers) == 1:
             counted[doubt.in_one(some, NUMBER)] = len(set().union(*(lines[line] for line in some)))
@@ -192,7 +190,7 @@ def _row(campaign: Campaign, case: Case, entry: Entry | None, store: Store, comp
     )
 
 
-def _dates(entries: Mapping[str, Entry]) -> str:
+def _dates(entries: Entries) -> str:
     days = sorted(e.started[:10] for e in entries.values() if e.started)
     return "" if not days else days[0] if days[0] == days[-1] else f"{days[0]} to {days[-1]}"
 
@@ -202,8 +200,7 @@ def _parts(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], tuple[str
     scenes = {case.label: case.scene for case in reversed(campaign.cases)}
     labels = dict.fromkeys(case.label for case in campaign.cases)
     told = {n: (tuple(parts_present(scenes[n])), tuple(parts_left_out(scenes[n]))) for n in labels}
-    parts = gathered((own, label) for label, own in told.items())
-    for (present, absent), names in parts.items():
+    for (present, absent), names in gathered((own, label) for label, own in told.items()).items():
         yield ", ".join(names), present, absent
 
 
@@ -221,7 +218,7 @@ def _gears(campaign: Campaign) -> tuple[dict[str, Any], ...]:
     return tuple({"cases": told[key], "sheet": made} for key, made in sheets.items())
 
 
-def _failures(campaign: Campaign, rows: Sequence[Told], entries: Mapping[str, Entry]) -> Iterator[Told]:
+def _failures(campaign: Campaign, rows: Sequence[Told], entries: Entries) -> Iterator[Told]:
     told: set[str] = set()
     for case, row in zip(campaign.cases, rows, strict=True):
         if row["state"] != "done" and case.id not in told:
@@ -235,9 +232,7 @@ def _name(campaign: Campaign, case: Case) -> str:
     return ", ".join([case.label, *outcome.place(campaign, case).values()])
 
 
-def _lineage(
-    campaign: Campaign, store: Store, entries: Mapping[str, Entry]
-) -> list[tuple[str, tuple[str, ...]]]:
+def _lineage(campaign: Campaign, store: Store, entries: Entries) -> list[tuple[str, tuple[str, ...]]]:
     """Return the cases that rest on other runs, and which runs those are; equal ones together."""
 
     def steps(entry: Entry) -> Iterator[str]:
@@ -250,7 +245,7 @@ def _lineage(
     return [("; ".join(names), rests_on) for rests_on, names in told.items() if rests_on]
 
 
-def _code(store: Store, entries: Mapping[str, Entry]) -> Iterator[dict[str, str]]:
+def _code(store: Store, entries: Entries) -> Iterator[dict[str, str]]:
     """Yield each code that made runs: its version and hash, and what one of its files tells of the rest."""
     done = (entry for entry in entries.values() if entry.state == "done")
     made = gathered(((entry.wearlab_version or "", entry.source_hash or ""), entry.id) for entry in done)

@@ -105,8 +105,7 @@ def _campaigns(comparison: xr.Dataset) -> Plot:
     told = ("max_wear_depth", *WAVES, "mesh_force_orders")  # as many as can be told apart
     keep = [i for i, name in enumerate(shown["quantity"].values) if str(name) in told] or [0]
     pen = {i: Pen(NAMES[k % len(NAMES)], "-", "o") for k, i in enumerate(keep)}
-    number = np.arange(1.0, len(share) + 1)
-    curves = tuple(Curve(number, share[:, i], pen[i], "line-points") for i in keep)
+    curves = tuple(Curve(np.arange(1.0, len(share) + 1), share[:, i], pen[i], "line-points") for i in keep)
     title = f"{comparison.attrs['campaign_a']} (A) and {comparison.attrs['campaign_b']} (B)"
     panel = Panel(0, 0, "", "Pair of runs", "Largest difference (%)", curves)
     legend = tuple(LegendEntry(names[i], pen[i], "line-points") for i in keep)

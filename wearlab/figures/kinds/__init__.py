@@ -6,11 +6,6 @@ from pkgutil import iter_modules
 from wearlab.figures.kind import KINDS as KINDS
 from wearlab.figures.kind import Kind
 
-
-def _found() -> dict[str, Kind]:
-    modules = [import_module(f"{__name__}.{file.name}") for file in iter_modules(__path__)]
-    kinds = [value for module in modules for value in vars(module).values() if isinstance(value, Kind)]
-    return {kind.name: kind for kind in sorted(kinds, key=lambda kind: kind.name)}
-
-
-KINDS.update(_found())
+_modules = [import_module(f"{__name__}.{file.name}") for file in iter_modules(__path__)]
+_kinds = {kind.name: kind for each in _modules for kind in vars(each).values() if isinstance(kind, Kind)}
+KINDS.update(sorted(_kinds.items()))

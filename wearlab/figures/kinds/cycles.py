@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from wearlab import arrays, nearest
-from wearlab.figures.kind import Ask, FigureError, Kind, Roles, Run, Slice, companion, kind, slices
+from wearlab.figures.kind import Ask, FigureError, Kind, OnAxis, Run, Slice, companion, kind, slices
 from wearlab.figures.kinds.engagement import POSITIONS, along_path
 from wearlab.figures.plot import Scale, Series, gathered, without
 from wearlab.figures.wording import Label, converted, ordinal
 from wearlab.units import UnitError
-
-MOST_POINTS = 30
 
 
 def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
@@ -23,12 +21,10 @@ def over_cycles(run: Run, name: str, ask: Ask) -> Iterator[Series]:
 
 def pointed(curve: Series) -> Series:
     """Return a curve with its points marked, if they are few."""
-    return replace(curve, look="line-points") if len(curve.x) <= MOST_POINTS else curve
+    return replace(curve, look="line-points") if len(curve.x) <= 30 else curve
 
 
-def at_states(
-    run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bool = False
-) -> tuple[arrays.Array, Scale]:
+def at_states(run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bool = False) -> OnAxis:
     """Return what ``x`` names at every wear state, by default the cycles or another.
 
     Parameters
@@ -87,15 +83,13 @@ FACE_LOAD_FACTOR = kind(
 )(_number)  # fmt: skip
 
 
-SHOWN = 3
-MEAN = Label("mean", "mean")
 FLUCTUATION = Label("fluctuation", "fluctuation")
 RMS = Label("RMS", "RMS of the fluctuation")
 
 
 def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Series]]:
     shown: dict[str, tuple[str, dict[str, Label]]] = {
-        "mean": (f"mean {subject}", {"part": MEAN}),
+        "mean": (f"mean {subject}", {"part": Label("mean", "mean")}),
         "rms": (f"{subject} fluctuation", {"part": FLUCTUATION, "quantity": RMS}),
         "harmonics": (f"{subject} fluctuation", {"part": FLUCTUATION}),
     }
@@ -107,7 +101,7 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
                 key = {**piece.key, **named}
                 if end == "harmonics":
                     order = int(key.pop("harmonic").value)
-                    if order > SHOWN and "harmonic" not in ask.select:
+                    if order > 3 and "harmonic" not in ask.select:
                         continue
                     key["quantity"] = Label(f"harmonic {order}", f"{ordinal(order)} harmonic")
                 told = piece._replace(key=key, scale=Scale(words, piece.scale.units))
@@ -116,14 +110,11 @@ def _of(prefix: str, subject: str, by: str) -> Callable[[Run, Ask], Iterator[Ser
     return series
 
 
-ROLES: Roles = (("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*"))
-
-
 def _over_wear(prefix: str, subject: str, title: str, label: str) -> Kind:
     return kind(
         f"{prefix}-harmonics", f"{title} and its harmonics over wear",
-        (f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"), ("update",), roles=ROLES,
-        also=(f"{prefix}_mean",),
+        (f"{prefix}_rms", f"{prefix}_harmonics", "max_wear_depth"), ("update",), also=(f"{prefix}_mean",),
+        roles=(("hue", "quantity"), ("cols", "part"), ("rows", "*"), ("cols", "*")),
         shows=f"mean, RMS and first three harmonics of the {label} over the largest wear depth",
     )(_of(prefix, subject, "max_wear_depth"))  # fmt: skip
 
@@ -139,7 +130,6 @@ DTE_HARMONICS = kind(
 
 DEFAULT_X = {"update": "cycle", "profile": "path_position"}
 FREQUENCY = "mesh_frequency"
-FEWEST_DOTS = 10
 
 
 @kind(
@@ -217,8 +207,7 @@ def _positions(
         yield {}, hertz, Scale("frequency", units)
         return
     kept = {name: at for name, at in index.items() if name in run.data[coordinate].dims}
-    here = replace(run, data=run.data.isel(kept))
-    for piece in slices(here, coordinate, ask, dim, axis="x"):
+    for piece in slices(replace(run, data=run.data.isel(kept)), coordinate, ask, dim, axis="x"):
         extra = {name: label for name, label in piece.key.items() if name in piece.place}
         yield extra, piece.values, piece.scale
 
@@ -234,7 +223,7 @@ def joined(series: list[Series], axis: str) -> list[Series]:
         raise FigureError(f'{said}: kind = "cases" draws a number beside each name')
     curves = []
     for curve in gathered(series, lambda one: (one.place, one.up, one.look)):
-        mixed = len(curve.x) > FEWEST_DOTS and {-1.0, 1.0} <= set(np.sign(np.diff(curve.x)))
+        mixed = len(curve.x) > 10 and {-1.0, 1.0} <= set(np.sign(np.diff(curve.x)))
         ordered = curve.at(np.argsort(curve.x, kind="stable"))
         curves.append(replace(ordered, look="dots") if mixed else ordered)
     return curves

@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures.kind import ORBITS, STATES, Ask, Run, Slice, companion, kind, over, slices
-from wearlab.figures.plot import Mark, Scale, Series
+from wearlab.figures.plot import Line, Mark, Scale, Series
 from wearlab.figures.published import beside_map, measured_flank
 from wearlab.figures.wording import Label
 from wearlab.nearest import choices
@@ -60,15 +61,13 @@ def wear_profile(run: Run, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def along_whole_path(run: Run, ask: Ask) -> Iterator[Series]:
     """Quantities along the path, one row each."""
-    names = ask.y or QUANTITIES
     run = run.thinned(2)  # the first and the last wear state
-    for order, name in enumerate(names):
+    for order, name in enumerate(ask.y or QUANTITIES):
         if name in run.data:
             yield from along_path(run, name, ask, {"variable": Label(float(order), name)})
 
 
 ENGAGED = ("phase", "contact_ratio", "mesh_phase_offset")
-ENGAGEMENT = Scale("mesh cycles since the pair enters at A", "1")
 
 
 def _engagement_marks(run: Run, index: Mapping[str, int], ratio: float) -> tuple[Mark, ...]:
@@ -114,7 +113,8 @@ def _engagements(run: Run, ask: Ask, name: str, *along: str) -> Iterator[Series]
             x, y = through_engagement(values, phase, end, float(lag), period)
             if "pair" not in along:  # to the end
                 x, y = np.append(x[x < end], end), np.append(y[x < end], y[x < end][-1])
-            yield Series(piece.key, x, y, ENGAGEMENT, piece.scale, marks=marks)
+            across = Scale("mesh cycles since the pair enters at A", "1")
+            yield Series(piece.key, x, y, across, piece.scale, marks=marks)
 
 
 def _of_mesh(run: Run, ask: Ask) -> Iterator[Series]:
@@ -136,9 +136,7 @@ STE = kind(
 )(_of_mesh)  # fmt: skip
 
 
-def through_engagement(
-    values: Array, phase: Array, ratio: float, lag: float = 0.0, period: int = 0
-) -> tuple[Array, Array]:
+def through_engagement(values: Array, phase: Array, ratio: float, lag: float = 0.0, period: int = 0) -> Line:
     """Join the pieces of one pair: slot p holds the pair that entered ceil(ε) − 1 − p periods ago.
 
     Parameters
@@ -177,7 +175,6 @@ def pair_force(run: Run, ask: Ask) -> Iterator[Series]:
     return _engagements(run, ask, "pair_force", "pair", "mesh_period", "phase")
 
 
-COMPUTED, MEASURED = (Label(text, text) for text in ("computed", "measured"))
 MAPS = (("cols", "update"), ("cols", "*"), ("rows", "flank"), ("rows", "*"))
 
 
@@ -188,17 +185,13 @@ def over_flank(run: Run, name: str, ask: Ask) -> Iterator[Series]:
         y, up = companion(run, "face_position", piece.place, ask)
         held = np.isfinite(x)
         wide, high = np.meshgrid(x[held], y)
-        values = np.broadcast_to(piece.values[..., held], wide.shape)
-        yield Series(
-            piece.key, wide.ravel(), high.ravel(), across, up, "map",
-            level=values.ravel(), colours=piece.scale,
-        )  # fmt: skip
+        level: Any = {"level": np.broadcast_to(piece.values[..., held], wide.shape).ravel()}
+        yield Series(piece.key, wide.ravel(), high.ravel(), across, up, "map", colours=piece.scale, **level)
 
 
 @kind(
     "contact-pattern", "Contact pattern", ("contact_pressure", "path_position", "face_position"),
-    ("face", "profile"), roles=MAPS, one_flank=True, titled="{} over the flank",
-    shape="square",
+    ("face", "profile"), roles=MAPS, one_flank=True, titled="{} over the flank", shape="square",
 )  # fmt: skip
 def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
     """Pressure over profile and face as it is painted in a test, in the first and the last wear state."""
@@ -207,8 +200,7 @@ def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
 
 @kind(
     "wear-map", "Wear over face and profile", ("wear_depth", "path_position", "face_position"),
-    ("face", "profile"), roles=(("cols", "source"), *MAPS), titled="{} over the flank",
-    shape="square",
+    ("face", "profile"), roles=(("cols", "source"), *MAPS), titled="{} over the flank", shape="square",
 )  # fmt: skip
 def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
     """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
@@ -224,8 +216,9 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
         raise ask.wrong(f"published is of one flank: name it in select.flank, of {flanks}")
     flank = measured_flank(ask)
     for curve in over_flank(run, ask.y[0], replace(ask, x=flank.along)):
-        yield replace(curve, key={**curve.key, "source": COMPUTED})
-        yield beside_map(replace(curve, key={**curve.key, "source": MEASURED}), flank)
+        for source in ("computed", "measured"):
+            told = replace(curve, key={**curve.key, "source": Label(source, source)})
+            yield beside_map(told, flank) if source == "measured" else told
 
 
 @kind(
@@ -235,9 +228,6 @@ def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
 def face_load(run: Run, ask: Ask) -> Iterator[Series]:
     """Line load over the face, mean over the mesh period, as wear goes on."""
     return over(run.thinned(), ask.y[0], ask, "face_position", "face")
-
-
-PHASES = (0.0, 0.25, 0.5, 0.75)
 
 
 @kind(
@@ -257,9 +247,8 @@ def contact_lines(run: Run, ask: Ask) -> Iterator[Series]:
     yield Series(run.place, *frame, across, up, "level", text="field of action")
     reach = int(np.ceil((end - begin + abs(slope) * np.ptp(y)) / pitch)) + 1
     along = np.append(np.linspace(y[0], y[-1], 201), np.nan)
-    for phase in PHASES:
+    for phase in (0.0, 0.25, 0.5, 0.75):
         s = np.concatenate([begin + pitch * (phase + n) - slope * along for n in range(-reach, reach + 1)])
         s[~((s >= begin) & (s <= end))] = np.nan
         height = np.where(np.isnan(s), np.nan, np.tile(along, 2 * reach + 1))
-        label = Label(phase, f"phase {phase:g}")
-        yield Series({**run.place, "phase": label}, s, height, across, up)
+        yield Series({**run.place, "phase": Label(phase, f"phase {phase:g}")}, s, height, across, up)

@@ -11,16 +11,11 @@ from wearlab.figures.plot import Scale, Series, apart_from, flat, grouped, witho
 from wearlab.figures.wording import Label, ordinal, typeset
 
 PERIODS = Scale("mesh periods", "1")
-LEAST_PERIODS = 2
-MOST_PERIODS = 60
-"""Mesh periods whose force can be seen beside each other; of more the first are shown."""
-SHOWN_OF_MANY = 20
 
 
 def repeated(values: Array, periods: int) -> Array:
     """Return a response, (n_periods, n_phases), NaN where it has fewer, over a number of mesh periods."""
-    held = values[~np.isnan(values).all(axis=1)]
-    return np.resize(held, (periods, values.shape[1])).ravel()
+    return np.resize(values[~np.isnan(values).all(axis=1)], (periods, values.shape[1])).ravel()
 
 
 @kind(
@@ -28,10 +23,13 @@ def repeated(values: Array, periods: int) -> Array:
     roles=ORBITS, also=("static_mesh_force",), titled="{}",
 )  # fmt: skip
 def mesh_force(run: Run, ask: Ask) -> Iterator[Series]:
-    """Elastic mesh force over two mesh periods, or as many as the response has."""
+    """Elastic mesh force over two mesh periods, or as many as the response has.
+
+    Of more than can be seen beside each other the first are shown.
+    """
     run, name = run.thinned(), ask.y[0]
     count = run.data[name].sizes.get("mesh_period", 1)
-    periods = max(LEAST_PERIODS, count if count <= MOST_PERIODS else SHOWN_OF_MANY)
+    periods = max(2, count if count <= 60 else 20)
     said = f"The first {periods} of {count} mesh periods are shown." if periods < count else ""
     for piece in slices(run, name, ask, "mesh_period", "phase"):
         if np.isnan(piece.values).all():
@@ -56,9 +54,8 @@ def phase_plane(run: Run, ask: Ask) -> Iterator[Series]:
     run = run.thinned()
     for piece, rate in _planes(run, ask, "mesh_deflection", "mesh_deflection_rate", "mesh_period", "phase"):
         held = ~np.isnan(piece.values).all(axis=1)
-        x, y = (
-            np.append(orbit, orbit[:1]) for orbit in (piece.values[held].ravel(), rate.values[held].ravel())
-        )
+        orbits = (side.values[held].ravel() for side in (piece, rate))
+        x, y = (np.append(orbit, orbit[:1]) for orbit in orbits)
         yield Series(piece.key, x, y, piece.scale, rate.scale)
     if {"poincare_deflection", "poincare_rate"} <= set(run.data):  # the state when a pair enters at A
         for at, speed in _planes(run, ask, "poincare_deflection", "poincare_rate", "mesh_period"):
@@ -71,26 +68,15 @@ def _planes(run: Run, ask: Ask, x: str, y: str, *along: str) -> Iterator[tuple[S
     yield from zip(slices(run, x, ask, *along, axis="x"), slices(run, y, ask, *along), strict=True)
 
 
-SPECTRA = 70
-"""Speeds of a waterfall."""
-PEAK = 14.0
-"""Height of the largest peak of a waterfall, in distances between two spectra."""
-FULL = 30
-"""Spectra from which on peaks are as high as that; of fewer, lower."""
-LAST_ORDER = {"order": 4.0, "harmonic": 10.0}
-STEMS = 3
 OVER = {"response_speed": "response_speed", "update": "cycle"}
-WHAT = {"response_speed": "speeds", "update": "wear states"}
 ORDER = Scale("order of the mesh", "1")
-POINTS_SHOWN = 6
-ROLES = (("hue", "direction"), ("cols", "*"), ("rows", "*"), ("hue", "*"))
 SPEED = "speed of the input member"
 
 
 @kind(
     "response-curve", "Response over speed", ("response_speed", "response_dynamic_factor"),
-    ("response_speed",), roles=ROLES, also=("response_jump_speed",), y="response_dynamic_factor",
-    titled="{} over speed",
+    ("response_speed",), roles=(("hue", "direction"), ("cols", "*"), ("rows", "*"), ("hue", "*")),
+    also=("response_jump_speed",), y="response_dynamic_factor", titled="{} over speed",
 )  # fmt: skip
 def response_curve(run: Run, ask: Ask) -> Iterator[Series]:
     """A measure of the response over speed, up and down, with located jumps; y: dynamic factor."""
@@ -110,9 +96,8 @@ def response_curve(run: Run, ask: Ask) -> Iterator[Series]:
 
 @kind(
     "bifurcation", "Bifurcation diagram", ("response_speed", "response_poincare_deflection"),
-    ("strobe|mesh_period",),
-    roles=(("hue", "direction"), *ORBITS),
-    over_sweeps=True, y="response_poincare_deflection", titled="{}",
+    ("strobe|mesh_period",), roles=(("hue", "direction"), *ORBITS), over_sweeps=True,
+    y="response_poincare_deflection", titled="{}",
 )  # fmt: skip
 def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
     """Mesh deflection once per mesh period over speed; with y = poincare_deflection over wear or sweeps.
@@ -147,8 +132,7 @@ def bifurcation(run: Run, ask: Ask) -> Iterator[Series]:
 )  # fmt: skip
 def poincare(run: Run, ask: Ask) -> Iterator[Series]:
     """Deflection and rate once per mesh period."""
-    chosen = spread(run.data.sizes["response_speed"], POINTS_SHOWN)
-    run = replace(run, data=run.data.isel(response_speed=chosen))
+    run = replace(run, data=run.data.isel(response_speed=spread(run.data.sizes["response_speed"], 6)))
     for piece, rate in _planes(run, ask, "response_poincare_deflection", "response_poincare_rate", "strobe"):
         yield rate.over(piece.values, piece.scale, "dots").known
 
@@ -168,15 +152,15 @@ def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in slices(run, name, ask, along, order):
         places, up = companion(run, ask.x or OVER[along], piece.place, ask, "y")
         orders, _ = companion(run, order, piece.place, ask)
-        seen = orders <= LAST_ORDER[order] + 1e-9
-        every = max(1, -(-len(places) // SPECTRA))
+        seen = orders <= (4.0 if order == "order" else 10.0) + 1e-9
+        every = max(1, -(-len(places) // 70))
         gap = float(np.ptp(places)) / max(len(places) - 1, 1) * every or 1.0
         most = float(np.nanmax(piece.values[:, seen])) or 1.0
-        above = SPEED if along == "response_speed" else up.label
+        above, what = (SPEED, "speeds") if along == "response_speed" else (up.label, "wear states")
         words = f"{above}; highest peak {most:.3g} {typeset(piece.scale.units)}".rstrip()
         drawn = range(0, len(places), every)
-        said = f"{len(drawn)} of {len(places)} {WHAT[along]} are drawn; select.{along} names others."
-        peak = PEAK * min(1.0, len(drawn) / FULL)
+        said = f"{len(drawn)} of {len(places)} {what} are drawn; select.{along} names others."
+        peak = 14.0 * min(1.0, len(drawn) / 30)  # in distances between two spectra, of few lower
         for row in drawn:
             x, height = orders[seen], piece.values[row, seen]
             if order == "harmonic":  # whole orders alone: each a peak of its own
@@ -197,7 +181,7 @@ def orders(run: Run, ask: Ask) -> Iterator[Series]:
     Yield the amplitudes of each wear state as stems.
     """
     order = _order_of(run, ask.y[0])
-    for curve in over(run.thinned(STEMS), ask.y[0], ask, order, order, look="stem"):
+    for curve in over(run.thinned(3), ask.y[0], ask, order, order, look="stem"):
         yield replace(curve, across=ORDER)
 
 
@@ -207,9 +191,6 @@ def _order_of(run: Run, name: str) -> str:
 
 HARMONICS = 4
 MARGIN = 1.12
-STILL = 1e-6  # of the highest natural frequency
-ALIKE = 1e-3  # relative, of natural frequencies that one panel shows for all runs
-MOST_APART = 12
 NATURAL = "natural frequency"
 
 
@@ -221,7 +202,7 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in slices(run, "natural_frequency", ask, "mode"):
         critical, across = companion(run, "critical_speed", piece.place, ask)
         mesh = float(companion(run, "mesh_frequency", piece.place, ask)[0].ravel()[0])
-        moving = piece.values > STILL * piece.values.max()  # a free set turns as a whole at 0 Hz
+        moving = piece.values > 1e-6 * piece.values.max()  # a free set turns as a whole at 0 Hz
         natural, critical = piece.values[moving], critical[moving]
         if not len(natural):
             continue
@@ -237,18 +218,16 @@ def _campbell(run: Run, ask: Ask) -> Iterator[Series]:
         for frequency in natural:
             yield Series(piece.key, *flat((0.0, top), frequency), across, up, "reference", NATURAL)
         meets = mesh * np.arange(1.0, HARMONICS + 1)
-        meets = meets[meets <= highest]
-        at = np.full(len(meets), mesh / per_speed)
-        yield Series(piece.key, at, meets, across, up, "points", "speeds of the runs")
+        at = np.full(HARMONICS, mesh / per_speed)
+        yield Series(piece.key, at, meets, across, up, "points", "speeds of the runs").at(meets <= highest)
 
 
 def _together(series: list[Series]) -> list[Series]:
     """Return the series of runs without their places where all have the same natural frequencies."""
-    natural = (curve for curve in series if curve.text == NATURAL)
-    places = grouped(natural, apart_from("order")).values()
+    places = grouped((curve for curve in series if curve.text == NATURAL), apart_from("order")).values()
     some = [[float(curve.y[0]) for curve in group] for group in places]
-    alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=ALIKE) for curve in some)
-    if not alike and len(some) <= MOST_APART:
+    alike = all(len(curve) == len(some[0]) and np.allclose(curve, some[0], rtol=1e-3) for curve in some)
+    if not alike and len(some) <= 12:
         return series
     kept: dict[object, Series] = {}
     for curve in sorted(series, key=lambda curve: -float(curve.x[-1])):  # the longest of each line

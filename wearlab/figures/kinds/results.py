@@ -1,26 +1,42 @@
-"""One number a run: beside its name, over inputs, ranked by influence.
+"""Numbers of runs: beside their names, over inputs, ranked by influence; and how they scatter.
 
 Cases named ``what: value`` differ in this ``what`` alone from the case without a colon in its name; other
 cases stand each for themselves. A sweep is an influence: the mean result at each of its places over all
 others. So is a sampled input: the mean result in bins of equally many runs.
+
+What scatters is a sample: all runs that differ in nothing that ``hue``, ``rows`` or ``cols`` names.
+Quantiles come with the confidence that order statistics give, whatever the distribution.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.figures import FigureError, runs, wording
+from wearlab.figures.curves import Ended, banded, ended_of
 from wearlab.figures.kind import Ask, Run, Slice, companion, kind, lone, shown, slices
-from wearlab.figures.plot import Look, Mark, Scale, Series, flat, gathered, grouped, merged, without
+from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
+from wearlab.figures.plot import (
+    Look,
+    Mark,
+    Scale,
+    Series,
+    band,
+    bars,
+    flat,
+    gathered,
+    grouped,
+    merged,
+    without,
+)
 from wearlab.nearest import choices
 
-MOST = 80
-"""Names that can be read one below the other."""
 DEPTH = "max_wear_depth"
-PLACE = Scale("run", "1")
 
 
 def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
@@ -32,7 +48,8 @@ def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     for piece in slices(run.last_state(), ask.y[0], ask):
         named = without(piece.key, *run.place, "update") | {"run": wording.Label(called, called)}
         values = np.atleast_1d(piece.values)
-        yield Series(named, values, np.zeros(1), piece.scale, PLACE, "points", x_error=piece.error)
+        scales = piece.scale, Scale("run", "1")
+        yield Series(named, values, np.zeros(1), *scales, "points", x_error=piece.error)
 
 
 def listed(series: list[Series]) -> list[Series]:
@@ -43,8 +60,8 @@ def listed(series: list[Series]) -> list[Series]:
     FigureError : more names than can be read
     """
     names = tuple(dict.fromkeys(curve.key["run"].text for curve in series))
-    if len(names) > MOST:
-        said = f"cases: {len(names)} runs cannot be told by name (at most {MOST})"
+    if len(names) > 80:
+        said = f"cases: {len(names)} runs cannot be told by name (at most 80)"
         raise FigureError(f"{said}: narrow them with select, or take histogram or scatter")
     places = [np.array([1.0 + names.index(curve.key["run"].text)]) for curve in series]
     apart = [without(curve.key, "run") for curve in series]
@@ -63,17 +80,11 @@ CASES = kind(
 )(_numbers)  # fmt: skip
 
 
-MANY = 60  # points, from which on they are drawn small
-NUMBERED = ("sample", "scene")  # axes that only count runs
-SHARE = Scale("share of each range", "1")
-
-
 def _points(run: Run, ask: Ask) -> Iterator[Series]:
     """One point a run: a result y (at the last wear state) over an input or another result x."""
     for piece in _results(run, ask):
         x, across, own = _abscissa(run, ask, piece)
-        roles = {n: run.along[n] for n in (ask.hue, ask.rows, ask.cols) if n is not None and n in run.along}
-        key = without(piece.key, *run.place) | roles
+        key = without(piece.key, *run.place) | _kept(run.along, ask)
         yield piece._replace(key=key).over(x, across, "points", own=own)
 
 
@@ -86,7 +97,7 @@ def _results(run: Run, ask: Ask) -> Iterator[Slice]:
 def _inputs(run: Run) -> list[str]:
     """Return the axes, and what advances with them, those that only count runs apart."""
     names = [name for name in run.along if name != "case"]
-    return [name for name in names if name not in NUMBERED] or names
+    return [name for name in names if name not in ("sample", "scene")] or names
 
 
 def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | None]:
@@ -104,7 +115,7 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
 
 def _gathered(series: list[Series]) -> list[Series]:
     """Join the points that nothing tells apart; a case without a place on x becomes a level."""
-    look: Look = "dots" if len(series) > MANY else "points"
+    look: Look = "dots" if len(series) > 60 else "points"
     return [replace(c, look=look) if c.look == "points" else c for c in gathered(series)]
 
 
@@ -135,12 +146,12 @@ def _ranged(series: list[Series]) -> list[Series]:
     table = np.array([curve.y for curve in series])
     low, high = table.min(axis=0), table.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
-    marks = tuple(
-        Mark(mark.x, f"{words}\n{a:.3g} … {b:.3g} {wording.typeset(units)}".rstrip())
-        for mark, a, b in zip(series[0].marks, low, high, strict=True)
-        for words, _, units in [mark.text.partition("|")]
-    )
-    return [replace(curve, y=(curve.y - low) / width, up=SHARE, marks=marks) for curve in series]
+    marks = []
+    for mark, a, b in zip(series[0].marks, low, high, strict=True):
+        words, _, units = mark.text.partition("|")
+        marks.append(Mark(mark.x, f"{words}\n{a:.3g} … {b:.3g} {wording.typeset(units)}".rstrip()))
+    told: Any = {"up": Scale("share of each range", "1"), "marks": tuple(marks)}
+    return [replace(curve, y=(curve.y - low) / width, **told) for curve in series]
 
 
 SCATTER = kind(
@@ -154,12 +165,7 @@ PARALLEL = kind(
 )(_polyline)  # fmt: skip
 
 
-BETWEEN = ": "
 RANK = Scale("order of influence", "1")
-MOST_BINS = 8
-LEAST_IN_BIN = 4
-MOST_PLACES = 20
-"""Places of a sweep shown one by one; of more, bins."""
 
 
 def _case(run: Run, ask: Ask) -> Iterator[Series]:
@@ -170,7 +176,7 @@ def _case(run: Run, ask: Ask) -> Iterator[Series]:
         return
     case = run.place.get("case")
     label = runs.BASE if case is None else str(case.value)
-    what, between, _ = label.partition(BETWEEN)
+    what, between, _ = label.partition(": ")
     what = what if between else "" if label == runs.BASE else label
     # a case that is broadcast stands nowhere along the axes; keys that advance with an axis stand for it
     axes = {} if what else {run.scales[n].label: x for n, x in without(run.along, "case").items()}
@@ -210,8 +216,7 @@ def ranked(series: list[Series]) -> list[Series]:
         ranks.append(Series({}, groups[what], places, *scales, "line-points", names=names))
     if level:
         words = "base" if len(base) == 1 else "mean of the base runs"
-        line = flat((0.5, len(order) + 0.5), level[0])[::-1]
-        ranks.append(Series({}, *line, *scales, "reference", words))
+        ranks.append(Series({}, *flat((0.5, len(order) + 0.5), level[0])[::-1], *scales, "reference", words))
     return ranks
 
 
@@ -224,10 +229,10 @@ def _of_axes(outcomes: Sequence[Series]) -> dict[str, Array]:
         distinct = list(dict.fromkeys(at))
         if len(distinct) < 2 or (len(distinct) == len(at) and name in ("seed", "sample", "run")):
             continue
-        if len(distinct) <= MOST_PLACES or any(isinstance(x, str) for x in distinct):
+        if len(distinct) <= 20 or any(isinstance(x, str) for x in distinct):
             means = [values[[x == place for x in at]].mean() for place in distinct]
-        else:
-            bins = min(MOST_BINS, len(values) // LEAST_IN_BIN)
+        else:  # too many to be shown one by one
+            bins = min(8, len(values) // 4)
             means = [values[some].mean() for some in np.array_split(np.argsort(np.array(at, float)), bins)]
         spread[name] = np.array(means, float)
     return spread
@@ -239,3 +244,172 @@ SENSITIVITY = kind(
     shows="the range of one result over cases named 'what: value', over sweeps and over sampled inputs "
     "(means over all else), one line for each, widest first",
 )(_case)  # fmt: skip
+
+
+CONFIDENCE = 0.95
+TAIL = 0.5 * (1.0 - CONFIDENCE)
+COUNT = Scale("runs", "1")
+FEWEST = 3
+
+
+class Quantile(NamedTuple):
+    """A quantile of a sample: its estimate, and the interval that holds the true one with `CONFIDENCE`."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class OfRun(Series):
+    """What one run adds to a sample; ``x`` and ``y`` hold its values.
+
+    Parameters
+    ----------
+    ended : what it counts as beyond its end
+    """
+
+    ended: Ended = "gone"
+
+
+def quantile(values: Array, probability: float) -> Quantile:
+    """Return a quantile of a sample with its distribution-free confidence interval.
+
+    The number of values below the true quantile is binomial, so that two order statistics enclose it with a
+    known probability; the innermost pair with at least `CONFIDENCE`, or the ends of the sample.
+
+    Parameters
+    ----------
+    values : (n,) any unit
+    probability : of staying below it
+    """
+    from scipy.stats import binom
+
+    ordered, n = np.sort(values), len(values)
+    low = int(binom.ppf(TAIL, n, probability)) - 1
+    high = int(binom.ppf(1.0 - TAIL, n, probability))
+    value = float(np.quantile(ordered, probability, method="median_unbiased"))
+    return Quantile(value, float(ordered[max(low, 0)]), float(ordered[min(high, n - 1)]))
+
+
+def histogram(values: Array) -> tuple[Array, Array]:
+    """Return edges and numbers of values in bins as wide as Freedman and Diaconis have them."""
+    width = 2.0 * float(np.subtract(*np.quantile(values, [0.75, 0.25]))) / np.cbrt(len(values))
+    bins = min(60, max(1, ceil(float(np.ptp(values)) / width))) if width > 0.0 else 1
+    counts, edges = np.histogram(values, bins)
+    return edges, counts.astype(float)
+
+
+def _one_number(run: Run, ask: Ask) -> Iterator[Series]:
+    name = ask.y[0]
+    values, scale = lone(*shown(run.data[name], name, ask), name, ask)
+    yield OfRun(_kept(run.place, ask), values, np.zeros(1), scale, COUNT)
+
+
+def _kept(key: Mapping[str, wording.Label], ask: Ask) -> dict[str, wording.Label]:
+    """Return the labels that tell samples apart: those along the dimensions that the figure names."""
+    return {name: key[name] for name in (ask.hue, ask.rows, ask.cols) if name is not None and name in key}
+
+
+def _values(group: Sequence[Series]) -> Array:
+    values = np.concatenate([curve.x for curve in group])
+    held = values[np.isfinite(values)]
+    if len(held) < FEWEST:
+        raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(held)}")
+    return held
+
+
+def _histograms(series: list[Series]) -> list[Series]:
+    """Return the outline of every sample, its quantiles as marks and their confidence above it."""
+    groups = grouped(series).values()
+    curves: list[Series] = []
+    for group in groups:
+        values, key, scales = _values(group), group[0].key, (group[0].across, COUNT)
+        edges, counts = histogram(values)
+        top, units = float(counts.max()), scales[0].units
+        curves.append(Series(key, *bars(edges, counts), *scales, "area"))
+        for probability in (0.05, 0.5, 0.95):
+            mark, name = quantile(values, probability), f"{100 * probability:g} %"
+            low, high = 1.03 * top, 1.08 * top  # its confidence is a strip above the bars
+            strip = band(np.array([mark.low, mark.high]), np.full(2, low), np.full(2, high))
+            alone = len(groups) == 1
+            said = f"{name}: {_said(mark, units)}" if alone else ""
+            curves.append(Series(key, *strip, *scales, "area", said))
+            marks = (Mark(mark.value, name),) if alone else ()
+            curves.append(Series(key, *flat((0.0, high), mark.value)[::-1], *scales, "hairline", marks=marks))
+    return curves
+
+
+def _said(marked: Quantile, units: str) -> str:
+    """Return a quantile and its interval in words, large counts in thousands or millions."""
+    counted = (1e6, " million") if marked.value >= 1e6 else (1e3, " thousand")
+    size, words = counted if units == "1" and marked.value >= 1e4 else (1.0, wording.joined(units))
+    value, low, high = (f"{number / size:.3g}" for number in marked)
+    return f"{value} ({low}–{high}){words}".rstrip()
+
+
+def _probabilities(series: list[Series]) -> list[Series]:
+    """Return every sample in order over the scores of its ranks, and the log-normal law through it.
+
+    Hazen's places ``(i − ½)/n``. The law has the mean and standard deviation of the logarithms; the limits
+    hold each order statistic of such a sample with `CONFIDENCE` (a beta distribution of its rank).
+    """
+    from scipy.stats import beta, norm
+
+    curves: list[Series] = []
+    for group in grouped(series).values():
+        logs, first = np.log10(np.sort(_values(group))), group[0]
+        label, unit = first.across
+        across = Scale(f"log₁₀ of {label}" + (f" in {unit}" if unit != "1" else ""), "1")
+        n = len(logs)
+        rank = np.arange(1, n + 1)
+        scores = norm.ppf((rank - 0.5) / n)
+        mean, spread = float(logs.mean()), float(logs.std(ddof=1))
+        limits = [mean + spread * norm.ppf(beta.ppf(p, rank, n + 1 - rank)) for p in (TAIL, 1.0 - TAIL)]
+        ends, scales = scores[[0, -1]], (across, Scale("standard score of the share of runs", "1"))
+        curves.append(Series(first.key, logs, scores, *scales, "dots"))
+        curves.append(Series(first.key, *band(scores, *limits)[::-1], *scales, "area"))
+        curves.append(Series(first.key, mean + spread * ends, ends, *scales))
+    return curves
+
+
+def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
+    name = ask.y[0]
+    for piece in slices(run, name, ask, "update"):
+        (x, across), hours = at_states(run, ask, piece), hours_a_cycle(run, ask)
+        scales, ended = (across, piece.scale), ended_of(name)
+        yield OfRun(_kept(piece.key, ask), x, piece.values, *scales, hours=hours, ended=ended).known
+
+
+def _bands(series: list[Series]) -> list[Series]:
+    """Return median and bands of every sample; a run at its limit counts as deeper, not as flat.
+
+    Between its wear states a run is taken as straight. A line ends where it would tell the value of a run
+    that has ended; a remaining life ends at zero.
+    """
+    curves: list[Series] = []
+    for group in grouped(series).values():
+        if len(group) < FEWEST:
+            raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
+        curves += banded(group, getattr(group[0], "ended", "gone"))
+    return curves
+
+
+HISTOGRAM = kind(
+    "histogram", "Distribution of the life", ("life",), joined=_histograms,
+    titled="Distribution of the {}", along_x=True,
+    shows="how one number of each run is distributed, with its 5, 50 and 95 % quantiles and their "
+    "95 % confidence",
+)(_one_number)  # fmt: skip
+PROBABILITY = kind(
+    "probability", "Log-normal probability plot", ("life",), joined=_probabilities,
+    titled="Log-normal probability plot: {}", along_x=True,
+    shows="one number of each run in order against the score of its rank, beside the log-normal law with the "
+    "same mean and spread of the logarithms; 95 % of each rank of such a sample lies in the band",
+)(_one_number)  # fmt: skip
+QUANTILE_BANDS = kind(
+    "quantile-bands", "Largest wear depth of all runs", ("max_wear_depth", "cycle"), ("update",),
+    one_flank=True, joined=_bands, titled="{} of all runs",
+    shows="median, 25–75 % and 5–95 % bands of a variable over the cycles, of all runs; a run "
+    "at its limit counts as deeper",
+)(_over_life)  # fmt: skip

@@ -22,11 +22,8 @@ if TYPE_CHECKING:
 
 CYCLES = Scale("cycles", "1")
 REST = Scale("remaining life in cycles", "1")
-REST_HOURS = Scale("remaining life in operating hours", "1")
 DATE = Scale("date", DAYS)
 DENSITY = Scale("density over its largest", "1")
-PLACES = 300
-NOT_DRAWN = ("remaining_useful_life", "wear_coefficient")
 
 
 @dataclass(frozen=True)
@@ -70,7 +67,7 @@ class Updated:
         cycle, days = self["predictions"].get("seconds_per_cycle"), self.calendar
         hours = None if cycle is None else float(cycle) / units.HOUR
         if curve.up == REST and days is not None and hours is not None:
-            curve = replace(curve, y=hours * curve.y, up=REST_HOURS)
+            curve = replace(curve, y=hours * curve.y, up=Scale("remaining life in operating hours", "1"))
         if curve.across not in (CYCLES, REST):
             return curve
         if days is None:
@@ -129,9 +126,8 @@ def density(values: Array) -> tuple[Array, Array]:
     low, high = np.quantile(values, [0.002, 0.998])
     if not high > low:
         return np.array([low, low]), np.array([0.0, 1.0])
-    x = np.linspace(low, high, PLACES)
-    inside = values[(values >= low) & (values <= high)]
-    y = np.asarray(gaussian_kde(inside)(x))
+    x = np.linspace(low, high, 300)
+    y = np.asarray(gaussian_kde(values[(values >= low) & (values <= high)])(x))
     return x, y / y.max()
 
 
@@ -141,7 +137,7 @@ def unknowns_of(data: xr.Dataset, ask: Ask) -> list[str]:
     if unknown := [name for name in ask.y if name not in known]:
         known_ones = nearest.choices(unknown[0], known)
         raise ask.wrong(f"y = {unknown[0]!r} is nothing the update knows; {known_ones}")
-    return list(ask.y) or [name for name in known if name not in NOT_DRAWN]
+    return list(ask.y) or [n for n in known if n not in ("remaining_useful_life", "wear_coefficient")]
 
 
 def logs(values: xr.DataArray) -> tuple[Array, Scale]:
@@ -171,14 +167,12 @@ def update_kind(name: str, title: str, needs: tuple[str, ...], *first: tuple[str
     return made
 
 
-def fan(
-    key: Mapping[str, Label], x: Array, q: Array, up: Scale, top: float, text: str, look: Look = "line"
-) -> Iterator[Series]:
+def fan(of: Updated, x: Array, q: Array, up: Scale, top: float, text: str, look: Look) -> Iterator[Series]:
     """Yield areas between 5 and 95, and 25 and 75 %, and the median, over cycles, cut off at a value."""
     cut = np.minimum(q, top)
     for low, high in ((0, 4), (1, 3)):
-        yield Series(key, *band(x, cut[low], cut[high]), CYCLES, up, "area")
-    median = Series(key, x, cut[2], CYCLES, up, look, text)
+        yield Series(of.key, *band(x, cut[low], cut[high]), CYCLES, up, "area")
+    median = Series(of.key, x, cut[2], CYCLES, up, look, text)
     yield median.at(q[2] <= top) if look == "line" else median
 
 
@@ -200,9 +194,6 @@ def marginals(update: Updated, ask: Ask) -> Iterator[Series]:
                 yield Series(key, x, y, across, DENSITY)
 
 
-MOST_DOTS = 1500
-
-
 @update_kind("pairs", "What is known of pairs of unknowns", ("posterior",), ("cols", "variable"))
 def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
     """Draws from the posterior, unknown against unknown."""
@@ -210,8 +201,7 @@ def pairs(update: Updated, ask: Ask) -> Iterator[Series]:
     names = [name for name in unknowns_of(data, ask) if name != "life"]
     for a, b in combinations(names if len(names) > 1 else ["factor", "life"], 2):
         (x, across), (y, up) = logs(data[a]), logs(data[b])
-        key = update.keyed("variable", f"{a}, {b}")
-        yield Series(key, x[:MOST_DOTS], y[:MOST_DOTS], across, up, "dots")
+        yield Series(update.keyed("variable", f"{a}, {b}"), x[:1500], y[:1500], across, up, "dots")
 
 
 @update_kind(
@@ -268,9 +258,6 @@ def rank_histogram(update: Updated, ask: Ask) -> Iterator[Series]:
             yield Series(key, *flat((0.0, 1.0), level), across, up, "reference", text)
 
 
-AHEAD = 1.5  # times the limit up to which a fan is drawn
-
-
 @update_kind("posterior-fan", "Wear to come", ("predictions", "observed_data"))
 def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     """Wear over the cycles: median, 50 and 90 %, measurements with errors, limit, what was known before."""
@@ -283,19 +270,17 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
     up = Scale(declared.long_name, declared.display_units)
     scale = units.convert(1.0, declared.units, declared.display_units)
     x = predictions["cycle"].values
-    q, before = (
-        predictions[f"{prior}{name}_quantile"].transpose("quantile", "cycle").values * scale
-        for prior in ("", "prior_")
-    )
+    quantiles = (predictions[f"{prior}{name}_quantile"] for prior in ("", "prior_"))
+    q, before = (each.transpose("quantile", "cycle").values * scale for each in quantiles)
     there = np.isfinite(q).all(axis=0)  # cases have cycles of their own
     x, q, before = x[there], q[:, there], before[:, there]
     limit = float(predictions["limit"]) * scale if name == limited else None
-    top = AHEAD * (limit if limit is not None else float(np.nanmax(q[2])))
+    top = 1.5 * (limit if limit is not None else float(np.nanmax(q[2])))
     for row in before[[0, 2, 4]]:
         if (row <= top).sum() > 1:
             text = "before: median, 5 and 95 %"
             yield Series(update.key, x, row, CYCLES, up, "reference", text).at(row <= top)
-    yield from fan(update.key, x, q, up, top, "now: median, 50 and 90 %")
+    yield from fan(update, x, q, up, top, "now: median, 50 and 90 %", "line")
     if limit is not None:
         yield Series(update.key, *flat((x[0], x[-1]), limit), CYCLES, up, "level", "limit")
     observed = update["observed_data"]
@@ -310,8 +295,7 @@ def posterior_fan(update: Updated, ask: Ask) -> Iterator[Series]:
             told.append((0.0 * most, most, "dashed", "below the limit of detection"))
         for low, high, look, text in told:
             for n in np.flatnonzero(np.isfinite(low) & np.isfinite(high)):
-                bar = flat((low[n], high[n]), at[n])[::-1]
-                yield Series(update.key, *bar, CYCLES, up, look, text)
+                yield Series(update.key, *flat((low[n], high[n]), at[n])[::-1], CYCLES, up, look, text)
         yield Series(update.key, at, y, CYCLES, up, "points")
 
 
@@ -348,10 +332,6 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
 
 
 CONE = 0.2
-RULES: tuple[tuple[str, str, Look], ...] = (
-    ("by_the_ratio", "by the ratio of wear to cycles", "dashed"),
-    ("by_the_last_three", "by a line through the last three", "dash-dot"),
-)
 
 
 @update_kind("alpha-lambda", "Remaining life as it was foreseen", ("predictions:inspection", "observed_data"))
@@ -370,12 +350,15 @@ def alpha_lambda(update: Updated, ask: Ask) -> Iterator[Series]:
         return f", off by {100.0 * told:.0f} %" if np.isfinite(told) else ""
 
     foreseen = f"foreseen: median, 50 and 90 %{off('replay_mean_error')}"
-    yield from fan(update.key, x, q, REST, top, foreseen, "line-points")
+    yield from fan(update, x, q, REST, top, foreseen, "line-points")
     for share in (1.0 - CONE, 1.0, 1.0 + CONE) if np.isfinite(truth) else ():
         ends = np.array([x[0], truth])
-        rest_then = share * (truth - ends)
-        yield Series(update.key, ends, rest_then, CYCLES, REST, "reference", "what came, ±20 %")
-    for name, text, look in RULES:
+        yield Series(update.key, ends, share * (truth - ends), CYCLES, REST, "reference", "what came, ±20 %")
+    rules: tuple[tuple[str, str, Look], ...] = (
+        ("by_the_ratio", "by the ratio of wear to cycles", "dashed"),
+        ("by_the_last_three", "by a line through the last three", "dash-dot"),
+    )
+    for name, text, look in rules:
         rule = predictions[name].values
         ok = np.isfinite(rule) & (rule >= 0.0)
         if ok.any():
@@ -410,11 +393,6 @@ def look_next(update: Updated, ask: Ask) -> Iterator[Series]:
         yield Series(key, data["look"].values, width, CYCLES, up, "line-points")
 
 
-COST = Scale("expected cost per operating hour", "1")
-DEAREST = 3.0  # times the least cost up to which the curve is drawn
-WITH_A_LOOK = "one look at this time, then a change by what is seen"
-
-
 @update_kind("decision", "When to change", ("decision",))
 def decision(update: Updated, ask: Ask) -> Iterator[Series]:
     """Expected cost per hour over the time of a planned change, and of a look before it."""
@@ -423,19 +401,14 @@ def decision(update: Updated, ask: Ask) -> Iterator[Series]:
 
     def cost(x: str, y: str, look: Look, text: str) -> Series:
         over, of = (np.atleast_1d(data[name].values) for name in (x, y))
-        return Series(update.key, over, of, CYCLES, COST, look, text).at(of <= DEAREST * least)
+        up = Scale("expected cost per operating hour", "1")
+        return Series(update.key, over, of, CYCLES, up, look, text).at(of <= 3.0 * least)
 
     yield cost("change", "cost_rate", "line", "planned change at this time")
     yield cost("best_change", "best_rate", "points", "least cost")
     if "rate_with_look" in data:
-        yield cost("look", "rate_with_look", "dashed", WITH_A_LOOK)
-
-
-LONGEST = 1.8  # times the latest median up to which intervals are drawn
-ENDS = Scale("date on which the limit is reached", DAYS)
-ENDS_IN_HOURS = Scale("operating hours from the last inspection to the limit", "1")
-BELOW = 0.3  # of a line, at which the answer without what is flagged stands
-UNIT = Scale("unit, the first to reach the limit on top", "1")
+        words = "one look at this time, then a change by what is seen"
+        yield cost("look", "rate_with_look", "dashed", words)
 
 
 ANSWERS = {"predictions": "all inspections", "predictions_without": "without those marked ! in the text"}
@@ -448,14 +421,16 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
 
     data = update["predictions"]
     _, ends, dated = report_text.ends_of(data)
-    across = ENDS if dated else ENDS_IN_HOURS
+    in_hours = Scale("operating hours from the last inspection to the limit", "1")
+    across = Scale("date on which the limit is reached", DAYS) if dated else in_hours
+    up = Scale("unit, the first to reach the limit on top", "1")
     passed = np.where(data["end_passed"].values > report_text.MAYBE, data["worn"].values, 0.0)
     order = np.lexsort((-ends[:, 0], passed))
     names = tuple(str(data["unit"].values[k]) for k in order)
     start = ends[:, 0].min()
-    top = start + LONGEST * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
+    top = start + 1.8 * (np.max(ends[np.isfinite(ends[:, 2]), 2], initial=start + 1.0) - start)
     answers = [name for name in ANSWERS if name in update.groups]
-    for (answer, below), (rank, k) in product(zip(answers, (0.0, BELOW), strict=False), enumerate(order, 1)):
+    for (answer, below), (rank, k) in product(zip(answers, (0.0, 0.3), strict=False), enumerate(order, 1)):
         key = update.keyed("answer", answer, ANSWERS[answer]) if len(answers) > 1 else update.key
         low, quarter, middle, three, high = np.minimum(report_text.ends_of(update[answer])[1][k], top)
         looks: tuple[tuple[Look, list[float], str], ...] = (
@@ -466,4 +441,4 @@ def fleet(update: Updated, ask: Ask) -> Iterator[Series]:
         for look, x, text in looks:
             if np.isfinite(x).all():
                 y = np.full(len(x), rank - below)
-                yield Series(key, np.array(x), y, across, UNIT, look, text, names=names)
+                yield Series(key, np.array(x), y, across, up, look, text, names=names)
