@@ -44,7 +44,6 @@ STEPS_PER_SPECTRUM, STEPS_BEFORE_STIFF = 12, 3
 """Age, in steps, from which the spectrum is looked at anew, and where a step may turn stiff."""
 LOOKED_AT = 0.5
 """ΔN ρ from which it matters that ρ is known."""
-SHARE_OF_DEPTH, SHARE_OF_TOLERANCE = 1.0 / 20.0, 0.5
 SAFETY, LARGEST_GROWTH, LARGEST_CUT = 0.85, 5.0, 0.1
 FIRST_SHARE, FIRST_WEAR = 0.5, 15.0
 """Largest first step over the way to the limit; its wear over scale and fourth root of the tolerance."""
@@ -211,10 +210,8 @@ class AdaptiveStepper(Stepper):
 
     def _even(self, size: float, left: float) -> float:
         """Return a step that leaves no short one for the end of the way."""
-        if size < left <= STRETCH * size:
-            size = left
-        elif size < left < 2.0 * size:
-            size = 0.5 * left
+        if size < left < 2.0 * size:
+            size = left if left <= STRETCH * size else 0.5 * left
         return min(size, self.most)
 
     def _held(self, node: Node, left: float, still: Rate) -> Step:
@@ -244,9 +241,7 @@ class AdaptiveStepper(Stepper):
             end = Node(node.cycle + size, found.depth, found.rate)
             error = runge_kutta.fourth_order_error(found.difference, size * known.radius)
         worn = float((end.depth - node.depth).max(initial=0.0))
-        allowed = (
-            SHARE_OF_TOLERANCE * self.tolerance * max(worn, SHARE_OF_DEPTH * max(end.deepest, self.scale))
-        )
+        allowed = 0.5 * self.tolerance * max(worn, 0.05 * max(end.deepest, self.scale))
         step = Step(node, end, (node.rate, end.rate), error, growth(node, end), by)
         return step, float(np.abs(error).max(initial=0.0)) / allowed
 
@@ -289,12 +284,8 @@ def swings(first: Array, second: Array, third: Array) -> bool:
     """Whether three successive rates alternate without dying out."""
     a, b = second - first, third - second
     before, now = float(np.linalg.norm(a)), float(np.linalg.norm(b))
-    if now < SMALLEST_SWING * float(np.linalg.norm(third)) or before == 0.0:
-        return False
-    return float(a @ b) < -0.5 * before * now and now > UNDAMPED * before
-
-
-STABILITY_LIMIT = 2.0
+    heard = now >= SMALLEST_SWING * float(np.linalg.norm(third)) and before > 0.0
+    return heard and float(a @ b) < -0.5 * before * now and now > UNDAMPED * before
 
 
 class SawTooth(Exception):
@@ -336,9 +327,7 @@ class Fixed:
 
     def start(self, node: Node, rate: CountedRate, tolerance: float, scale: float) -> "EulerStepper":
         """Return the stepper at the first state, its size resolved."""
-        size = self.size
-        if self.stability is not None:
-            size = self.stability * stability_limit(node, rate, scale)
+        size = self.size if self.stability is None else self.stability * stability_limit(node, rate, scale)
         if size is None or not size > 0.0:
             raise ValueError("a fixed step needs a positive size in cycles or a share of the stability limit")
         return EulerStepper(rate, size=size)
@@ -349,7 +338,7 @@ def stability_limit(node: Node, rate: CountedRate, scale: float) -> float:
     memory, probe = rate.remember(), random_direction(node.rate)
     seen = spectrum(rate, node.depth, probe, amplitude=1e-3 * scale, tolerance=1e-4, iterations=60)
     rate.recall(memory)
-    return STABILITY_LIMIT / seen.radius if seen.radius > 0.0 else np.inf
+    return 2.0 / seen.radius if seen.radius > 0.0 else np.inf
 
 
 class EulerStepper(Stepper):
@@ -378,9 +367,9 @@ class EulerStepper(Stepper):
         self.trying = size = float(min(wanted, largest, self.most))
         depth = node.depth + size * node.rate
         end = Node(node.cycle + size, depth, self.rate(depth))
-        if self.last_rate is not None:
+        if self.last_rate is not None and not self.saw_tooth:
             rates = self.last_rate, node.rate, end.rate
-            self.saw_tooth = self.saw_tooth or swings(*rates) or grows_saw(*rates)
+            self.saw_tooth = swings(*rates) or grows_saw(*rates)
         if self.saw_tooth and self.size is not None:
             self.rejected += 1
             raise SawTooth

@@ -121,10 +121,7 @@ def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:
 
     def value(reference: Any) -> Any:
         """Return what a reference stands for."""
-        if type(reference) in PLAIN:
-            return reference
-        (number,) = reference
-        return known[_index(number)]
+        return reference if type(reference) in PLAIN else known[_index(*reference)]
 
     def made(stored: Any) -> Any:
         match stored:
@@ -208,8 +205,7 @@ def _parts(image: bytes) -> dict[str, bytes]:
     head, _, rest = image.partition(b"\n")
     kept: dict[str, bytes] = {}
     try:
-        lengths = json.loads(head)
-        for key, length in lengths.items():
+        for key, length in json.loads(head).items():
             kept[key], rest = rest[: _index(length)], rest[_index(length) :]
     except (ValueError, AttributeError, RecursionError):
         return {}

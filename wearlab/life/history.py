@@ -190,13 +190,7 @@ def history(
 
 
 def worn(
-    rate: limits.Rate,
-    initial: ArrayLike,
-    flanks: Mapping[str, tuple[slice, float]],
-    *,
-    tolerance: float = 1e-3,
-    scale: float = integrate.ELASTIC_SCALE,
-    most_work: float = np.inf,
+    rate: limits.Rate, initial: ArrayLike, flanks: Mapping[str, tuple[slice, float]], **bounds: Any
 ) -> Array:
     """Return the depths after wear by the law until each named flank is as deep as asked, (n,) [m].
 
@@ -208,7 +202,7 @@ def worn(
     rate : h (n,) [m] -> dh/dN (n,) [m per cycle]
     initial : (n,) depths before [m]
     flanks : name -> (entries of h on that flank, largest depth wanted there [m])
-    tolerance, scale, most_work : see :func:`wearlab.life.integrate.integrate`
+    bounds : tolerance, scale and work, see :func:`wearlab.life.integrate.integrate`
 
     Raises
     ------
@@ -220,7 +214,6 @@ def worn(
     for name, (flank, depth) in flanks.items():
         if depth == 0.0:
             continue
-        bounds: dict[str, Any] = {"tolerance": tolerance, "scale": scale, "most_work": most_work}
         life = integrate.integrate(rate, h0, limits=limits.Limits(depth=depth, flank=flank), **bounds)
         if not life.worn_out:
             raise ValueError(f"flank {name!r} cannot be worn to {depth:.3g} m by this law: {life.end_reason}")

@@ -7,6 +7,7 @@ A life as it was found: accepted states, snapshots, how it ended, and its error 
 
 from bisect import bisect_left
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -313,9 +314,11 @@ class _Integration:
             step, jump = stepper.advance(self.node, largest)
         except StopWear as stop:
             self.rate.recall(memory)
-            if self._negligible(stepper.trying):
+            size, deep = stepper.trying, max(self.node.deepest, self.scale)
+            # too short to matter for the life or the depth
+            if size <= self.tolerance * self.node.cycle or size * self.node.fastest <= self.tolerance * deep:
                 self.reason = stop.reason
-            stepper.shorten(0.5 * stepper.trying)
+            stepper.shorten(0.5 * size)
             return
         except OutOfEvaluations:
             self.rate.recall(memory)
@@ -330,11 +333,6 @@ class _Integration:
             if fastest > 0.0:  # by as much as the depth may be off, the jump may be shifted
                 self.error.doubt(before / fastest * np.abs(jump.after - jump.before))
 
-    def _negligible(self, size: float) -> bool:
-        """Whether a step is too short to matter for the life or the depth."""
-        worn, reached = size * self.node.fastest, max(self.node.deepest, self.scale)
-        return size <= self.tolerance * self.node.cycle or worn <= self.tolerance * reached
-
     def _kept(self, step: Step) -> Node:
         """Return the end of a step, or where it meets a limit, exactly."""
         cycles, limit, flank = self.limits
@@ -346,10 +344,9 @@ class _Integration:
         on_flank = np.minimum(depth[flank], limit)
         on_flank[np.argmax(on_flank)] = limit
         depth[flank] = on_flank
-        try:
+        rate = step.end.rate
+        with suppress(StopWear, OutOfEvaluations):
             rate = self.rate(depth)
-        except (StopWear, OutOfEvaluations):
-            rate = step.end.rate
         return Node(cycle, depth, rate)
 
     def recorded(self, snapshots: Snapshots) -> Life:

@@ -136,11 +136,6 @@ def stages_for(stiffness: float, damping: float = SHARP) -> Scheme:
     return scheme(next(fewest, MOST_STAGES), damping)
 
 
-def longest_reach(damping: float = SHARP) -> float:
-    """Return β of the largest number of stages: no step may exceed it over ρ."""
-    return scheme(MOST_STAGES, damping).reach
-
-
 def chebyshev_step(rate: Rate, h: Array, r: Array, size: float, coefficients: Scheme) -> Array:
     """Return the wear depth one step later, second order.
 
@@ -157,12 +152,8 @@ def chebyshev_step(rate: Rate, h: Array, r: Array, size: float, coefficients: Sc
     mu, nu, mu_rate, gamma_rate, _ = coefficients
     before, current = h, h + mu_rate[1] * size * r
     for j in range(2, coefficients.stages + 1):
-        following = (
-            (1.0 - mu[j] - nu[j]) * h
-            + mu[j] * current
-            + nu[j] * before
-            + size * (mu_rate[j] * rate(current) + gamma_rate[j] * r)
-        )
+        worn = size * (mu_rate[j] * rate(current) + gamma_rate[j] * r)
+        following = (1.0 - mu[j] - nu[j]) * h + mu[j] * current + nu[j] * before + worn
         before, current = current, np.maximum(following, h)
     return current
 

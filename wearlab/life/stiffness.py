@@ -139,8 +139,6 @@ def random_direction(r: Array) -> Array:
     return np.asarray(signs * (np.abs(r) + 1e-3 * float(np.abs(r).max(initial=0.0))))
 
 
-PROBE = 1e-3
-"""Amplitude of the power iteration over the depth scale."""
 NOTHING_KNOWN = Spectrum(0.0, 1.0, np.empty(0))
 """Until the first look."""
 
@@ -159,7 +157,7 @@ class KnownSpectrum:
     """
 
     def __init__(self, scale: float, heard: float) -> None:
-        self.amplitude, self.heard = PROBE * scale, heard
+        self.amplitude, self.heard = 1e-3 * scale, heard
         self.spectrum = NOTHING_KNOWN
         self.age = 0
         self.wave_growth = 0.0
@@ -179,7 +177,8 @@ class KnownSpectrum:
     @property
     def reach(self) -> float:
         """The longest step that any method takes [cycles]."""
-        return runge_kutta.longest_reach(self.damping) / self.radius if self.radius > 0.0 else np.inf
+        longest = runge_kutta.scheme(runge_kutta.MOST_STAGES, self.damping).reach
+        return longest / self.radius if self.radius > 0.0 else np.inf
 
     def told(self, rate: CountedRate, radius: float) -> None:
         """Take what the stages of a step tell of the spectral radius, where nothing better is known."""
