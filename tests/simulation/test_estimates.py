@@ -78,9 +78,9 @@ def test_what_nodes_miss_of_the_deepest_place() -> None:
 def test_the_end_of_a_life_is_told_by_the_flank_that_ends_it() -> None:
     depth, rate = np.array([1.0, 3.0, 2.0, 9.0, 5.0, 1.0]), np.arange(6.0)
     flank = np.repeat([0, 1], 3)
-    assert end_of(depth, rate, flank, slice(0, 3)).rate == 1.0
-    assert end_of(depth, rate, flank, slice(0, 6)).rate == 3.0
-    assert end_of(depth, rate, flank, slice(0, 6)).flanks.tolist() == [1]
+    assert end_of(depth, rate, flank, slice(0, 3))[0] == 1.0
+    fastest, _, flanks, _ = end_of(depth, rate, flank, slice(0, 6))
+    assert fastest == 3.0 and flanks.tolist() == [1]
 
 
 TRUTH = cache(scoring.reference_within)

@@ -23,8 +23,6 @@ from wearlab.mesh import clock, excitation, stages
 DEGREE = 4
 NEVER = 1e300
 """A backlash that no motion reaches: no back flank."""
-CELLS_PER_SEGMENT = 96
-"""Cells of a segment of a set of several meshes, whose nodes together are too many."""
 
 
 class Motion(NamedTuple):
@@ -68,32 +66,25 @@ class Motion(NamedTuple):
 
 
 def motion(
-    kinds: Sequence[excitation.MeshFlanks],
-    vibration: Vibration,
-    system: System,
-    friction: clock.Friction | None,
+    kinds: Sequence[excitation.MeshFlanks], moves: Vibration, system: System, friction: clock.Friction | None
 ) -> Motion:
     """Write a wear state as a :class:`Motion`.
 
     Parameters
     ----------
     kinds : contact of the wear state of every kind of mesh, and what the excitation was fitted to
-    vibration : the dynamics; its slow errors must not turn (no hunting)
+    moves : the dynamics; its slow errors must not turn (no hunting)
     system : its structure with all loads known
     friction : of the flanks, None without
     """
-    given = vibration.sampling
-    edges, segment = _edges(kinds, vibration)
+    given = moves.sampling
+    edges, segment = _edges(kinds, moves)
     width = np.diff(edges)
-    halves = stages.StageGrid(
-        np.stack([edges[:-1], edges[:-1] + 0.5 * width], 1).ravel(),
-        np.repeat(0.5 * width, 2),
-        np.repeat(segment, 2),
-    )
+    starts = np.stack([edges[:-1], edges[:-1] + 0.5 * width], 1).ravel()
+    halves = stages.StageGrid(starts, np.repeat(0.5 * width, 2), np.repeat(segment, 2))
     grids = [kind.analysis.grid for kind in kinds]
-    tables = excitation.stage_tables(
-        kinds, clock.sampling(grids, given.meshes, given.edges, halves, friction), None
-    )
+    sampled = clock.sampling(grids, given.meshes, given.edges, halves, friction)
+    tables = excitation.stage_tables(kinds, sampled, None)
     meshes, inverse = len(given.meshes), np.linalg.inv(system.mass)
     return Motion(
         inverse @ system.total_stiffness,
@@ -108,7 +99,7 @@ def motion(
         given.edges,
         np.searchsorted(edges, given.edges - 1e-12),
         tables.stiffness.shape[3],
-        vibration.period,
+        moves.period,
         not system.damping_always,
         tables.sliding is not None,
         tables.part is not None,
@@ -123,13 +114,12 @@ def _edges(kinds: Sequence[excitation.MeshFlanks], vibration: Vibration) -> tupl
     inner = np.empty(0)
     if len(vibration.sampling.meshes) == 1:
         analysis = kinds[0].analysis
-        inner = analysis.grid.phase_nodes[0]
-        inner = np.concatenate([inner, analysis.stiffness.bends])
+        inner = np.concatenate([analysis.grid.phase_nodes[0], analysis.stiffness.bends])
     edges, segments = [vibration.sampling.edges[:1]], []
     for index, (low, high) in enumerate(pairwise(vibration.sampling.edges)):
         inside = np.unique(np.round(inner[(inner > low + 1e-9) & (inner < high - 1e-9)], 12))
-        if not len(inner):
-            inside = np.linspace(low, high, CELLS_PER_SEGMENT + 1)[1:-1]
+        if not len(inner):  # 96 cells, for the nodes of several meshes together are too many
+            inside = np.linspace(low, high, 97)[1:-1]
         edges += [inside, np.array([high])]
         segments += [index] * (len(inside) + 1)
     return np.concatenate(edges), np.array(segments)

@@ -87,12 +87,9 @@ class Steady:
         -------
         (n_periods, n_mesh · n_phases) [N]
         """
-        parts = self.parts
-        each = (
-            parts.forces(self.kinds, mesh, parts.look(mesh, phase), motions)
-            for mesh in range(len(parts.meshes))
-        )
-        return np.concatenate([own.elastic for own in each], axis=1)
+        parts, meshes = self.parts, range(len(self.parts.meshes))
+        each = [parts.forces(self.kinds, mesh, parts.look(mesh, phase), motions).elastic for mesh in meshes]
+        return np.concatenate(each, axis=1)
 
     def force_of_states(self, states: Array) -> Array:
         """Return the elastic mesh forces for states (n_periods, n_phases, 2n), as `force` does [N]."""
@@ -108,10 +105,8 @@ def steady(scene: Scene) -> Steady:
     parts = build(scene)
     assert parts.vibration is not None
     coupling, wear = parts.coupling, initial_wear(scene, parts)
-    near = [
-        depth + quadratic(kind.analysis.grid.position, NEIGHBOUR)
-        for kind, depth in zip(coupling.kinds, wear, strict=True)
-    ]
+    nodes = [kind.analysis.grid.position for kind in coupling.kinds]
+    near = [depth + quadratic(own, NEIGHBOUR) for own, depth in zip(nodes, wear, strict=True)]
     return Steady(scene, parts, tuple(coupling.flanks(wear)), tuple(coupling.flanks(tuple(near))))
 
 
@@ -201,10 +196,8 @@ def tight_steps(problem: Steady, tolerance: float = TIGHT, *, exact: bool | None
 
 def stiffest_meshes(problem: Steady) -> Array:
     """Return the largest stiffness of every mesh over a period, (n_mesh,) [N/m]."""
-    stiffness = [
-        kind.analysis.quasistatic(kind.nodes, kind.analysis.at_nodes).tangent.max() for kind in problem.kinds
-    ]
-    return np.array([stiffness[mesh.kind] for mesh in problem.parts.meshes])
+    kinds = [kind.analysis.quasistatic(kind.nodes, kind.analysis.at_nodes) for kind in problem.kinds]
+    return np.array([kinds[mesh.kind].tangent.max() for mesh in problem.parts.meshes])
 
 
 def second_method(problem: Steady, given: Motion, response: Response) -> Array:

@@ -110,13 +110,11 @@ def estimated(stage: living.Stage, lived: history.History, inherited: float = 0.
     return Estimates(_depth(looked), force, _life(looked), _doubts(looked, force))
 
 
-def _looked(
-    stage: living.Stage, lived: history.History, of: Callable[..., twins.Twins], inherited: float
-) -> Looked:
+def _looked(stage: living.Stage, lived: history.History, of: Callable[..., Any], before: float) -> Looked:
     """Return what twins, as the function ``of`` makes them of a condition, say of the errors."""
     each = [of(parts, lived.in_block(block)) for block, parts in enumerate(stage.parts)]
     joint = [twins.together(own, stage.weight) for own in zip(*each, strict=True)]
-    stepping = inherited + _stepping(lived, lived.samples.cycle)
+    stepping = before + _stepping(lived, lived.samples.cycle)
     return Looked(stage, lived, wear_off.errors_of_wear(joint, stepping))
 
 
@@ -231,21 +229,22 @@ def _life(looked: Looked) -> float | None:
     counts = build.wear.build_limits(stage.first.scene, stage.first.gears, stage.coupling).flank
     repeats = twins.is_periodic(lived.samples.state[-1])
     rate = life.rate[-1] if repeats else wear_off.late_rate(life.cycle, life.depth)
-    end = wear_off.end_of(life.depth[-1], rate, twins.flank_of_nodes(stage.first), counts)
-    if end.rate <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
+    own = life.depth[-1], rate, twins.flank_of_nodes(stage.first)
+    fastest, between, flanks, nodes = wear_off.end_of(*own, counts)
+    if fastest <= 0.0:  # where the deepest place wears no more, no rate says what its error is worth
         return float("nan") if lived.cycle[-1] > 0.0 else 0.0
-    steps = float(np.abs(life.depth_error[end.nodes]).max()) + life.scatter
+    steps = float(np.abs(life.depth_error[nodes]).max()) + life.scatter
     known, deepest = looked.driven, 0.0
     if known:  # where the flanks that end the life are worn most
         last, drive = known[-1]
         off = np.abs(last.error if len(known) > 1 else drive * lived.cycle[-1])
-        there = np.isin(twins.flank_of_nodes(last.twin.parts), end.flanks)
+        there = np.isin(twins.flank_of_nodes(last.twin.parts), flanks)
         deep = there & (last.twin.wear >= wear_off.DEEPEST * last.twin.wear[there].max())
         deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(off[there].mean())
     elif any(map(twins.is_periodic, lived.samples.state)):
         deepest = np.nan
     most = float(life.rate.max(initial=0.0) * lived.cycle[-1])
-    return min(steps + end.between + deepest, most) / end.rate
+    return min(steps + between + deepest, most) / fastest
 
 
 WEIGHT, OF_ENDS = 0.5, 1.5
@@ -330,11 +329,8 @@ def moved(values: Array, own: FaceGrid, wanted: FaceGrid) -> Array:
     values : (2, n_face, n) on the grid ``own``
     own, wanted : grids of one pair
     """
-    axes = own.position, _apart_at_steps(own)
-    at = [
-        np.clip(place, axis[0], axis[-1])
-        for axis, place in zip(axes, (wanted.position, _apart_at_steps(wanted)), strict=True)
-    ]
+    axes, places = ((grid.position, _apart_at_steps(grid)) for grid in (own, wanted))
+    at = [np.clip(place, axis[0], axis[-1]) for axis, place in zip(axes, places, strict=True)]
     linear = RegularGridInterpolator(axes, np.moveaxis(values, 0, -1))
     return np.moveaxis(linear(tuple(np.meshgrid(*at, indexing="ij"))), -1, 0)
 

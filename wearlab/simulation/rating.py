@@ -8,8 +8,6 @@ from wearlab.gears.helix import overlap_ratio
 from wearlab.scene import Scene, sections
 from wearlab.scene.build import Parts
 
-ROUGHEST_OVER_MEAN = 6.0
-"""R_z over R_a, as ISO 6336-2 converts them."""
 MOST_CONTACT_RATIO = 2.0
 """ε_α from which there is no point of single contact."""
 
@@ -68,7 +66,8 @@ def _pitting(asked: sections.Rating, scene: Scene, parts: Parts, face_load_facto
         return values
     mean = sum(getattr(scene.gears, gear.name).roughness_ra for gear in pair.gears) / 2.0
     speed, curvature = kind.speed * pair.driving.reference_radius, float(pair.equivalent_curvature(0.0))
-    film = iso.film_factors(limit, viscosity, speed, ROUGHEST_OVER_MEAN * mean, curvature)
+    # R_z is six times R_a, as ISO 6336-2 converts them
+    film = iso.film_factors(limit, viscosity, speed, 6.0 * mean, curvature)
     turns = 3600.0 * hours * kind.speed / (2.0 * math.pi)
     lives = [iso.life_factor(cycles) for cycles in (turns, turns * pair.ratio)]
     held = [limit * life * math.prod(film) for life in lives]

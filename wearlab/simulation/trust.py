@@ -11,14 +11,12 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.dynamics.orbits.coexisting import Search
-from wearlab.life import history
+from wearlab.life import history, limits
 from wearlab.scene import Scene, build
 from wearlab.simulation import estimates, living, vibration
 from wearlab.wear.coefficients import CoefficientModel
 
-ENDS_AS_ASKED = ("cycles", "depth")
 TRUSTED = "as usual"
-BARELY = "not attracting within the margin"
 BEYOND = 1e-3
 """Distance beyond 1 at which motions leave: the margin of attraction, on the other side of 1."""
 INSTEAD = (
@@ -63,10 +61,12 @@ def trust_values(
         )
     flags += told
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
-    told_of = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
-    values: dict[str, Any] = {"verdict": verdict(lived, searches), "estimate_quality": told_of}
-    values["validity"], life = "\n".join(dict.fromkeys(flags)), lived.life
-    if life is not None:
+    values: dict[str, Any] = {
+        "verdict": verdict(lived, searches),
+        "validity": "\n".join(dict.fromkeys(flags)),
+    }
+    values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
+    if (life := lived.life) is not None:
         depth, of_life = accumulated(errors, lived, inherited)
         values |= {"error_estimate_wear_depth": depth, "steps_cycle": life.cycle[1:]}
         values |= {"count_wear_steps": life.count_steps, "count_rejected_steps": life.count_rejected}
@@ -104,7 +104,7 @@ def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
     lived : the states
     searches : what the searches for other attractors of the states came to
     """
-    if lived.life is not None and lived.life.end_reason not in ENDS_AS_ASKED:
+    if lived.life is not None and lived.life.end_reason not in (limits.ALL_CYCLES, limits.WORN_OUT):
         return "stopped"
     responses = [response for state in lived.state for response in state.responses]
     for word, good in (("not converged", "converged"), ("aperiodic", "periodic"), ("non-unique", "unique")):
@@ -112,7 +112,7 @@ def verdict(lived: history.History, searches: Sequence[Search] = ()) -> str:
             return word
     largest = [abs(orbit.multipliers[0]) for orbit in responses if orbit.verdict.attracting is False]
     if largest:
-        return "unstable" if max(largest) > 1.0 + BEYOND else BARELY
+        return "unstable" if max(largest) > 1.0 + BEYOND else "not attracting within the margin"
     return "coexisting" if any(search.rival is not None for search in searches) else "completed"
 
 

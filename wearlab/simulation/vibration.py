@@ -344,10 +344,8 @@ def carried_order(vibration: Vibration, response: Response, lines: Array) -> flo
     if response.period == 0:
         return math.inf
     when, weight = _nodes(vibration, lines)
-    spectra = [
-        order_lines(vibration.read(read, response, when), when.phase, weight, lines)
-        for read in (mesh_acceleration_at, _approach_at)
-    ]
+    signals = [vibration.read(of, response, when) for of in (mesh_acceleration_at, _approach_at)]
+    spectra = [order_lines(signal, when.phase, weight, lines) for signal in signals]
     twice = (2.0 * np.pi * lines / vibration.period) ** 2
     rounded = ROUNDED * np.ptp(response.approach.coefficient[0]) * twice
     apart = np.maximum(np.abs(spectra[0] + twice * spectra[1]) - rounded, 0.0)

@@ -22,35 +22,25 @@ DEEPEST = 0.95
 BETWEEN = 1.5
 """Weight of what the nodes miss of the deepest place: a parabola is right but for the third difference."""
 
-LATE = 0.9
-"""Share of the last depth since which a late rate is the mean."""
 
-
-class End(NamedTuple):
-    """The last state of a life, on the flanks whose depth may end it.
-
-    Parameters
-    ----------
-    rate : wear rate where they are worn deepest [m per cycle]
-    between : by how much a flank may be worn deeper between its nodes [m]
-    flanks : (k,) numbers of the flanks that are as deep
-    nodes : (m,) entries on these flanks where they are
-    """
-
-    rate: float
-    between: float
-    flanks: Index
-    nodes: Index
+End = tuple[float, float, Index, Index]
 
 
 def end_of(depth: Array, rate: Array, flank: Index, counts: limits.Flanks) -> End:
-    """Return the end of a life.
+    """Return the last state of a life, on the flanks whose depth may end it.
 
     Parameters
     ----------
     depth, rate : (n,) at the nodes of all flanks, flat [m], [m per cycle]
     flank : (n,) which flank each node is on
     counts : entries of the flanks whose depth the limit is about
+
+    Returns
+    -------
+    rate : wear rate where they are worn deepest [m per cycle]
+    between : by how much a flank may be worn deeper between its nodes [m]
+    flanks : (k,) numbers of the flanks that are as deep
+    nodes : (m,) entries on these flanks where they are
     """
     numbers = np.unique(flank[counts])
     largest = np.array([depth[flank == number].max() for number in numbers])
@@ -58,7 +48,7 @@ def end_of(depth: Array, rate: Array, flank: Index, counts: limits.Flanks) -> En
     at = int(np.argmax(np.where(np.isin(flank, numbers), depth, -np.inf)))
     between = BETWEEN * max(above_nodes(depth[flank == number]) for number in deep)
     nodes = np.flatnonzero(np.isin(flank, deep) & (depth >= DEEPEST * largest.max()))
-    return End(float(rate[at]), between, deep, nodes)
+    return float(rate[at]), between, deep, nodes
 
 
 def late_rate(cycle: Array, depth: Array) -> Array:
@@ -71,7 +61,7 @@ def late_rate(cycle: Array, depth: Array) -> Array:
     cycle, depth : (m,), (m, n) of the accepted states [1], [m]
     """
     deepest = depth.max(axis=1)
-    since = max(0, int(np.searchsorted(deepest, LATE * deepest[-1])) - 1)
+    since = max(0, int(np.searchsorted(deepest, 0.9 * deepest[-1])) - 1)
     way = cycle[-1] - cycle[since]
     return np.asarray((depth[-1] - depth[since]) / way if way > 0.0 else np.zeros_like(depth[-1]))
 
@@ -218,9 +208,8 @@ def _worn_by(joint: Rougher, off: Array) -> tuple[coupled.WearState | None, ...]
     """Return the twins worn by so much further, None where one responds otherwise or not at all."""
     if not np.isfinite(off).all():
         return (None,) * len(joint.conditions)
-    states: list[coupled.WearState | None] = []
-    for twin in joint.conditions:
-        worn = twin.parts.coupling.split(np.maximum(0.0, twin.wear + off))
-        further = alike(twin.parts, worn, twin.state.responses, twin.state) if off.any() else twin.state
-        states.append(further)
-    return tuple(states)
+    if not off.any():
+        return tuple(twin.state for twin in joint.conditions)
+    worn = [twin.parts.coupling.split(np.maximum(0.0, twin.wear + off)) for twin in joint.conditions]
+    each = zip(joint.conditions, worn, strict=True)
+    return tuple(alike(twin.parts, wear, twin.state.responses, twin.state) for twin, wear in each)
