@@ -19,6 +19,7 @@ from wearlab.life import coupled, coupling, history
 from wearlab.mesh import contact, force, harmonics
 from wearlab.mesh.exact import gaps, relation
 from wearlab.mesh.exact.flank import wear_slope
+from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene, build
 from wearlab.simulation import label
 from wearlab.wear import films, law, path
@@ -87,12 +88,10 @@ def mesh_values(parts: build.Parts, states: States) -> label.Values:
     each = [of_mesh(parts, mesh, states) for mesh in range(len(parts.meshes))]
     values: label.Values = {name: label.padded([own[name] for own in each], 1, fill) for name in each[0]}
     kinds = [parts.gears.kinds[mesh.kind] for mesh in parts.meshes]
-    values |= {
-        "mesh_frequency": [parts.gears.mesh_frequency] * len(kinds),
-        "contact_ratio": [kind.pair.contact_ratio for kind in kinds],
-        "mesh_phase_offset": parts.gears.mesh_lags,
-        "static_mesh_force": [kind.load for kind in kinds],
-    }
+    values["mesh_frequency"] = [parts.gears.mesh_frequency] * len(kinds)
+    values["contact_ratio"] = [kind.pair.contact_ratio for kind in kinds]
+    values["mesh_phase_offset"] = parts.gears.mesh_lags
+    values["static_mesh_force"] = [kind.load for kind in kinds]
     return values | (_of_shares(parts, states) if parts.face is None else _of_face(parts, parts.face, states))
 
 
@@ -117,14 +116,12 @@ def _of_pairs(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     solved = [kind.analysis.quasistatic(state.kind[own.kind].flanks.nodes, where) for state in states]
     error = own.error.value(where.phase) + parts.constant_error[mesh]
     values = {
-        "mesh_stiffness": [shared.tangent for shared in solved],
-        "secant_stiffness": [
-            load / (one.deflection - one.unloaded) if load else one.tangent for one in solved
-        ],
-        "static_transmission_error": [shared.deflection + error for shared in solved],
-        "unloaded_transmission_error": [shared.unloaded + error for shared in solved],
-        "pair_stiffness": [grid.into_slots(shared.stiffness.T, 0.0) for shared in solved],
-        "load_share": [grid.into_slots(force.load_share(shared).T, 0.0) for shared in solved],
+        "mesh_stiffness": [one.tangent for one in solved],
+        "secant_stiffness": [load / (s.deflection - s.unloaded) if load else s.tangent for s in solved],
+        "static_transmission_error": [one.deflection + error for one in solved],
+        "unloaded_transmission_error": [one.unloaded + error for one in solved],
+        "pair_stiffness": [grid.into_slots(one.stiffness.T, 0.0) for one in solved],
+        "load_share": [grid.into_slots(force.load_share(one).T, 0.0) for one in solved],
     }
     phase, weight = grid.phase_nodes
     nodal = [state.kind[own.kind].static for state in states]
@@ -163,14 +160,10 @@ def states_of(states: Sequence[coupled.WearState], kind: int) -> list[coupling.F
 
 def _of_face(parts: build.Parts, face: coupling.FaceCoupling, states: States) -> label.Values:
     """Return how the lines of contact lie, and how well their loads add up."""
-    kinds = [face.kinds[mesh.kind] for mesh in parts.meshes]
-    values: label.Values = {
-        "base_helix_angle": [kind.contact.helix.sense * kind.contact.helix.base_angle for kind in kinds],
-        "overlap_ratio": [
-            overlap_ratio(kind.contact.grid.face_width, kind.contact.helix.angle, normal_module(parts, kind))
-            for kind in kinds
-        ],
-    }
+    contacts = [face.kinds[mesh.kind].contact for mesh in parts.meshes]
+    values: label.Values = {"base_helix_angle": [one.helix.sense * one.helix.base_angle for one in contacts]}
+    of_each = [(one.grid.face_width, one.helix.angle, normal_module(parts, one)) for one in contacts]
+    values["overlap_ratio"] = [overlap_ratio(*own) for own in of_each]
     if not all(kind.load > 0.0 for kind in parts.gears.kinds):
         return values
     off = np.zeros((len(face.kinds), len(states)))
@@ -180,9 +173,9 @@ def _of_face(parts: build.Parts, face: coupling.FaceCoupling, states: States) ->
     return values | {"residual_line_load": off.max(axis=0)}
 
 
-def normal_module(parts: build.Parts, kind: coupling.FaceKind) -> float:
+def normal_module(parts: build.Parts, over_face: FaceContact) -> float:
     """Return the module of the normal section [m]."""
-    return parts.kinds[0].pair.driving.module * math.cos(kind.contact.helix.angle)
+    return parts.kinds[0].pair.driving.module * math.cos(over_face.helix.angle)
 
 
 def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]:
@@ -200,11 +193,10 @@ def _of_lines(parts: build.Parts, mesh: int, states: States) -> dict[str, Array]
     means = [grid.weight @ (one.loads.load * part).sum(axis=1) for one in own]  # over the mesh period
     values |= {"line_load": np.stack([one.line_load for one in own]), "mean_line_load": np.stack(means)}
     if load > 0.0:
-        window = normal_module(parts, kind)
-        values |= {
-            "face_load_factor": np.array([face_load_factor(grid.width, mean, window) for mean in means]),
-            "peak_line_load_factor": np.array([one.loads.load.max() * grid.face_width / load for one in own]),
-        }
+        window = normal_module(parts, kind.contact)
+        values["face_load_factor"] = np.array([face_load_factor(grid.width, mean, window) for mean in means])
+        peak = [one.loads.load.max() * grid.face_width / load for one in own]
+        values["peak_line_load_factor"] = np.array(peak)
     return values
 
 
@@ -274,14 +266,13 @@ def _fill(parts: build.Parts, values: label.Values, place: tuple[int, int], stat
         engaged = np.asarray(analysis.quasistatic(state.flanks.nodes, where).force.T > 0.0)
         single = float(np.mean(engaged.sum(axis=0) == 1))
     lag = (found.gap - found.unloaded_error) / pair.driven.base_radius
-    of_mesh: label.Values = {
-        "engaged": grid.into_slots(engaged.astype(float), 0.0),
-        "single_contact_share": single,
-        "rotation_lag": grid.into_slots(np.where(np.isfinite(lag), lag, np.nan), np.nan),
-        "unloaded_transmission_angle": found.unloaded_error / pair.driven.base_radius,
-    }
-    deepest = float(state.wear.max())
-    if deepest > 0.0:  # how far the first-order form is off, and the depth beyond which it is by 5 %
+    of_mesh: label.Values = {"engaged": grid.into_slots(engaged.astype(float), 0.0)}
+    of_mesh["single_contact_share"] = single
+    of_mesh["rotation_lag"] = grid.into_slots(np.where(np.isfinite(lag), lag, np.nan), np.nan)
+    of_mesh["unloaded_transmission_angle"] = found.unloaded_error / pair.driven.base_radius
+    if (
+        deepest := float(state.wear.max())
+    ) > 0.0:  # how far the first-order form is off, and the depth beyond which it is by 5 %
         depth = relation.depth_of_disagreement(meeting.flanks, state.wear / deepest)
         of_mesh["first_order_excess"] = relation.first_order_excess(meeting.flanks, state.wear)
         of_mesh["first_order_depth"] = depth if np.isfinite(depth) else np.nan
@@ -321,21 +312,21 @@ def path_values(parts: build.Parts, states: States) -> label.Values:
 
     steady = np.ones((len(states), 1, 1))
     values: label.Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
-    values |= {
-        "contact_pressure": on_both(lambda kind, load: factor * path.mean_pressure(load, kind.path)),
-        "sliding_velocity": steady * by_flank(parts, [path.sliding_velocity(kind.path) for kind in kinds]),
-        "specific_sliding": steady * by_flank(parts, [kind.path.specific_sliding for kind in kinds]),
-    }
+    values["contact_pressure"] = on_both(lambda kind, load: factor * path.mean_pressure(load, kind.path))
+    values["sliding_velocity"] = steady * by_flank(
+        parts, [path.sliding_velocity(kind.path) for kind in kinds]
+    )
+    values["specific_sliding"] = steady * by_flank(parts, [kind.path.specific_sliding for kind in kinds])
     if all(kind.film is not None for kind in kinds):
         values["film_thickness"] = on_both(lambda kind, load: thickness(kind, load)[0])
         values["lambda_ratio"] = on_both(lambda kind, load: thickness(kind, load)[1])
     laws = [kind.law for kind in kinds if kind.law is not None]
     if len(laws) == len(kinds) and parts.face is None:
-        each = [
-            [law.effective_coefficient(own, *of) for of in zip(load, _depths(k, states), strict=True)]
-            for k, (own, load) in enumerate(zip(laws, forces, strict=True))
-        ]
-        values["effective_wear_coefficient"] = by_flank(parts, list(map(np.stack, each)))
+        each = list[Array]()
+        for kind, (own, load) in enumerate(zip(laws, forces, strict=True)):
+            worn = zip(load, _depths(kind, states), strict=True)
+            each.append(np.stack([law.effective_coefficient(own, *of) for of in worn]))
+        values["effective_wear_coefficient"] = by_flank(parts, each)
     return values
 
 
@@ -360,13 +351,12 @@ def wear_values(parts: build.Parts, lived: history.History) -> label.Values:
     gears = parts.gears
     depths = [_depths(kind, states) for kind in kinds]
     deviation = [-(depths[kind] + on_purpose(parts, kind)) for kind in kinds]
-    values: label.Values = {
-        "wear_depth": by_flank(parts, depths, along),
-        "flank_deviation": by_flank(parts, deviation, along),
-        "worn_mass": by_member(parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds]),
-        "mesh_cycles": lived.cycle * gears.reference_teeth,
-        "load_cycles": lived.cycle[:, None] * [gears.kinds[k].passes[gear] for k, gear in gears.flank_places],
-    }
+    values: label.Values = {"wear_depth": by_flank(parts, depths, along)}
+    values["flank_deviation"] = by_flank(parts, deviation, along)
+    values["worn_mass"] = by_member(parts, [worn_mass(parts, kind, depths[kind]) for kind in kinds])
+    values["mesh_cycles"] = lived.cycle * gears.reference_teeth
+    passes = [gears.kinds[kind].passes[gear] for kind, gear in gears.flank_places]
+    values["load_cycles"] = lived.cycle[:, None] * passes
     if lived.seconds is not None and np.isfinite(lived.seconds).all():
         values["operating_hours"] = lived.seconds
     if parts.face is None:
