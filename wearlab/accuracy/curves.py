@@ -88,9 +88,8 @@ def _rung(
         return Rung(tolerance, float("inf"), float("nan"), float("nan"))
     motion = peer.states(settled, len(answer.force), problem.phase, tolerance, scale)
     seconds = timing(lambda: peer.integrate(start, settling + len(answer.force), tolerance, scale))
-    return Rung(
-        tolerance, relative_error(problem.force_of_states(motion), answer.force), seconds, float("nan")
-    )
+    error = relative_error(problem.force_of_states(motion), answer.force)
+    return Rung(tolerance, error, seconds, float("nan"))
 
 
 STEPS = (8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 96, 128, 192, 256, 384, 448, 512, 640, 768, 1024)
@@ -144,13 +143,9 @@ def steps_curve(problem: Steady, answer: Reference, ladder: tuple[int, ...] = ST
         vibration = problem.with_steps(steps, Periodic())
         response, near = problem.solve(vibration), problem.solve(vibration, kinds=problem.near)
         both = response, problem.solve(vibration, near)
-        return Rung(
-            len(response.tables.width),
-            max(relative_error(problem.force_of(vibration, found), answer.force) for found in both),
-            timing(lambda: problem.solve(vibration)),
-            response.counts.right_hand_sides,
-            timing(lambda: problem.solve(vibration, near)),
-        )
+        error = max(relative_error(problem.force_of(vibration, found), answer.force) for found in both)
+        cold, warm = timing(lambda: problem.solve(vibration)), timing(lambda: problem.solve(vibration, near))
+        return Rung(len(response.tables.width), error, cold, response.counts.right_hand_sides, warm)
 
     rungs = climbed(ladder, rung_of)
     return WorkPrecision("periodic", "steps_per_period", "mesh_force", "wearlab", rungs)
@@ -436,9 +431,6 @@ def _both(
     name: str, knob: str, role: str, pairs: list[tuple[float, TimedLife]], answer: TimedLife, fixed: str = ""
 ) -> Iterator[WorkPrecision]:
     for index, quantity in enumerate(("life", "wear_depth")):
-        rungs = tuple(
-            Rung(setting, errors(solved, answer)[index], solved.seconds, solved.analyses)
-            for setting, solved in pairs
-        )
+        rungs = tuple(Rung(at, errors(one, answer)[index], one.seconds, one.analyses) for at, one in pairs)
         if any(rung.error > ROUND_OFF for rung in rungs):
             yield WorkPrecision(name, knob, quantity, role, rungs, fixed)  # type: ignore[arg-type]

@@ -106,11 +106,8 @@ class WorkPrecision:
         uncertainty : relative uncertainty of the reference [1]
         """
         told = [r for r in self.rungs if FLOOR * uncertainty < r.error < COARSEST]
-        slopes = [
-            abs(np.log(a.error / b.error) / np.log(a.setting / b.setting))
-            for a, b in pairwise(told)
-            if a.setting != b.setting and a.error > b.error
-        ]
+        falling = [(a, b) for a, b in pairwise(told) if a.setting != b.setting and a.error > b.error]
+        slopes = [abs(np.log(a.error / b.error) / np.log(a.setting / b.setting)) for a, b in falling]
         finest = slopes[-3:]
         alike = len(finest) >= 2 and max(finest) <= ALIKE * min(finest)
         return float(np.median(finest)) if alike else float("nan")

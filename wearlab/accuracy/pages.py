@@ -92,9 +92,8 @@ def _knobs(made: xr.Dataset) -> Plot:
     for curve, knob, quantity, role in _told(made, "curve", "knob", "quantity", "role"):
         if role != "wearlab" or knob == "cycle_tolerance":
             continue
-        strokes = {
-            name: [_curve(case, curve, "setting", named(i))] for i, (name, case) in enumerate(_cases(made))
-        }
+        cases = enumerate(_cases(made))
+        strokes = {name: [_curve(case, curve, "setting", named(i))] for i, (name, case) in cases}
         if axes := _axes(WORDS.get(quantity, quantity), knob.replace("_", " "), strokes):
             sides += axes
             limits.append(LIMITS[knob])
@@ -186,32 +185,25 @@ Rows = list[tuple[str, ...]]
 
 def curve_rows(studies: Sequence[Study]) -> Rows:
     """Return a row for every curve of every case."""
-    return [
-        (
-            study.label,
-            curve.quantity,
-            curve.name,
-            curve.knob,
-            _number(curve.order(study.uncertainty(curve.quantity)), "{:.2f}"),
-            *(_milliseconds(curve.cost_to(error)) for error in TARGETS),
-            _milliseconds(curve.cost_to(TARGETS[-1], "warm_seconds")),
-            _number(curve.cost_to(TARGETS[0], "work"), "{:.0f}"),
-        )
-        for study in studies
-        for curve in study.curves
-    ]
+    rows: Rows = []
+    for study in studies:
+        for curve in study.curves:
+            order = _number(curve.order(study.uncertainty(curve.quantity)), "{:.2f}")
+            times = [*map(curve.cost_to, TARGETS), curve.cost_to(TARGETS[-1], "warm_seconds")]
+            work = _number(curve.cost_to(TARGETS[0], "work"), "{:.0f}")
+            told = (study.label, curve.quantity, curve.name, curve.knob, order)
+            rows.append((*told, *map(_milliseconds, times), work))
+    return rows
 
 
 def peer_rows(studies: Sequence[Study]) -> Rows:
     """Return ours beside the fastest peer, compiled and landing on every jump."""
-    return [
-        (
-            *(study.label, f"{error:.0e}", _milliseconds(c.ours), c.name),
-            *(_milliseconds(c.peer), _number(c.peer / c.ours, "{:.1f}×")),
-        )
-        for error, study in product(TARGETS, studies)
-        if (c := comparison(study, error)) is not None
-    ]
+    rows: Rows = []
+    for error, study in product(TARGETS, studies):
+        if (one := comparison(study, error)) is not None:
+            theirs = one.name, _milliseconds(one.peer), _number(one.peer / one.ours, "{:.1f}×")
+            rows.append((study.label, f"{error:.0e}", _milliseconds(one.ours), *theirs))
+    return rows
 
 
 def life_rows(studies: Sequence[Study]) -> Rows:
@@ -222,11 +214,8 @@ def life_rows(studies: Sequence[Study]) -> Rows:
         if {"adaptive", "Euler"} <= set(curves):
             ours, euler = curves["adaptive"], curves["Euler"]
             targets = [(f"{error:.0e}", error, ours.cost_to(error, "work")) for error in (1e-2, 1e-3, 1e-4)]
-            targets += [
-                (f"{r.error:.1e} (cycle_tolerance {r.setting:g})", r.error, r.work)
-                for r in ours.rungs
-                if np.isclose(r.setting, DEFAULT)
-            ]
+            usual = [r for r in ours.rungs if np.isclose(r.setting, DEFAULT)]
+            targets += [(f"{r.error:.1e} (cycle_tolerance {r.setting:g})", r.error, r.work) for r in usual]
             for text, error, mine in targets:
                 theirs = euler.cost_to(error, "work")
                 works = _number(mine, "{:.0f}"), _number(theirs, "{:.0f}"), _number(theirs / mine, "{:.1f}×")

@@ -106,23 +106,18 @@ def cheapest_setting(studies: Study, quantity: str, error: float) -> tuple[WorkP
 
     The numerical knobs of the same scene are compared, not those that change what the answer converges to.
     """
-    known = [
-        (curve, rung)
-        for curve in studies.curves
-        if curve.role != "peer" and curve.quantity == quantity
-        for rung in [curve.cheapest(error)]
-        if rung is not None and curve.knob in ("steps_per_period", "relative", "cycle_tolerance", "threshold")
-    ]
+    known = list[tuple[WorkPrecision, Rung]]()
+    for curve in studies.curves:
+        ours = curve.knob in ("steps_per_period", "relative", "cycle_tolerance", "threshold")
+        if ours and curve.role != "peer" and curve.quantity == quantity:
+            known += [(curve, rung) for rung in [curve.cheapest(error)] if rung is not None]
     return min(known, key=lambda pair: pair[1].seconds, default=None)
 
 
 def knob_settings(studies: Study, quantity: str, error: float) -> dict[str, float]:
     """Return for each of our knobs the cheapest setting that keeps a quantity within ``error``."""
-    return {
-        curve.knob: rung.setting
-        for curve in studies.of("wearlab", quantity)
-        if (rung := curve.cheapest(error)) is not None
-    }
+    best = {curve.knob: curve.cheapest(error) for curve in studies.of("wearlab", quantity)}
+    return {knob: rung.setting for knob, rung in best.items() if rung is not None}
 
 
 SECONDS = {"units": "s", "display_units": "ms"}

@@ -107,12 +107,9 @@ class Vibration:
 def hunting_grid(grid: stages.StageGrid, periods: int) -> stages.StageGrid:
     """Return the steps of ``periods`` mesh periods one after another, phases running on."""
     turns = np.repeat(np.arange(periods), len(grid.start))
-    segments = int(grid.segment[-1]) + 1
-    return stages.StageGrid(
-        np.tile(grid.start, periods) + turns,
-        np.tile(grid.width, periods),
-        np.tile(grid.segment, periods) + segments * turns,
-    )
+    start, segment = np.tile(grid.start, periods) + turns, np.tile(grid.segment, periods)
+    segment += (int(grid.segment[-1]) + 1) * turns
+    return stages.StageGrid(start, np.tile(grid.width, periods), segment)
 
 
 def over_hunting_period(

@@ -14,17 +14,8 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.dynamics.orbits.response import Response, dashpot_of
-from wearlab.life import limits, loads
-from wearlab.life.coupled import (
-    Account,
-    Coupled,
-    KindState,
-    MeshKind,
-    OneCondition,
-    Responses,
-    Wear,
-    WearState,
-)
+from wearlab.life import coupled, limits, loads
+from wearlab.life.coupled import Coupled, KindState, MeshKind, OneCondition, Responses, Wear, WearState
 from wearlab.mesh import clock, excitation, stiffness
 from wearlab.mesh.face.contact import FaceContact, FaceFlanks, LineLoads, face_flanks
 from wearlab.mesh.force import Deflections, flank_forces, normal_forces
@@ -358,7 +349,7 @@ class DutyCoupling(Coupled):
         return mixed(states, self.weight)
 
     @property
-    def accounts(self) -> tuple[Account, ...]:
+    def accounts(self) -> tuple[coupled.Account, ...]:
         """Where time and work are written down, block after block."""
         return tuple(block.account for block in self.blocks)
 

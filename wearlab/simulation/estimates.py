@@ -138,12 +138,11 @@ def _doubts(looked: Looked, force: tuple[twins.ForceErrors, ...] | None) -> tupl
         static = np.array([parts.gears.kinds[mesh.kind].load for mesh in parts.meshes])
         largest = [extremes(response).largest for state in each for response in state.responses]
         hardest = max([hardest, *(_most(vibration.over(own, static)) for own in largest)])
+    alone = all(one.verdict.unique and one.verdict.attracting is not False for one in responses)
     said = {
         "the work of the life is used up before its end": life.end_reason in limits.ENDS_OF_WORK,
         "a response does not repeat": any(response.period == 0 for response in responses),
-        "an orbit is not alone or hardly attracts": any(
-            not response.verdict.unique or response.verdict.attracting is False for response in responses
-        ),
+        "an orbit is not alone or hardly attracts": not alone,
         f"{missing} of {len(looked.worn)} states respond otherwise with half the steps and nodes": missing,
         f"the wear rate jumps at {len(life.jumps)} places": life.jumps,
         "waves of wear grow from any error": life.wave_growth > 0.0,

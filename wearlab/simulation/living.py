@@ -276,14 +276,9 @@ def integration(scene: Scene, parts: build.Parts, until: limits.Limits) -> Calla
     """Return how the wear of a scene is integrated, up to its limits and its work."""
     assert scene.wear is not None
     tolerance = scene.numerics.cycle_tolerance or scene.numerics.tolerance
-    return partial(
-        integrate.integrate,
-        limits=until,
-        method=scene.wear.step.build(),
-        tolerance=tolerance,
-        most_evaluations=int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5)),
-        most_work=most_work(scene, parts),
-    )
+    given: dict[str, Any] = {"limits": until, "method": scene.wear.step.build(), "tolerance": tolerance}
+    given["most_evaluations"] = int(MOST_EVALUATIONS * max(1.0, (1e-3 / tolerance) ** 0.5))
+    return partial(integrate.integrate, most_work=most_work(scene, parts), **given)
 
 
 def life_at_rate(
@@ -349,14 +344,10 @@ def _integrated(stage: Stage, wear: coupled.Wear, until: limits.Limits, before: 
     parts, scene = stage.first, stage.first.scene
     asked = build.wear.build_snapshots(scene, parts.gears, stage.coupling)
     left = tuple(cycle - before for cycle in asked.cycles if cycle > before)
-    return history.history(
-        stage.coupling,
-        wear,
-        integration(scene, parts, until),
-        snapshots=asked._replace(cycles=left, only=asked.asked),
-        kept_work=KEPT_SHARE * most_work(scene, parts),
-        most_kept=None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds),
-    )
+    kept: dict[str, Any] = {"snapshots": asked._replace(cycles=left, only=asked.asked)}
+    kept["kept_work"] = KEPT_SHARE * most_work(scene, parts)
+    kept["most_kept"] = None if parts.face is None else STATES_OF_A_FACE // len(parts.kinds)
+    return history.history(stage.coupling, wear, integration(scene, parts, until), **kept)
 
 
 def _joined(each: list[history.History], stages: Sequence[Stage], reason: str) -> history.History:
@@ -375,28 +366,20 @@ def _joined(each: list[history.History], stages: Sequence[Stage], reason: str) -
         later.append(replace(life, **moved))
         cycle, error = cycle + float(life.cycle[-1]), error + float(life.accumulated_error[-1])
         clock += _seconds(stage, float(life.cycle[-1]))
-    joined: dict[str, Any] = {"end_reason": reason}
-    for names, join in OF_LIVES.items():
-        joined |= {name: join([getattr(life, name) for life in later]) for name in names}
-    return whole._replace(
-        cycle=np.concatenate(cycles),
-        state=tuple(state for number in range(len(lives)) for state in whole.kept(number).state),
-        life=replace(later[-1], **joined),
-        sampled=None,
-        seconds=np.concatenate(seconds),
-    )
 
+    def of_all(name: str) -> list[Any]:
+        return [getattr(life, name) for life in later]
 
-OF_LIVES: dict[tuple[str, ...], Callable[[list[Any]], Any]] = {
-    ("cycle", "depth", "rate", "accumulated_error"): lambda each: np.concatenate(
-        [each[0], *(rows[1:] for rows in each[1:])]  # which begin with the end of those before
-    ),
-    ("snapshot_cycle", "snapshot_depth"): np.concatenate,
-    ("jumps",): lambda each: tuple(chain(*each)),
-    ("saw_tooth", "wave_growth", "hurried"): max,
-    ("count_rate_evaluations", "count_rejected"): sum,
-}
-"""How values of several lives become one."""
+    joined: dict[str, Any] = {"end_reason": reason, "jumps": tuple(chain(*of_all("jumps")))}
+    for name in ("cycle", "depth", "rate", "accumulated_error"):
+        begin, *others = of_all(name)  # a later one begins with the end of those before
+        joined[name] = np.concatenate([begin, *(rows[1:] for rows in others)])
+    joined |= {name: np.concatenate(of_all(name)) for name in ("snapshot_cycle", "snapshot_depth")}
+    joined |= {name: max(of_all(name)) for name in ("saw_tooth", "wave_growth", "hurried")}
+    joined |= {name: sum(of_all(name)) for name in ("count_rate_evaluations", "count_rejected")}
+    states = tuple(state for number in range(len(lives)) for state in whole.kept(number).state)
+    whole = whole._replace(cycle=np.concatenate(cycles), state=states, life=replace(later[-1], **joined))
+    return whole._replace(sampled=None, seconds=np.concatenate(seconds))
 
 
 def initial_wear(scene: Scene, parts: build.Parts, together: coupled.Coupled | None = None) -> coupled.Wear:

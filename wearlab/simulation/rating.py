@@ -30,12 +30,9 @@ def rated(scene: Scene, parts: Parts) -> dict[str, Any]:
     modulus = 2.0 / sum(1.0 / gear.material.youngs_modulus for gear in gears)
     single = iso.single_stiffness(first, second, rack, body_factor=asked.body_factor, modulus=modulus)
     mesh = iso.mesh_stiffness(single, pair.contact_ratio)
-    values: dict[str, Any] = {
-        "iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)],
-        "iso_single_stiffness": [single],
-        "iso_mesh_stiffness_alpha": [mesh.alpha],
-        "iso_mesh_stiffness_beta": [mesh.beta],
-    }
+    values: dict[str, Any] = {"iso_theoretical_stiffness": [iso.theoretical_stiffness(first, second, rack)]}
+    values |= {"iso_single_stiffness": [single], "iso_mesh_stiffness_alpha": [mesh.alpha]}
+    values["iso_mesh_stiffness_beta"] = [mesh.beta]
     misaligned, of_mesh = asked.equivalent_misalignment, scene.mesh.misalignment
     if misaligned is None and of_mesh is not None:
         misaligned = abs(of_mesh.over_face(pair.working_pressure_angle, scene.operation.torque))

@@ -106,8 +106,7 @@ def _dataset(
     if first.vibration is not None:
         values["attractor"] = vibration.attractor(lived)
     searches = [one.search for one in found]
-    told = () if calibration is None else (calibration.told,)
-    values |= trust.trust_values(reached, lived, errors, searches, told, inherited)
+    values |= trust.trust_values(reached, lived, errors, searches, inherited)
     values["model_error"] = label.diagnosed("model error", failures, "", trust.model_errors, scene, first)
     if calibration is not None:
         values["calibrated_wear_coefficient"] = calibration.value
@@ -125,7 +124,8 @@ def _dataset(
     dataset = label.with_results(dataset, failures, scene.store.results)
     share = float(dataset["separation_fraction"].max()) if "separation_fraction" in dataset else 0.0
     damped = f"contact lost for {100.0 * share:.2g} % of the time: outside what the damping is known for"
-    ends = [*([damped] if share > 0.0 else []), *rating.rating_flags(scene, first), *failures]
+    ends = ["" if calibration is None else calibration.told, damped if share > 0.0 else ""]
+    ends += [*rating.rating_flags(scene, first), *failures]
     lines = filter(None, [dataset["validity"].item(), *dict.fromkeys(ends)])
     dataset = dataset.assign(validity=dataset["validity"].copy(data="\n".join(lines)))
     left_out = [name for name in dataset.data_vars if not scene.store.keeps(str(name))]

@@ -313,9 +313,8 @@ def path_values(parts: build.Parts, states: States) -> label.Values:
     steady = np.ones((len(states), 1, 1))
     values: label.Values = {} if parts.face is not None else {"tooth_force": on_both(lambda kind, load: load)}
     values["contact_pressure"] = on_both(lambda kind, load: factor * path.mean_pressure(load, kind.path))
-    values["sliding_velocity"] = steady * by_flank(
-        parts, [path.sliding_velocity(kind.path) for kind in kinds]
-    )
+    sliding = [path.sliding_velocity(kind.path) for kind in kinds]
+    values["sliding_velocity"] = steady * by_flank(parts, sliding)
     values["specific_sliding"] = steady * by_flank(parts, [kind.path.specific_sliding for kind in kinds])
     if all(kind.film is not None for kind in kinds):
         values["film_thickness"] = on_both(lambda kind, load: thickness(kind, load)[0])

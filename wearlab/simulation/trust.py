@@ -34,9 +34,8 @@ def trust_values(
     stages: Sequence[living.Stage],
     lived: history.History,
     errors: Sequence[estimates.Estimates],
-    searches: Sequence[Search] = (),
-    told: Sequence[str] = (),
-    inherited: float = 0.0,
+    searches: Sequence[Search],
+    inherited: float,
 ) -> dict[str, Any]:
     """Return verdict, validity, error estimates, run times and counts.
 
@@ -46,7 +45,6 @@ def trust_values(
     lived : the life through them
     errors : estimated, of each stage
     searches : what the searches for other attractors of the states came to
-    told : how a wear coefficient was found that was not given, in words
     inherited : error of the wear that the run starts from [m]
     """
     each = [parts for stage in stages for parts in stage.parts]
@@ -59,7 +57,6 @@ def trust_values(
             f"the search for coexisting attractors was cut off in {cut} of {len(searches)} states by its "
             "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
         )
-    flags += told
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
     values: dict[str, Any] = {
         "verdict": verdict(lived, searches),

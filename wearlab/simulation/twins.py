@@ -105,10 +105,8 @@ def _permanent_contact(responses: Responses) -> bool:
 
 
 def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
-    return tuple(
-        carried(fine.analysis.grid, value, other.analysis.grid)
-        for fine, value, other in zip(parts.kinds, values, rough.kinds, strict=True)
-    )
+    each = zip(parts.kinds, values, rough.kinds, strict=True)
+    return tuple(carried(fine.analysis.grid, value, other.analysis.grid) for fine, value, other in each)
 
 
 def between_nodes(parts: Parts, wear: Wear, rough: Parts) -> float:
@@ -212,13 +210,10 @@ def force_errors(parts: Parts, state: WearState, twin: Rougher, worse: WearState
     twin, worse : its rougher twin, and what that is worn by as much further as the depth may be off
     """
     weight, meshes, found = FORCE_SHARE * twin.weight, len(parts.meshes), list[tuple[float, ...]]()
-    phase, segment, _ = mesh_forces.within_steps(parts.moving.sampling.grid, NODES)
+    when = clock.Instants(*mesh_forces.within_steps(parts.moving.sampling.grid, NODES)[:2])
     physics, states = (parts, twin.parts, twin.parts), (state, twin.state, worse)
     for at in range(len(state.responses)):
-        own, again, further = (
-            forces_of(of, one, at, clock.Instants(phase, segment))
-            for of, one in zip(physics, states, strict=True)
-        )
+        own, again, further = (forces_of(of, one, at, when) for of, one in zip(physics, states, strict=True))
         turns = len(own) if parts.moving.hunting == 1 else 1  # hunting teeth say where it begins
         off = [np.abs(np.roll(again, turn, axis=0) - own)[:, :meshes].max() for turn in range(turns)]
         turn = int(np.argmin(off))

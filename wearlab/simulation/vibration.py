@@ -61,7 +61,7 @@ def _values_of(parts: build.Parts, state: coupled.WearState, response: Response,
         factors = list(map(mesh_forces.load_factors, parts.gears.kinds, means))
         values["mesh_load_factor"] = np.concatenate(factors)
     found, of_kind = extremes(response), np.array([kind.analysis.load for kind in parts.kinds])
-    load = of_kind[[mesh.kind for mesh in parts.meshes]]
+    load, rubs = of_kind[[mesh.kind for mesh in parts.meshes]], parts.friction is not None
     multipliers, known = np.full((2 * len(vibration.system.coordinates), 2), np.nan), response.multipliers
     multipliers[: len(known)] = np.stack([np.real(known), np.imag(known)], axis=-1)
     values |= {
@@ -72,12 +72,10 @@ def _values_of(parts: build.Parts, state: coupled.WearState, response: Response,
         "separation_fraction": found.separated,
         "response_period": response.period * vibration.hunting,
         "floquet_multiplier": multipliers,
-        "residual_mean_force": mesh_forces.mean_force_residual(
-            parts.gears.kinds, list(of_kind), means, parts.friction is not None
-        ),
+        "residual_mean_force": mesh_forces.mean_force_residual(parts.gears.kinds, list(of_kind), means, rubs),
         "residual_orbit": response.residual,
     }
-    if vibration.nominal is not None and parts.friction is not None:
+    if vibration.nominal is not None and rubs:
         balance = energy.energy_balance(response, vibration.nominal)
         values |= {f"energy_{name}": power for name, power in balance._asdict().items()}
         values |= {"residual_energy": balance.residual, "efficiency": balance.efficiency}
