@@ -352,8 +352,7 @@ def errors(life: TimedLife, reference: TimedLife) -> tuple[float, float]:
     mine, exact = life.depth, reference.depth
     if mine.shape != exact.shape:
         mine, exact = _deepest(life), _deepest(reference)
-    depth = np.abs(mine - exact).max() / exact.max()
-    return abs(life.cycle / reference.cycle - 1.0), float(depth)
+    return abs(life.cycle / reference.cycle - 1.0), float(np.abs(mine - exact).max() / exact.max())
 
 
 def _deepest(life: TimedLife) -> Array:

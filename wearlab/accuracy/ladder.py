@@ -107,8 +107,7 @@ class WorkPrecision:
         """
         told = [r for r in self.rungs if FLOOR * uncertainty < r.error < COARSEST]
         falling = [(a, b) for a, b in pairwise(told) if a.setting != b.setting and a.error > b.error]
-        slopes = [abs(np.log(a.error / b.error) / np.log(a.setting / b.setting)) for a, b in falling]
-        finest = slopes[-3:]
+        finest = [abs(np.log(a.error / b.error) / np.log(a.setting / b.setting)) for a, b in falling][-3:]
         alike = len(finest) >= 2 and max(finest) <= ALIKE * min(finest)
         return float(np.median(finest)) if alike else float("nan")
 
@@ -144,15 +143,13 @@ LONG = 2.0  # what takes longer is timed once [s]
 LEAST = 7  # times that a median is taken of
 
 
-def timing(
-    action: Callable[[], object], *, least: int = LEAST, most: int = 51, budget: float = 0.15
-) -> float:
+def timing(action: Callable[[], object], *, most: int = 51, budget: float = 0.15) -> float:
     """Return the median of at least seven wall times [s]; the first call is not counted, unless it is long.
 
     Parameters
     ----------
     action : what is timed
-    least, most : repetitions
+    most : repetitions
     budget : stop between them after this time [s]
     """
     begun = time.perf_counter()
@@ -161,7 +158,7 @@ def timing(
     if first > LONG:
         return first
     taken: list[float] = []
-    while len(taken) < least or (len(taken) < most and sum(taken) < budget):
+    while len(taken) < LEAST or (len(taken) < most and sum(taken) < budget):
         begun = time.perf_counter()
         action()
         taken.append(time.perf_counter() - begun)

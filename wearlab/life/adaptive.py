@@ -276,8 +276,7 @@ def zigzag(profile: Array) -> float:
 
 def grows_saw(first: Array, second: Array, third: Array) -> bool:
     """Whether the node-to-node alternation of three successive rates rises twice and has become a saw."""
-    rising = zigzag(first) < zigzag(second) < zigzag(third)
-    return rising and zigzag(third) > WORST_ZIGZAG
+    return zigzag(first) < zigzag(second) < zigzag(third) and zigzag(third) > WORST_ZIGZAG
 
 
 def swings(first: Array, second: Array, third: Array) -> bool:

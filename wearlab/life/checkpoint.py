@@ -103,8 +103,7 @@ def encoded(value: Any, shared: Sequence[Any] = ()) -> bytes:
         return ["record", named, {name: reference(getattr(value, name)) for name in names}]
 
     root = reference(value)
-    head = json.dumps({"values": values, "root": root}, separators=(",", ":"))
-    return head.encode() + b"\n" + arrays
+    return json.dumps({"values": values, "root": root}, separators=(",", ":")).encode() + b"\n" + arrays
 
 
 def decoded(image: bytes, shared: Sequence[Any] = ()) -> Any:

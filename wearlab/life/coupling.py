@@ -139,8 +139,7 @@ def averaged_rate(law: PreparedLaw, weight: Array, tooth_force: Array, depth: Ar
         return wear_rate(law, tooth_force[0], depth)
     if law.linear:
         return wear_rate(law, weight @ tooth_force, depth)
-    rates = np.stack([wear_rate(law, force, depth) for force in tooth_force])
-    return np.einsum("r,rfn->fn", weight, rates)
+    return np.einsum("r,rfn->fn", weight, np.stack([wear_rate(law, force, depth) for force in tooth_force]))
 
 
 def scatter(rate_of: Callable[[Index], Array], meshes: int, periods: Sequence[int]) -> float:
@@ -237,8 +236,7 @@ class FaceCoupling(OneCondition):
         with self.account.timed("wear"):
             for number, kind in enumerate(self.kinds):
                 if kind.law is not None:
-                    rate = face_rate(kind, kind.law, found[number])
-                    found[number] = found[number]._replace(rate=rate)
+                    found[number] = found[number]._replace(rate=face_rate(kind, kind.law, found[number]))
         return WearState(cast("tuple[KindState, ...]", tuple(found)), responses, 0.0)
 
     def flanks(self, wear: Wear) -> list[FaceFlanks | None]:

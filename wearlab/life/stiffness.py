@@ -129,8 +129,7 @@ def growth_rate(rate: Rate, h: Array, start: Array, *, amplitude: float, iterati
         basis.append(w / length)
     values, vectors = np.linalg.eig(upper[:iterations, :iterations])
     residual = upper[iterations, iterations - 1] * np.abs(vectors[-1])
-    eigenvalues = values[residual <= FOUND * np.abs(values)]
-    return max(0.0, float(eigenvalues.real.max(initial=0.0)))
+    return max(0.0, float(values[residual <= FOUND * np.abs(values)].real.max(initial=0.0)))
 
 
 def random_direction(r: Array) -> Array:

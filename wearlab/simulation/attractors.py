@@ -62,8 +62,7 @@ def _searches(responses: Sequence[Response], method: periodic.Periodic, left: in
     """Search one state after another with ``left`` integration steps, then back."""
     found, first = list[Searched](), 0
     for number, response in enumerate(responses):
-        most = max(left // (len(responses) - number), 0)
-        hunt = _Beside(response, method, most, coexisting.Search())
+        hunt = _Beside(response, method, max(left // (len(responses) - number), 0), coexisting.Search())
         known = found[-1].rivals if found else ()
         hunt.forwards(known, coexisting.FURTHER if first else coexisting.RELEASES, first)
         found.append(hunt.result())
@@ -222,8 +221,8 @@ def _read_off(parts: build.Parts, state: coupled.WearState, point: continuation.
     elastic = force.flank_forces(state.flanks[0], where, motion, dashpot, moves.period).elastic
     transmission = vibration.transmission_error(moves, position)[:, 0]
     static, extreme, tables = parts.kinds[0].analysis.load, extremes(response), response.tables
-    strobed = np.split(point.strobe, 2, axis=1)  # at phase 0
-    moved, moving = (each @ moves.system.direction[0] for each in strobed)
+    # at phase 0
+    moved, moving = (each @ moves.system.direction[0] for each in np.split(point.strobe, 2, axis=1))
     return {
         "dynamic_factor": extreme.largest[0] / static if static > 0.0 else np.nan,
         "force_peak_to_peak": extreme.largest[0] - extreme.least[0],

@@ -242,8 +242,7 @@ def _life(looked: Looked) -> float | None:
         deepest = LIFE_SHARE * float(off[deep].max()) + CHANCE * float(off[there].mean())
     elif any(map(twins.is_periodic, lived.samples.state)):
         deepest = np.nan
-    most = float(life.rate.max(initial=0.0) * lived.cycle[-1])
-    return min(steps + between + deepest, most) / fastest
+    return min(steps + between + deepest, float(life.rate.max(initial=0.0) * lived.cycle[-1])) / fastest
 
 
 WEIGHT, OF_ENDS = 0.5, 1.5

@@ -110,8 +110,7 @@ def in_order(stages: Sequence[xr.Dataset]) -> xr.Dataset:
     along = [[name for name, var in one.data_vars.items() if "update" in var.dims] for one in stages]
     states = [one[names] for one, names in zip(stages, along, strict=True)]
     others = [one.drop_vars(names) for one, names in zip(stages, along, strict=True)]
-    joined = _concat(states, "update").merge(_concat(others, "stage"), join="outer")
-    return _as_before(joined, "stage")
+    return _as_before(_concat(states, "update").merge(_concat(others, "stage"), join="outer"), "stage")
 
 
 def _concat(each: Sequence[xr.Dataset], along: str) -> xr.Dataset:

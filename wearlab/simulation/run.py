@@ -105,8 +105,7 @@ def _dataset(
         values |= static.wear_values(first, lived) | static.preset_depth(scene, first, lived.state)
     if first.vibration is not None:
         values["attractor"] = vibration.attractor(lived)
-    searches = [one.search for one in found]
-    values |= trust.trust_values(reached, lived, errors, searches, inherited)
+    values |= trust.trust_values(reached, lived, errors, [one.search for one in found], inherited)
     values["model_error"] = label.diagnosed("model error", failures, "", trust.model_errors, scene, first)
     if calibration is not None:
         values["calibrated_wear_coefficient"] = calibration.value
