@@ -58,10 +58,8 @@ def trust_values(
             "bound on the work: ask for fewer snapshots, or look in single states by wear.initial"
         )
     doubts = dict.fromkeys(doubt for own in errors for doubt in own.doubts)
-    values: dict[str, Any] = {
-        "verdict": verdict(lived, searches),
-        "validity": "\n".join(dict.fromkeys(flags)),
-    }
+    values: dict[str, Any] = {"verdict": verdict(lived, searches)}
+    values["validity"] = "\n".join(dict.fromkeys(flags))
     values["estimate_quality"] = f"doubtful: {'; '.join(doubts)}" if doubts else TRUSTED
     if (life := lived.life) is not None:
         depth, of_life = accumulated(errors, lived, inherited)
