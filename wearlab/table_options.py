@@ -158,9 +158,7 @@ TIMES = ("s", "1")
 """What shares of time may be: durations, or parts of a whole."""
 
 
-def duty_table(
-    file: str, columns: Words, units: Words, base: Path | None
-) -> tuple[Numbers, Numbers, Numbers]:
+def duty_table(file: str, columns: Words, units: Words, base: Path | None) -> tuple[Numbers, ...]:
     """Return torques [N m], speeds [rad/s] and shares of time (in their own proportions) of a load table.
 
     Parameters

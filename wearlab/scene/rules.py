@@ -64,7 +64,8 @@ def _friction(scene: sections.Sections, friction: Any) -> Problems:
         yield "dynamics.friction", f"acts pair by pair: give mesh.excitation = 'pairs', not {whole[0]!r}"
 
 
-def _damping(scene: sections.Sections, dynamics: Any) -> Problems:
+def _moving_parts(scene: sections.Sections, dynamics: Any) -> Problems:
+    """Meshes that move are damped, and what turns has an inertia, which no shape of a carrier tells."""
     for path, given in scene.meshes.items():
         if given.damping is None and given.damping_ratio is None:
             wanted = "give 'damping' such as '1000 N*s/m', or 'damping_ratio'"
@@ -73,10 +74,6 @@ def _damping(scene: sections.Sections, dynamics: Any) -> Problems:
         if given.damps_always and not isinstance(given.damping_law, ViscousDamping):
             law = repr(given.damping_law.chosen)
             yield "mesh.damping_in", f"'always' is the papers' dashpot: leave it out with damping_law = {law}"
-
-
-def _carrier(scene: sections.Sections, dynamics: Any) -> Problems:
-    """What turns has an inertia; nothing is known of a carrier's shape that could tell it."""
     carrier = getattr(scene.gears, "carrier", None)
     for key, example in (("mass", "2.8 kg"), ("inertia", "11000 kg*mm^2")):
         if carrier is not None and getattr(carrier, key) is None:
@@ -334,8 +331,7 @@ RULES: tuple[tuple[str, Callable[[sections.Sections, Any], Problems]], ...] = (
     ("errors.members", _pins),
     ("gears", _widths),
     ("dynamics.friction", _friction),
-    ("dynamics", _damping),
-    ("dynamics", _carrier),
+    ("dynamics", _moving_parts),
     ("dynamics", _asked_itself),
     ("dynamics.response", _response),
     ("dynamics", _fluctuation),

@@ -121,15 +121,12 @@ def kinematic_viscosity(oil: Oil, temperature: float) -> float:
 
     Source: ASTM D341, ν in mm²/s from 2 upwards.
     """
-    first, second = (_double_log(v / CENTISTOKES) for v in (oil.viscosity_40, oil.viscosity_100))
+    each = (viscosity / CENTISTOKES for viscosity in (oil.viscosity_40, oil.viscosity_100))
+    first, second = (math.log10(math.log10(viscosity + 0.7)) for viscosity in each)
     cold, hot = math.log10(40.0 + KELVIN), math.log10(100.0 + KELVIN)
     slope = (first - second) / (hot - cold)
     value = first - slope * (math.log10(temperature) - cold)
     return CENTISTOKES * (10.0 ** (10.0**value) - 0.7)
-
-
-def _double_log(viscosity: float) -> float:
-    return math.log10(math.log10(viscosity + 0.7))
 
 
 def density(oil: Oil, temperature: float) -> float:

@@ -159,12 +159,13 @@ def build(scene: Scene, reach: Sequence[profile.Extension] | None = None) -> Par
     meshes = mesh.build_meshes(scene, gears)
     edges = clock.breaks_on_clock([contact.grid for contact in analyses], meshes)
     kinds = tuple(build_kind(scene, gears, *own) for own in zip(gears.kinds, analyses, strict=True))
-    joined = tuple(joined_kinds(scene, gears, kinds, meshes, edges))
+    on_clock = OnClock(analyses, meshes, edges)
+    joined = tuple(joined_kinds(scene, gears, kinds, on_clock))
     join: Any = FaceCoupling if scene.face_keys else Coupling
     vibration = None
     if scene.dynamics is not None:
         stiffness = np.array([unworn_stiffness(kind) for kind in joined])
-        vibration = build_vibration(scene, gears, OnClock(analyses, meshes, edges), stiffness)
+        vibration = build_vibration(scene, gears, on_clock, stiffness)
     return Parts(scene, gears, kinds, meshes, edges, join(joined, vibration, build_load(scene)))
 
 

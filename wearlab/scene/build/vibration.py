@@ -213,10 +213,7 @@ def unresolved(analysis: contact.ContactAnalysis, mesh: Mesh, grid: stages.Stage
 
 def _missed(values: Array, width: Array, size: float) -> float:
     """Return how far values (n, 5) are from parabolas through their 1st, 3rd and 5th: mean over a size."""
-    first, _, middle, _, last = values.T
-    quarters = np.stack(
-        [0.375 * first + 0.75 * middle - 0.125 * last, -0.125 * first + 0.75 * middle + 0.375 * last], axis=1
-    )
+    quarters = values[:, ::2] @ np.array([[0.375, -0.125], [0.75, 0.75], [-0.125, 0.375]])
     distance = np.abs(quarters - values[:, [1, 3]]).mean(axis=1)
     return float(width @ distance / size) if size > 0.0 else 0.0
 

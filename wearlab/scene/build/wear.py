@@ -17,6 +17,7 @@ from wearlab.mesh import clock, contact, gear_set
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene
 from wearlab.scene.build import mesh, sets
+from wearlab.scene.build.vibration import OnClock
 from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.patch import PatchSetting
@@ -98,19 +99,13 @@ class FacePatchSetting(PatchSetting):
 
 
 def joined_kinds(
-    scene: Scene,
-    gears: gear_set.GearSet,
-    kinds: Sequence[KindParts],
-    meshes: Sequence[clock.Mesh],
-    edges: Array,
+    scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: OnClock
 ) -> Iterator[coupled.MeshKind | FaceKind]:
     """Yield contact and wear of each kind of mesh, over the face where flanks have a width."""
+    meshes = on_clock.meshes
     for number, (kind, own) in enumerate(zip(gears.kinds, kinds, strict=True)):
-        mine, law, setting = (
-            clock.of_kind(meshes, number),
-            own.law,
-            PatchSetting(own.analysis, own.path, own.law),
-        )
+        mine, law = clock.of_kind(meshes, number), own.law
+        setting = PatchSetting(own.analysis, own.path, law)
         if scene.face_keys:
             face = mesh.build_face_contact(scene, kind, own.analysis, gears.helix)
             law = build_law(scene, kind.pair, repeated(own.path, face.grid.shape[0]))
@@ -120,7 +115,7 @@ def joined_kinds(
             yield FaceKind(face, law, patch, {at: meshes[at].lag for at in mine})
             continue
         grid, where = own.analysis.grid, own.analysis.at_nodes
-        when = tuple(clock.instants_of(grid, meshes[at].lag, where, edges) for at in mine)
+        when = tuple(clock.instants_of(grid, meshes[at].lag, where, on_clock.edges) for at in mine)
         yield coupled.MeshKind(own.analysis, law, patch, mine, when)
 
 
