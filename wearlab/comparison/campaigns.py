@@ -199,16 +199,15 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
     ids = [[left.id, other.id] for left, other in matched]
     names: dict[str, Any] = {"pair": [left.name for left, _ in matched], "run_id": (("pair", "run"), ids)}
     whole = whole.assign_coords(names | runs.described(whole["quantity"].values))
-    return whole.assign_attrs(
-        title=f"comparison of {a.title!r} and {b.title!r}",
-        campaign_a=a.title,
-        campaign_b=b.title,
-        aligned_on=on,
-        tolerance=tolerance,
-        only_a=json.dumps(only_a, ensure_ascii=False),
-        only_b=json.dumps(only_b, ensure_ascii=False),
-        scene_differences=_shared([str(compared["scene_differences"].values) for compared in made]),
-    )
+    title = {
+        "title": f"comparison of {a.title!r} and {b.title!r}",
+        "campaign_a": a.title,
+        "campaign_b": b.title,
+    }
+    left = {f"only_{side}": json.dumps(o, ensure_ascii=False) for side, o in (("a", only_a), ("b", only_b))}
+    alike = _shared([str(compared["scene_differences"].values) for compared in made])
+    aligned = {"aligned_on": on, "tolerance": tolerance}
+    return whole.assign_attrs({**title, **aligned, **left, "scene_differences": alike})
 
 
 def _reduced(a: SideRun, b: SideRun, on: str, tolerance: float) -> xr.Dataset:

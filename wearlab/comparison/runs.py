@@ -386,8 +386,11 @@ def quantity_rows(comparison: xr.Dataset) -> list[Row]:
     aligned = comparison["cycle" if comparison.attrs["aligned_on"] == CYCLE else "aligned_depth"].values
     summary = ("largest_relative_difference", "first_difference")
     for name, share, first in zip(*(comparison[n].values for n in ("quantity", *summary)), strict=True):
-        state, values = _farthest(comparison[name].transpose("run", "state", ...).values)
-        there = "" if share == 0.0 else _place(comparison, float(aligned[state]))
+        apart = abs(comparison[f"{name}_difference"])
+        apart = apart.where(np.isfinite(apart), -1.0)
+        at = apart.argmax(...)  # where they differ most
+        values = comparison[name].isel(at).where(apart.isel(at) >= 0.0).values
+        there = "" if share == 0.0 else _place(comparison, float(aligned[int(at["state"])]))
         rows.append((*_both(comparison[name], values), _percent(share), there, _place(comparison, first)))
     for name in (name for name in SCALARS if name in comparison):
         called, a, b, unit = _both(comparison[name], comparison[name].values)
@@ -402,15 +405,6 @@ def _both(quantity: xr.DataArray, values: Any) -> tuple[str, str, str, str]:
     stored, shown = quantity.attrs["units"], quantity.attrs["display_units"]
     a, b = (_number(convert(float(value), stored, shown)) for value in values)
     return quantity.attrs["long_name"], a, b, "" if shown == "1" else shown
-
-
-def _farthest(both: Array) -> tuple[int, list[float]]:
-    """Return the state at which two arrays (2, states, …) differ most, and their values there."""
-    apart = np.abs(both[1] - both[0])
-    if not np.isfinite(apart).any():
-        return 0, [np.nan, np.nan]
-    place = np.unravel_index(int(np.nanargmax(apart)), apart.shape)
-    return int(place[0]), [float(side[place]) for side in both]
 
 
 def pair_rows(comparison: xr.Dataset) -> list[Row]:

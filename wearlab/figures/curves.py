@@ -46,14 +46,10 @@ def sampled_axes(grid: xr.Dataset) -> list[str]:
     of_numbers = [v for v in grid.coords.values() if v.dtype.kind in "fiu" and len(v.dims) == 1]
 
     def is_random(v: xr.DataArray) -> bool:
-        return str(v.attrs.get("key", "")).endswith("errors.seed") or turns_back(v.values.astype(float))
+        steps = set(np.sign(np.diff(v.values.astype(float))))
+        return str(v.attrs.get("key", "")).endswith("errors.seed") or {-1.0, 1.0} <= steps
 
     return [dim for dim in dims if any(is_random(v) for v in of_numbers if v.dims == (dim,))]
-
-
-def turns_back(values: Array) -> bool:
-    """Say whether values now rise, now fall."""
-    return {-1.0, 1.0} <= set(np.sign(np.diff(values)))
 
 
 def of_samples(series: Sequence[Series], dims: Iterable[str], ended: Ended) -> Noted:

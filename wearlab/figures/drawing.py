@@ -2,7 +2,7 @@
 
 import traceback
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,21 +58,29 @@ def draw(campaign: "Campaign", store: "Store", out: Path, ending: str = "png") -
     """
     check_format(ending)
     grid = store.open(campaign)
-    drawn: list[Path] = []
-    problems: list[str] = []
-    for number, spec in enumerate(campaign.figures, 1):
-        try:
-            asked = question(campaign, spec, number)
-            image, _ = answer(asked, grid, store, ending)
-            write_whole(path := out / f"{asked.name}.{ending}", image)
-            drawn.append(path)
-        except (FigureError, StoreError) as error:
-            problems.append(str(error))
-        except Exception as error:  # a fault of ours in one figure stops no other
-            problems.append(fault(f"figure {number} ({spec.kind})", error))
-    if problems:
-        raise FigureError("\n".join(problems), tuple(drawn))
+
+    def written(asked: Question) -> Path:
+        write_whole(path := out / f"{asked.name}.{ending}", answer(asked, grid, store, ending)[0])
+        return path
+
+    told = list(each_figure(campaign, written))
+    drawn = [path for _, path, _ in told if path]
+    if len(drawn) < len(told):
+        raise FigureError("\n".join(problem for *_, problem in told if problem), tuple(drawn))
     return drawn
+
+
+def each_figure(campaign: "Campaign", make: Callable[[Question], Any]) -> Iterator[tuple[Any, Any, str]]:
+    """Yield each ``[[figure]]`` of a campaign with what is made of it, or with why it cannot be drawn."""
+    for number, spec in enumerate(campaign.figures, 1):
+        made, problem = None, ""
+        try:
+            made = make(question(campaign, spec, number))
+        except (FigureError, StoreError) as error:
+            problem = str(error)
+        except Exception as error:  # a fault of ours in one figure stops no other
+            problem = fault(f"figure {number} ({spec.kind})", error)
+        yield spec, made, problem
 
 
 def fault(name: str, error: Exception) -> str:

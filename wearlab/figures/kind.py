@@ -270,10 +270,6 @@ class Run:
         data = self.data.isel(update=kept, missing_dims="ignore")
         return replace(self, data=data, states=tuple(self.states[i] for i in kept if self.states))
 
-    def last_state(self) -> "Run":
-        """Return the run at its last wear state alone."""
-        return self.at_states([-1])
-
     def thinned(self, most: int = 6) -> "Run":
         """Return the run with so few wear states that each can be told apart, spread over its life."""
         count = self.data.sizes.get("update", 1)

@@ -289,11 +289,9 @@ def _panel(drawn: Drawn, place: tuple[int, int], title: str, powers: Powers, rea
 
 
 def _pen(curve: Series, hue: str | None, pen: Mapping[Label, Pen]) -> Pen:
-    if curve.look in BESIDE:
-        return BESIDE[curve.look]
-    if hue is not None and curve.key.get(hue) in pen:
-        return pen[curve.key[hue]]
-    return Pen(INK if curve.look == "published" or (hue and curve.look != "points") else ALONE, "-", "o")
+    alone = Pen(INK if curve.look == "published" or (hue and curve.look != "points") else ALONE, "-", "o")
+    label = curve.key.get(hue) if hue else None
+    return BESIDE[curve.look] if curve.look in BESIDE else pen.get(label, alone) if label else alone
 
 
 def _closed(panels: list[plot.Panel], rows: list[int], columns: list[int]) -> tuple[plot.Panel, ...]:

@@ -164,9 +164,6 @@ def _labels(grid: xr.Dataset, dims: Sequence[str], point: tuple[int, ...]) -> tu
     return ({dim: case for dim in dims} if repeated else labels), repeated
 
 
-PICKED = "picked"
-
-
 def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], ask: Ask) -> list[Run]:
     """Read what a figure needs, of all runs at once, narrowed by ``select``.
 
@@ -179,7 +176,7 @@ def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], a
     grid = grid.rename({f"{name}_values": name for name in ("phase",) if f"{name}_values" in grid})
     names, axes, dims = list(names), along_axes(grid), [str(dim) for dim in grid.run_id.dims]
     wanted = dict.fromkeys((*names, *COORDINATES, *doubt.read_for(names), *axes, COUNT))
-    places = {dim: xr.Variable(PICKED, [point[dim] for point, _, _ in points]) for dim in dims}
+    places = {dim: xr.Variable("picked", [point[dim] for point, _, _ in points]) for dim in dims}
     box = grid[[name for name in wanted if name in grid.variables]].isel(places)
     box = box.compute(scheduler="synchronous")
     keys = {n: grid[n].attrs.get("key") for n in axes if grid[n].dtype.kind in "fiu"}
@@ -188,7 +185,7 @@ def read_runs(grid: xr.Dataset, points: Sequence[Point], names: Iterable[str], a
     own = own_values(grid)
     runs = []
     for number, (_, labels, run_id) in enumerate(points):
-        whole = box.isel({PICKED: number}, missing_dims="ignore")
+        whole = box.isel({"picked": number}, missing_dims="ignore")
         values = {name: whole[name].values.item() for name in axes if name not in dims}
         beside = {name: place(name, value, grid[name].attrs.get("units")) for name, value in values.items()}
         case, given = labels.get("case"), dict[str, float]()

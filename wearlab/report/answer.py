@@ -75,10 +75,9 @@ def _reach(values: list[str]) -> str:
     if len(values) <= MOST_VALUES:
         return ", ".join(values)
     try:
-        ordered = sorted(values, key=float)
+        return f"{_between(values)} ({len(values)} values)"
     except ValueError:
         return f"{', '.join(values[:MOST_VALUES])}, … {len(values)} in all"
-    return f"{ordered[0]} to {ordered[-1]} ({len(values)} values)"
 
 
 def _load(scene: Scene) -> Iterator[Condition]:

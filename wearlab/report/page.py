@@ -6,12 +6,13 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearlab.campaign import Campaign, Case, claims, inheritance
+from wearlab.campaign import Campaign, Case, inheritance
 from wearlab.campaign.campaign import ReportSpec
-from wearlab.figures import doubt, drawing, kind, question
+from wearlab.figures import doubt, drawing
 from wearlab.report.answer import Entries, answer, conditions, gathered
 from wearlab.scene import parts_left_out, parts_present
 from wearlab.scene.build.sheet import Sheet, sheet
@@ -24,10 +25,8 @@ NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)")
 
 def model_errors(entries: Entries) -> tuple[tuple[str, int], ...]:
     """Return the known errors of the models of runs, each with its count."""
-    counted: Counter[str] = Counter()
-    for entry in entries.values():
-        counted.update(filter(None, dict.fromkeys(str(entry.summary.get("model_error") or "").split("\n"))))
-    return tuple(counted.most_common(MOST_LINES))
+    told = (dict.fromkeys(str(e.summary.get("model_error") or "").split("\n")) for e in entries.values())
+    return tuple(Counter(line for some in told for line in some if line).most_common(MOST_LINES))
 
 
 def remarks(entries: Entries) -> tuple[tuple[str, int], ...]:
@@ -35,11 +34,8 @@ def remarks(entries: Entries) -> tuple[tuple[str, int], ...]:
 
     Lines that differ in one number are one, with its range.
     """
-    lines: dict[str, set[str]] = {}
-    for entry in entries.values():
-        said = [*str(entry.summary.get("validity") or "").split("\n"), *entry.warnings]
-        for line in filter(None, dict.fromkeys(said)):
-            lines.setdefault(line, set()).add(entry.id)
+    told = ((e, str(e.summary.get("validity") or "").split("\n")) for e in entries.values())
+    lines = gathered((s, e.id) for e, some in told for s in dict.fromkeys([*some, *e.warnings]) if s)
     counted: Counter[str] = Counter()
     for some in gathered((NUMBER.sub("#", line), line) for line in lines).values():
         numbers = zip(*(NUMBER.findall(line) for line in some), strict=True)
@@ -55,33 +51,24 @@ class Drawn(NamedTuple):
 
     title: str
     uri: str
-    note: str
     problem: str
     broad: bool = False
     small: str = ""
 
 
-def _uri(image: bytes) -> str:
-    return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}"
+def _uri(image: bytes | None) -> str:
+    return f"data:image/png;base64,{base64.b64encode(image).decode('ascii')}" if image else ""
 
 
 def drawn(campaign: Campaign, store: Store) -> Iterator[Drawn]:
     """Yield each figure of a campaign, or why it cannot be drawn."""
     if not campaign.figures:
         return
-    grid = store.open(campaign)
-    for number, spec in enumerate(campaign.figures, 1):
-        title, note = str(getattr(spec, "title", None) or spec.kind), ""
-        try:
-            asked = question.question(campaign, spec, number)
-            note = claims.filled(str(asked.table.get("note", "")), grid)
-            image, small = drawing.both_widths(asked, grid, store)
-            broad = int.from_bytes(image[16:20], "big") > 1000  # pixels: panels that take a whole row
-            yield Drawn(title, _uri(image), note, "", broad, _uri(small) if small else "")
-        except Exception as error:  # a fault of ours in one figure stops no page
-            said = isinstance(error, kind.FigureError | StoreError)
-            fault = str(error) if said else drawing.fault(f"figure {number} ({spec.kind})", error)
-            yield Drawn(title, "", note, fault)
+    pictures = partial(drawing.both_widths, grid=store.open(campaign), store=store)
+    for spec, images, problem in drawing.each_figure(campaign, pictures):
+        image, small = images or (b"", None)
+        broad = int.from_bytes(image[16:20], "big") > 1000  # pixels: panels that take a whole row
+        yield Drawn(str(getattr(spec, "title", None) or spec.kind), _uri(image), problem, broad, _uri(small))
 
 
 MOST_ROWS = 2000  # of a table: beyond, a page is no place to read them
@@ -103,33 +90,23 @@ def content(campaign: Campaign, store: Store) -> dict[str, Any]:
     states = Counter({case.id: row["state"] for case, row in zip(campaign.cases, rows, strict=True)}.values())
     text = inheritance.source_text(campaign.path)
     report = getattr(campaign, "report", None) or ReportSpec()
-    return dict(
-        title=campaign.title,
-        reference=campaign.reference or "",
-        metadata=getattr(campaign, "metadata", {}) or {},
-        file=campaign.path.name if campaign.path else "",
-        axes=tuple((a.name, _values(a.values, a.units)) for a in campaign.axes),
-        counts={"runs": len({case.id for case in campaign.cases}), **states},
-        seconds=outcome.seconds_text(sum(e.seconds or 0.0 for e in entries.values())),
-        dates=_dates(entries),
-        parts=tuple(_parts(campaign)),
-        rows=tuple(rows[:MOST_ROWS]),
-        extremes=[row for row in rows[:MOST_ROWS] if row["comparison"]],
-        left_out=max(0, len(rows) - MOST_ROWS),
-        figures=tuple(drawn(campaign, store)),
-        report=report,
-        answer=answer(campaign, entries, report.wear_coefficient_factor, store),
-        conditions=conditions(campaign),
-        gears=_gears(campaign) if "gears" in report.sections else (),
-        failures=tuple(_failures(campaign, rows, entries))[:100],
-        remarks=remarks(entries),
-        model_errors=model_errors(entries),
-        code=tuple(_code(store, entries)),
-        lineage=tuple(_lineage(campaign, store, entries)),
-        **_measured(campaign, store),
-        text=text,
-        hash=inheritance.fingerprint(text),
-    )
+    runs = {"runs": len({case.id for case in campaign.cases}), **states}
+    about: Told = {"title": campaign.title, "reference": campaign.reference or "", "report": report}
+    about |= {"file": campaign.path.name if campaign.path else "", "dates": _dates(entries), "counts": runs}
+    about |= {"metadata": getattr(campaign, "metadata", {}) or {}, "text": text}
+    asked: Told = {"axes": tuple((a.name, _values(a.values, a.units)) for a in campaign.axes)}
+    asked |= {"parts": tuple(_parts(campaign)), "conditions": conditions(campaign)}
+    asked["gears"] = _gears(campaign) if "gears" in report.sections else ()
+    shown = tuple(rows[:MOST_ROWS])
+    found: Told = {"rows": shown, "extremes": [row for row in shown if row["comparison"]]}
+    found |= {"left_out": max(0, len(rows) - MOST_ROWS), "figures": tuple(drawn(campaign, store))}
+    found["answer"] = answer(campaign, entries, report.wear_coefficient_factor, store)
+    found["failures"] = tuple(_failures(campaign, rows, entries))[:100]
+    limits = {"remarks": remarks(entries), "model_errors": model_errors(entries)}
+    made: Told = {"seconds": outcome.seconds_text(sum(e.seconds or 0.0 for e in entries.values()))}
+    made |= {"code": tuple(_code(store, entries)), "lineage": tuple(_lineage(campaign, store, entries))}
+    made["hash"] = inheritance.fingerprint(text)
+    return about | asked | found | limits | made | _measured(campaign, store)
 
 
 def _measured(campaign: Campaign, store: Store) -> dict[str, Any]:

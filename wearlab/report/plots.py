@@ -67,12 +67,10 @@ def _over_life(comparison: xr.Dataset) -> Iterator[Panel]:
         yield _panel("largest wear depth", x, values, across, line="line-points")
     largest = 100.0 * comparison["relative_difference"].max("quantity", skipna=True).values
     tolerance = 100.0 * float(comparison.attrs["tolerance"])
-    curves = (
-        Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference"),
-        Curve(x, largest, Pen("#222222", "-", "o"), "line-points"),
-    )
+    limit = Curve(x, np.full(len(x), tolerance), Pen("#7a7a7a", ":"), "reference")
+    differ = Curve(x, largest, Pen("#222222", "-", "o"), "line-points")
     title = "largest difference of all quantities (dotted: tolerance)"
-    yield Panel(0, 0, title, across, "Difference (%)", curves)
+    yield Panel(0, 0, title, across, "Difference (%)", (limit, differ))
 
 
 def _waves(comparison: xr.Dataset) -> Iterator[Panel]:

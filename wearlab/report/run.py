@@ -163,14 +163,10 @@ def facts(store: Store, entry: "Entry") -> dict[str, Any]:
         "calibrates": provenance.children(store, entry.id, outcome.CALIBRATION),
         **{key: metadata[key] for key in provenance.WHO if key in metadata},
         "file": str(store.files.path(entry.id)) if entry.state == "done" else None,
-        "bytes": entry.size,
-        "sha256": entry.sha256,
-        "started": entry.started,
-        "run time": outcome.seconds_text(entry.seconds),
-        "source hash": entry.source_hash,
-        "wearlab": entry.wearlab_version,
-        "model version": entry.summary.get("model_version"),
-        "commit": entry.summary.get("commit"),
+        **{"bytes": entry.size, "sha256": entry.sha256},
+        **{"started": entry.started, "run time": outcome.seconds_text(entry.seconds)},
+        **{"source hash": entry.source_hash, "wearlab": entry.wearlab_version},
+        **{word: entry.summary.get(word.replace(" ", "_")) for word in ("model version", "commit")},
         "made by": "other code" if sources.is_other_code(entry.source_hash) else "this code",
     }
 

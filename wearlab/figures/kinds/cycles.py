@@ -49,13 +49,11 @@ def at_states(run: Run, ask: Ask, piece: Slice, by: str = "cycle", *, of_all: bo
 
 def hours_a_cycle(run: Run, ask: Ask) -> float | None:
     """Return the operating hours of a wear cycle, None where x is another or it takes now more, now less."""
-    if ask.x not in (None, "cycle") or not {"operating_hours", "cycle"} <= set(run.data.variables):
+    cycle, hours = run.data.get("cycle"), run.data.get("operating_hours")
+    if ask.x not in (None, "cycle") or cycle is None or hours is None or hours.dims != cycle.dims:
         return None
-    units = str(run.data["operating_hours"].attrs.get("units", "h"))
-    cycle, hours = run.data["cycle"], run.data["operating_hours"]
-    if hours.dims != cycle.dims:
-        return None
-    rate = converted(hours.values, units, "h")[cycle.values > 0.0] / cycle.values[cycle.values > 0.0]
+    later = cycle.values > 0.0
+    rate = converted(hours.values, str(hours.attrs.get("units", "h")), "h")[later] / cycle.values[later]
     rate = rate[np.isfinite(rate)]
     return float(rate[0]) if rate.size and np.allclose(rate, rate[0], rtol=1e-6) else None
 

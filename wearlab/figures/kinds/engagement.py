@@ -205,7 +205,7 @@ def contact_pattern(run: Run, ask: Ask) -> Iterator[Series]:
 def wear_map(run: Run, ask: Ask) -> Iterator[Series]:
     """Wear depth over profile and face in the last wear state or those selected, a measured one beside."""
     if run.data.sizes.get("update", 1) > 2:
-        run = run.last_state()
+        run = run.at_states([-1])
     if ask.published is None:
         yield from over_flank(run, ask.y[0], ask)
         return

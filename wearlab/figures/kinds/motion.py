@@ -148,7 +148,7 @@ def waterfall(run: Run, ask: Ask) -> Iterator[Series]:
     """Yield one spectrum for each speed or wear state, drawn above its place."""
     name = ask.y[0]
     along = "response_speed" if "response_speed" in run.data[name].dims else "update"
-    order = _order_of(run, name)
+    order = "order" if "order" in run.data[name].dims else "harmonic"
     for piece in slices(run, name, ask, along, order):
         places, up = companion(run, ask.x or OVER[along], piece.place, ask, "y")
         orders, _ = companion(run, order, piece.place, ask)
@@ -180,13 +180,9 @@ def orders(run: Run, ask: Ask) -> Iterator[Series]:
 
     Yield the amplitudes of each wear state as stems.
     """
-    order = _order_of(run, ask.y[0])
+    order = "order" if "order" in run.data[ask.y[0]].dims else "harmonic"
     for curve in over(run.thinned(3), ask.y[0], ask, order, order, look="stem"):
         yield replace(curve, across=ORDER)
-
-
-def _order_of(run: Run, name: str) -> str:
-    return "order" if "order" in run.data[name].dims else "harmonic"
 
 
 HARMONICS = 4

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.figures import FigureError, runs, wording
+from wearlab.figures import runs, wording
 from wearlab.figures.curves import Ended, banded, ended_of
-from wearlab.figures.kind import Ask, Run, Slice, companion, kind, lone, shown, slices
+from wearlab.figures.kind import Ask, FigureError, Run, Slice, companion, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
 from wearlab.figures.plot import (
     Look,
@@ -45,7 +45,7 @@ def _numbers(run: Run, ask: Ask) -> Iterator[Series]:
     Yield a run's number, at its last wear state where none is selected, named by its place in the grid.
     """
     called = ", ".join(dict.fromkeys(label.text for label in run.place.values())) or "run"
-    for piece in slices(run.last_state(), ask.y[0], ask):
+    for piece in slices(run.at_states([-1]), ask.y[0], ask):
         named = without(piece.key, *run.place, "update") | {"run": wording.Label(called, called)}
         values = np.atleast_1d(piece.values)
         scales = piece.scale, Scale("run", "1")
@@ -82,16 +82,10 @@ CASES = kind(
 
 def _points(run: Run, ask: Ask) -> Iterator[Series]:
     """One point a run: a result y (at the last wear state) over an input or another result x."""
-    for piece in _results(run, ask):
+    for piece in slices(run.at_states([-1]), ask.y[0], ask):
         x, across, own = _abscissa(run, ask, piece)
-        key = without(piece.key, *run.place) | _kept(run.along, ask)
+        key = without(piece.key, *run.place, "update") | _kept(run.along, ask)
         yield piece._replace(key=key).over(x, across, "points", own=own)
-
-
-def _results(run: Run, ask: Ask) -> Iterator[Slice]:
-    """Yield the result at each place along its dimensions, at the last wear state when none is selected."""
-    for piece in slices(run.last_state(), ask.y[0], ask):
-        yield piece._replace(key=without(piece.key, "update"))
 
 
 def _inputs(run: Run) -> list[str]:
@@ -110,7 +104,7 @@ def _abscissa(run: Run, ask: Ask, piece: Slice) -> tuple[Array, Scale, float | N
         return np.array([x]), run.scales[name], own
     if name not in run.data.variables:
         raise ask.wrong(f"x = {name!r} is not there; {choices(name, [*inputs, *run.data])}")
-    return *lone(*companion(run.last_state(), name, piece.place, ask), name, ask), None
+    return *lone(*companion(run.at_states([-1]), name, piece.place, ask), name, ask), None
 
 
 def _gathered(series: list[Series]) -> list[Series]:
@@ -127,14 +121,14 @@ def _polyline(run: Run, ask: Ask) -> Iterator[Series]:
     names = _inputs(run)
     if any(isinstance(run.along[name].value, str) for name in names):
         return  # a case beside the axes
-    for piece in _results(run, ask):
+    for piece in slices(run.at_states([-1]), ask.y[0], ask):
         result = np.atleast_1d(piece.values)
         if not np.isfinite(result).all():
             continue
         values = np.array([*(float(run.along[name].value) for name in names), float(result[0])])
         scales = [*(run.scales[name] for name in names), piece.scale]
         marks = [Mark(float(at), "|".join(scale)) for at, scale in enumerate(scales)]
-        key = without(piece.key, *run.place)
+        key = without(piece.key, *run.place, "update")
         text = f"{result[0]:.4g} {wording.typeset(piece.scale.units)}".strip()
         key |= {"result": wording.Label(float(result[0]), text)}
         places = np.arange(len(values), dtype=float)
@@ -210,10 +204,8 @@ def ranked(series: list[Series]) -> list[Series]:
         )
     order = sorted(groups, key=lambda what: np.ptp(groups[what]), reverse=True)
     names, scales = tuple(what.replace("_", " ") for what in order), (series[0].across, RANK)
-    ranks = []
-    for rank, what in enumerate(order, 1):
-        places = np.full(len(groups[what]), float(rank))
-        ranks.append(Series({}, groups[what], places, *scales, "line-points", names=names))
+    lines = [(groups[what], np.full(len(groups[what]), float(rank))) for rank, what in enumerate(order, 1)]
+    ranks = [Series({}, *line, *scales, "line-points", names=names) for line in lines]
     if level:
         words = "base" if len(base) == 1 else "mean of the base runs"
         ranks.append(Series({}, *flat((0.5, len(order) + 0.5), level[0])[::-1], *scales, "reference", words))

@@ -44,7 +44,7 @@ class Updated:
 
     def keyed(self, role: str, value: str | float, text: str = "") -> dict[str, Label]:
         """Return its key with one more label: by default a variable's name as words."""
-        return {**self.key, role: Label(value, text or spelled(str(value)))}
+        return {**self.key, role: Label(value, text or str(value).replace("_", " "))}
 
     @property
     def calendar(self) -> Callable[[Array], Array] | None:
@@ -146,12 +146,7 @@ def logs(values: xr.DataArray) -> tuple[Array, Scale]:
     scale = units.convert(1.0, unit, shown) if shown not in (unit, "1") else 1.0
     told = f" in {typeset(shown)}" if shown not in ("1", "") else ""
     held = np.log10(np.maximum(scale * np.asarray(values.values, float).ravel(), 1e-300))
-    return held, Scale(f"log₁₀ of {spelled(str(values.name))}{told}", "1")
-
-
-def spelled(name: str) -> str:
-    """Return a variable's name as words."""
-    return name.replace("_", " ")
+    return held, Scale(f"log₁₀ of {str(values.name).replace('_', ' ')}{told}", "1")
 
 
 def update_kind(name: str, title: str, needs: tuple[str, ...], *first: tuple[str, str]) -> Maker:
@@ -212,7 +207,7 @@ def residuals(update: Updated, ask: Ask) -> Iterator[Series]:
     """Measured less expected, over the standard deviation expected, at every inspection."""
     for name in map(str, update["posterior_predictive"].data_vars):
         (x, y), key = _left_over(update, name), update.keyed("variable", name)
-        scales = CYCLES, Scale(f"{spelled(name)}: what is left over, in standard deviations", "1")
+        scales = CYCLES, Scale(f"{name.replace('_', ' ')}: what is left over, in standard deviations", "1")
         yield Series(key, x, y, *scales, "points", hours=0.0)  # 0: told in cycles alone
         for level in (-2.0, 0.0, 2.0):
             ends, text = flat((0.0, float(x.max(initial=1.0))), level), "0 and ±2 standard deviations"
@@ -314,7 +309,7 @@ def measured_profiles(update: Updated, ask: Ask) -> Iterator[Series]:
             continue
         place, cycle = observed[f"{where}_{name}"], observed[f"cycle_{name}"].values
         across = Scale(schema.VARIABLES[where].long_name, schema.VARIABLES[where].display_units)
-        up = Scale(f"{spelled(name)}", str(observed[name].attrs["display_units"]))
+        up = Scale(name.replace("_", " "), str(observed[name].attrs["display_units"]))
         x = units.convert(place.values, str(place.attrs["units"]), across.units)
         unit = str(observed[name].attrs["units"])
         y, drawn = (units.convert(each[name].values, unit, up.units) for each in (observed, made))
