@@ -80,17 +80,18 @@ def test_member_errors_have_the_published_amplitudes_and_are_drawn_once():
     members = (MemberError(20, 31e-6, 13e-6, (5e-6,)), MemberError(29, 20e-6, 0.0))
     one, same, other = (mesh_error(members, seed=seed) for seed in (4, 4, 5))
     np.testing.assert_allclose(one.amplitude, [6.5e-6])
-    np.testing.assert_allclose(one.slow_amplitude, [9e-6, 5e-6, 10e-6])
-    for a, b in zip(one, same, strict=True):
-        np.testing.assert_array_equal(a, b)
-    assert not np.array_equal(one.slow_phase, other.slow_phase)
+    np.testing.assert_allclose(one.slow.amplitude, [9e-6, 5e-6, 10e-6])
+    for a, b in ((one, same), (one.slow, same.slow)):
+        for field in ("order", "amplitude", "phase"):
+            assert np.array_equal(getattr(a, field), getattr(b, field))
+    assert not np.array_equal(one.slow.phase, other.slow.phase)
     turned = np.array([0.0, 20.0, 7.3])
-    assert one.slow(turned[:1])[0] != pytest.approx(one.slow(turned[2:])[0])
+    assert one.slow.value(turned[:1])[0] != pytest.approx(one.slow.value(turned[2:])[0])
     step = 1e-5
-    slope = (one.slow(turned + step) - one.slow(turned - step)) / (2 * step)
-    np.testing.assert_allclose(one.slow_rate(turned), slope, rtol=1e-6)
+    slope = (one.slow.value(turned + step) - one.slow.value(turned - step)) / (2 * step)
+    np.testing.assert_allclose(one.slow.rate(turned), slope, rtol=1e-6)
     # ½ f_i′ sin(z θ): the mesh-order part of Eq. 28 with θ = 2π φ / z + θ0
-    start = one.slow_phase[0]
+    start = one.slow.phase[0]
     phase = np.linspace(0, 1, 7)
     np.testing.assert_allclose(
         one.value(phase), 6.5e-6 * np.sin(20 * (2 * np.pi * phase / 20 + start)), atol=1e-18

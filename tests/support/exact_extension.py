@@ -7,7 +7,6 @@ from wearlab.mesh.exact.gaps import WornFlanks, beyond_path
 from wearlab.mesh.exact.minimum_gap import minimum_gap
 from wearlab.mesh.profile import Extension
 
-SCAN = 32
 CLOSE = 1e-12
 """Of the furthest: how narrowly the end of contact is enclosed."""
 
@@ -39,4 +38,4 @@ def extension(flanks: WornFlanks, wear: Array, deflection: Deflections) -> Exten
     """
     first, second = flanks.worn(wear)
     both = deflection.entering, deflection.leaving
-    return beyond_path(flanks.pair, lambda x: minimum_gap(first, second, x).gap, both, CLOSE, SCAN)
+    return beyond_path(flanks.pair, lambda x: minimum_gap(first, second, x).gap, both, CLOSE)

@@ -22,7 +22,7 @@ from wearlab.mesh.clock import Mesh, look_within, sampling
 from wearlab.mesh.contact import ContactAnalysis
 from wearlab.mesh.excitation import MeshFlanks, stage_tables
 from wearlab.mesh.force import Dashpot, Deflections, flank_forces
-from wearlab.mesh.harmonics import MeshError
+from wearlab.mesh.harmonics import mesh_error
 from wearlab.mesh.profile import lookup
 from wearlab.mesh.stages import stage_grid
 from wearlab.scene import Scene
@@ -144,7 +144,7 @@ def moving(analysis: ContactAnalysis, moved: Mover) -> Moving:
     """Return the steady response of one degree of freedom by the package."""
     grid, mass = analysis.grid, np.array([moved.mass])
     touching = MeshFlanks(analysis, analysis.nodes(np.zeros((2, len(grid.position)))), None)
-    mesh, steps = Mesh(0, 0.0, MeshError(*np.zeros((6, 0)))), stage_grid(grid.breaks[:-1], STEPS)
+    mesh, steps = Mesh(0, 0.0, mesh_error(())), stage_grid(grid.breaks[:-1], STEPS)
     tables = stage_tables([touching], sampling([grid], (mesh,), grid.breaks, steps), None)
     none, one = np.zeros((1, 1)), np.eye(1)
     damping = np.array([moved.damping])

@@ -60,13 +60,6 @@ def _any(words: str) -> tuple[str, ...]:
 
 
 UNSAID = SetDescriptor(
-    kind="",
-    members=_any("members"),
-    toothed=_any("toothed"),
-    flanks=_any("flanks"),
-    meshes=_any("meshes"),
-    sections=("",),
-    central=_any("central"),
-    roles=(),
+    "", _any("members"), _any("toothed"), _any("flanks"), _any("meshes"), ("",), _any("central"), ()
 )
 """What is known where no kind is said: any name that some kind has, and nobody who drives by default."""

@@ -124,8 +124,8 @@ def over_hunting_period(
     if not revolving:
         return tables._replace(**repeated)
     phase, errors = hunting_grid(sampling.grid, periods).phase, [mesh.error for mesh in sampling.meshes]
-    repeated["error"] = repeated["error"] + np.stack([own.slow(phase) for own in errors], axis=-1)
-    rates = np.stack([own.slow_rate(phase) for own in errors], axis=-1)
+    repeated["error"] = repeated["error"] + np.stack([own.slow.value(phase) for own in errors], axis=-1)
+    rates = np.stack([own.slow.rate(phase) for own in errors], axis=-1)
     repeated["error_rate"] = repeated["error_rate"] + rates
     return tables._replace(**repeated)
 

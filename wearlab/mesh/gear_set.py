@@ -159,7 +159,7 @@ class GearSet:
 
     def slow_errors(self, meshes: Sequence[Mesh]) -> Array | None:
         """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""
-        if not any(len(mesh.error.slow_amplitude) for mesh in meshes):
+        if not any(len(mesh.error.slow.amplitude) for mesh in meshes):
             return None
         turns = quadrature(gear.teeth for gear in self.gears.values())
         return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)

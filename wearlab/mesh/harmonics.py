@@ -7,11 +7,39 @@ angle is drawn once from the seed and never again.
 """
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from wearlab.arrays import Array
+
+
+@dataclass(frozen=True)
+class Waves:
+    """``f(φ) = Σ amplitude sin(2π order φ + phase)``.
+
+    Parameters
+    ----------
+    order : (n,) orders [1]
+    amplitude : (n,) amplitudes [unit of f]
+    phase : (n,) phases [rad]
+    """
+
+    order: Array
+    amplitude: Array
+    phase: Array
+
+    def value(self, phase: Array) -> Array:
+        """Evaluate at phases (…) [1]."""
+        return np.sin(self._angle(phase)) @ self.amplitude
+
+    def rate(self, phase: Array) -> Array:
+        """Evaluate d/dφ at phases (…)."""
+        return np.cos(self._angle(phase)) @ (2 * np.pi * self.order * self.amplitude)
+
+    def _angle(self, phase: Array) -> Array:
+        return np.asarray(2 * np.pi * np.multiply.outer(phase, self.order) + self.phase)
 
 
 class Harmonics(NamedTuple):
@@ -32,16 +60,15 @@ class Harmonics(NamedTuple):
 
     def value(self, phase: Array) -> Array:
         """Evaluate the series at phases (…) [1]."""
-        return self.mean + np.cos(self._angle(phase)[0]) @ self.amplitude
+        return self.mean + self._waves.value(phase)
 
     def rate(self, phase: Array) -> Array:
         """Evaluate d/dφ of the series at phases (…)."""
-        angle, orders = self._angle(phase)
-        return -np.sin(angle) @ (2 * np.pi * orders * self.amplitude)
+        return self._waves.rate(phase)
 
-    def _angle(self, phase: Array) -> tuple[Array, Array]:
-        orders = np.arange(1, len(self.amplitude) + 1)
-        return 2 * np.pi * np.multiply.outer(phase, orders) + self.phase, np.asarray(orders, float)
+    @property
+    def _waves(self) -> Waves:
+        return Waves(np.arange(1.0, len(self.amplitude) + 1.0), self.amplitude, self.phase + 0.5 * np.pi)
 
 
 def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonics:
@@ -218,51 +245,23 @@ def realised(member: MemberError, random: np.random.Generator) -> Realisation:
     return Realisation((teeth_mesh,) if member.tooth_composite else (), tuple(slow))
 
 
-class MeshError(NamedTuple):
-    """The prescribed error of one mesh, one realisation.
+@dataclass(frozen=True)
+class MeshError(Waves):
+    """The prescribed error of one mesh, one realisation: waves of the mesh period [m].
 
     Parameters
     ----------
-    order, amplitude, phase : (n,) mesh harmonics: orders [1], amplitudes [m], phases [rad]
-    member_teeth, slow_amplitude, slow_phase : (k,) once-per-revolution parts: teeth of the member that
-        turns, amplitude [m], initial angle [rad]
+    slow : once-per-revolution parts, of orders 1/z of the members that turn
     """
 
-    order: Array
-    amplitude: Array
-    phase: Array
-    member_teeth: Array
-    slow_amplitude: Array
-    slow_phase: Array
-
-    def value(self, phase: Array) -> Array:
-        """Return the mesh-periodic part at phases (…) [m]."""
-        return np.sin(_angle(phase, self.order, self.phase)) @ self.amplitude
-
-    def rate(self, phase: Array) -> Array:
-        """Return d/dφ of the mesh-periodic part at phases (…) [m]."""
-        return np.cos(_angle(phase, self.order, self.phase)) @ (2 * np.pi * self.order * self.amplitude)
-
-    def slow(self, turned: Array) -> Array:
-        """Return the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
-        return np.sin(_angle(turned, 1.0 / self.member_teeth, self.slow_phase)) @ self.slow_amplitude
+    slow: Waves
 
     def slow_at(self, turns: Mapping[int, Array]) -> Array:
         """Return the once-per-revolution part with members at angles (n,) by tooth number [1], (n,) [m]."""
-        total = np.zeros(ANGLES)
-        for z, amplitude, start in zip(self.member_teeth, self.slow_amplitude, self.slow_phase, strict=True):
-            total += amplitude * np.sin(2 * np.pi * (turns[int(z)] if np.isfinite(z) else 0.0) + start)
-        return total
-
-    def slow_rate(self, turned: Array) -> Array:
-        """Return d/dφ of the once-per-revolution part after ``turned`` mesh periods (…) [m]."""
-        angle = _angle(turned, 1.0 / self.member_teeth, self.slow_phase)
-        return np.cos(angle) @ (2 * np.pi / self.member_teeth * self.slow_amplitude)
-
-
-def _angle(phase: Array, order: Array, start: Array) -> Array:
-    """Return the angles of waves of orders (n,) at phases (…), (…, n) [rad]."""
-    return np.asarray(2 * np.pi * np.multiply.outer(phase, order) + start)
+        order = self.slow.order
+        at = [turns[round(1.0 / each)] if each else np.zeros(ANGLES) for each in order]
+        angle = 2 * np.pi * np.reshape(at, (len(order), ANGLES)) + self.slow.phase[:, None]
+        return np.asarray(self.slow.amplitude @ np.sin(angle))
 
 
 def mesh_error(
@@ -289,7 +288,8 @@ def mesh_error(
     mesh = [(float(order), amplitude, phase) for order, amplitude, phase in harmonics]
     mesh += [part for deviation in drawn for part in deviation.mesh]
     slow = [part for deviation in drawn for part in deviation.slow]
-    return MeshError(*np.array(mesh, float).reshape(-1, 3).T, *np.array(slow, float).reshape(-1, 3).T)
+    (order, size, start), (teeth, *rest) = (np.array(each, float).reshape(-1, 3).T for each in (mesh, slow))
+    return MeshError(order, size, start, Waves(1.0 / teeth, *rest))
 
 
 ANGLES = 8

@@ -102,27 +102,16 @@ def tooth_flexibility(
     r = np.asarray(radius, dtype=float)
     growing = bool(r[-1] >= r[0])
     _check_radii(gear, r, growing)
-    rising, upwards = growing != gear.internal, gear.outwards
-    lam = outline.load_angle(gear, r)
+    rising, upwards, lam = growing != gear.internal, gear.outwards, outline.load_angle(gear, r)
     foot = gear.root_radius * math.cos(outline.root_half_angle(gear))
+    root = _root_sums(gear, lam[0 if rising else -1], foot)
     x, y = outline.involute_point(gear, lam)
-    E, B = gear.material.youngs_modulus, gear.face_width
-    tip_thickness = 2.0 * gear.tip_radius * gear.half_angle(gear.tip_radius)
-    return ToothFlexibility(
-        rising=rising,
-        root=_root_sums(gear, lam[0 if rising else -1], foot),
-        height=upwards * (x - foot),
-        half_thickness=y,
-        arm=upwards * (gear.base_radius - foot * np.cos(lam)),
-        angle=lam,
-        foundation=body(gear, r),
-        sections=_sections(gear, lam if rising else lam[::-1], foot, INNER),
-        bending=12.0 / (E * B),
-        shear=shear_factor / (gear.material.shear_modulus * B),
-        axial=1.0 / (E * B),
-        minimum_thickness=min(0.02 * gear.module, 0.5 * tip_thickness),
-        back=np.zeros_like(r),
-    )
+    point = upwards * (x - foot), y, upwards * (gear.base_radius - foot * np.cos(lam)), lam
+    sections = _sections(gear, lam if rising else lam[::-1], foot, INNER)
+    E, G, B = gear.material.youngs_modulus, gear.material.shear_modulus, gear.face_width
+    yielding = 12.0 / (E * B), shear_factor / (G * B), 1.0 / (E * B)
+    least = min(0.02 * gear.module, gear.tip_radius * gear.half_angle(gear.tip_radius))
+    return ToothFlexibility(rising, root, *point, body(gear, r), sections, *yielding, least, np.zeros_like(r))
 
 
 def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
@@ -313,13 +302,8 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
     own, shared = compliance.pair_compliance(pair, grid.position, grid.n_pairs, options, recess=recess)
     teeth = _teeth(in_plane(pair, plane), grid)
     unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
-    return InSeries(
-        hertz=CONTACTS[asked.hertz](pair, grid),
-        rest=(grid.beyond(own) - unworn)[None],
-        shared=grid.beyond(shared),
-        scale=asked.scale,
-        teeth=teeth,
-    )
+    rest, hertz = (grid.beyond(own) - unworn)[None], CONTACTS[asked.hertz](pair, grid)
+    return InSeries(hertz=hertz, rest=rest, shared=grid.beyond(shared), scale=asked.scale, teeth=teeth)
 
 
 def in_plane(pair: GearPair, plane: elements.Plane) -> GearPair:
@@ -350,13 +334,8 @@ def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
     shared = np.zeros((grid.n_pairs - 1 if given.bodies_shared else 0, len(grid.loaded)))
     for apart, out in enumerate(shared, start=1):
         out[:] = _shared(flat, grid, bodies, apart)
-    return InSeries(
-        hertz=CONTACTS[given.hertz](pair, grid),
-        rest=bodies,
-        shared=shared,
-        scale=given.scale,
-        teeth=teeth,
-    )
+    hertz = CONTACTS[given.hertz](pair, grid)
+    return InSeries(hertz=hertz, rest=bodies, shared=shared, scale=given.scale, teeth=teeth)
 
 
 def _constant(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:

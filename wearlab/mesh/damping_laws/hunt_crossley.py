@@ -23,9 +23,7 @@ class HuntCrossley(NamedTuple):
     loss: "Array"
 
 
-def in_contact(
-    law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
-) -> tuple[float, float, float]:
+def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:
     """Return ``F (1 + χ ẋ)`` and its derivatives, nothing where that pulls."""
     factor = 1.0 + law.loss[m] * rate
     if factor <= 0.0:

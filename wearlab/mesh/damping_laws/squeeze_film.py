@@ -28,9 +28,7 @@ class SqueezeFilm(NamedTuple):
     thickness: "Array"
 
 
-def in_contact(
-    law: Any, m: Any, force: float, stiffness: float, part: float, rate: float
-) -> tuple[float, float, float]:
+def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:
     """Return ``F + c ẋ`` and its derivatives, nothing where that pulls."""
     normal = force + part * rate
     if normal <= 0.0:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearlab.arrays import Array, Index
+from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.gear import DRIVEN, DRIVING, TIP_AT, GearPair
 from wearlab.gears.outline import contact_depth
 from wearlab.mesh import profile, stiffness
@@ -23,10 +23,30 @@ from wearlab.mesh.exact import flank, kinematics, minimum_gap
 
 FURTHEST = 0.95
 """Base pitches beyond either end at most: no second pair comes before the one that approaches A."""
+SCAN, CLOSE = 33, 1e-6
+"""Places of a scan for the end of contact, and how narrowly it is enclosed, of the furthest."""
+
+
+def end_of(holds: Callable[[Array], Flags], inside: float, outside: float, close: float) -> float:
+    """Return the last place where something holds, by scans of which each encloses it more narrowly.
+
+    Parameters
+    ----------
+    holds : whether it does at places (m,), (m,)
+    inside, outside : where it holds, and the furthest place looked at
+    close : how narrowly the end is enclosed
+    """
+    while abs(outside - inside) > close:
+        scan = np.linspace(inside, outside, SCAN)
+        lost = np.flatnonzero(~holds(scan))
+        if not len(lost) or not lost[0]:
+            return float(inside if len(lost) else outside)
+        inside, outside = scan[lost[0] - 1], scan[lost[0]]
+    return float(inside)
 
 
 def beyond_path(
-    pair: GearPair, gap: Callable[[Array], Array], deflection: tuple[float, float], close: float, points: int
+    pair: GearPair, gap: Callable[[Array], Array], deflection: tuple[float, float], close: float
 ) -> profile.Extension:
     """Return how far beyond A and E a gap stays below a deflection, by scans that enclose its end.
 
@@ -36,7 +56,6 @@ def beyond_path(
     gap : gap at path positions, (m,) from (m,) [m]
     deflection : δ where a pair is about to enter at A, and where one has just left at E [m]
     close : how narrowly the end of contact is enclosed, over the furthest place looked at [1]
-    points : positions of a scan
 
     Returns
     -------
@@ -49,25 +68,13 @@ def beyond_path(
     path, most = pair.path, FURTHEST * pair.base_pitch
 
     def reached(end: float, sense: float, delta: float) -> float:
-        low, high = 0.0, most
-        while high - low > close * most:
-            distance = np.linspace(low, high, points)
-            in_contact = gap(end + sense * distance) < delta
-            if in_contact.all():
-                return high
-            index = int(np.argmin(in_contact))
-            if index == 0:
-                return low
-            low, high = distance[index - 1], distance[index]
-        return float(low)
+        return end_of(lambda far: gap(end + sense * far) < delta, 0.0, most, close * most)
 
     return profile.Extension(reached(path.A, -1.0, deflection[0]), reached(path.E, 1.0, deflection[1]))
 
 
 NEAR_TIP = 0.3
 """Base pitches from the tip within which a worn flank may touch beyond the path."""
-SCAN, CLOSE = 33, 1e-6
-"""Positions of a scan for the end of contact, and how narrowly it is enclosed, of the furthest."""
 TURNS = 40
 """Steps by which the driven gear is turned back; each leaves a tenth to a third of the last."""
 AS_GOOD_AS_MET = 1e-12
@@ -155,7 +162,7 @@ def reach_beyond(
     def gap(x: Array) -> Array:
         return corner(pair, "A" if x[-1] < pair.path.C else "E", x, position).gap(depth)
 
-    return beyond_path(pair, gap, deflection, close, SCAN)
+    return beyond_path(pair, gap, deflection, close)
 
 
 def unworn_extension(pair: GearPair, deflection: float) -> profile.Extension:

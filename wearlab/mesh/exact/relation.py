@@ -7,15 +7,15 @@ import numpy as np
 from wearlab.arrays import Array, Flags, Index
 from wearlab.gears.gear import GearPair
 from wearlab.mesh.exact import kinematics, minimum_gap
-from wearlab.mesh.exact.flank import Flank, contact_angle, rotation_angle
-from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks
+from wearlab.mesh.exact.flank import contact_angle, rotation_angle
+from wearlab.mesh.exact.gaps import MeetingGaps, WornFlanks, end_of
 from wearlab.mesh.stiffness import SectionVanished
 
 SHARE_PHASES = 400
 LONE_POINTS = 1849
 """Points of the driving flank at which a lone pair is sought; Y23's number."""
-END_SCAN, END_RESOLUTION = 33, 1e-12
-"""Points of each closer look at where a lone pair begins and ends, and how narrowly that is enclosed [m]."""
+END_RESOLUTION = 1e-12
+"""How narrowly it is enclosed where a lone pair begins and ends [m]."""
 
 
 class MeshRelation(NamedTuple):
@@ -118,28 +118,22 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
     """
     pair, worn = flanks.pair, flanks.worn(wear)
     position = np.linspace(pair.path.A, pair.path.E, LONE_POINTS)
-    have = np.flatnonzero(np.isfinite(kinematics.tangency(*worn, position).gap))
+
+    def has_partner(s: Array) -> Flags:
+        return np.isfinite(kinematics.tangency(*worn, s).gap)
+
+    have = np.flatnonzero(has_partner(position))
     if not len(have):
         return np.full((2, 2), np.nan), np.full((2, 2), np.nan)
+    beyond = max(have[0] - 1, 0), min(have[-1] + 1, LONE_POINTS - 1)
     ends = [
-        _where_partners_end(worn, position[inside], position[min(max(outside, 0), LONE_POINTS - 1)])
-        for inside, outside in ((have[0], have[0] - 1), (have[-1], have[-1] + 1))
+        end_of(has_partner, position[inside], position[outside], END_RESOLUTION)
+        for inside, outside in zip(have[[0, -1]], beyond, strict=True)
     ]
     contact = kinematics.tangency(*worn, np.array(ends))
     touched = [contact_angle(pair, i, s) for i, s in enumerate((contact.driving, contact.driven))]
     turned = [rotation_angle(pair, i, x) for i, x in enumerate((contact.x_driving, contact.x_driven))]
     return np.stack(touched), np.stack(turned)
-
-
-def _where_partners_end(worn: tuple[Flank, Flank], inside: float, outside: float) -> float:
-    """Return the last point of the driving flank with a partner, from one that has it to one that has not."""
-    while abs(outside - inside) > END_RESOLUTION:
-        scan = np.linspace(inside, outside, END_SCAN)
-        lost = np.flatnonzero(np.isnan(kinematics.tangency(*worn, scan).gap))
-        if not len(lost):
-            return float(scan[-1])
-        inside, outside = scan[lost[0] - 1], scan[lost[0]]
-    return float(inside)
 
 
 def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:

@@ -112,19 +112,10 @@ def lattice(pair: GearPair, per_pitch: int, extension: Extension = NO_EXTENSION)
                 first[segment, pairs[-1] - number] = begin + before
     weight = np.full(inside + 1, step)
     weight[[0, -1]] *= 0.5
-    places = np.arange(-before, last + 1)
-    return ProfileGrid(
-        breaks=np.array(marks) / per_pitch,
-        first=first,
-        intervals=intervals,
-        position=np.asarray(start + step * np.arange(inside + 1)),
-        phase=(np.arange(inside + 1) % per_pitch) / per_pitch,
-        weight=weight,
-        contact_position=np.asarray(start + step * places),
-        before=before,
-        leading=pairs[-1],
-        most_pairs=math.ceil(inside / per_pitch),
-    )
+    position, touching = start + step * np.arange(inside + 1), start + step * np.arange(-before, last + 1)
+    phase, most_pairs = (np.arange(inside + 1) % per_pitch) / per_pitch, math.ceil(inside / per_pitch)
+    nodes: tuple[Array, Array, Array, Array] = np.asarray(position), phase, weight, np.asarray(touching)
+    return ProfileGrid(np.array(marks) / per_pitch, first, intervals, *nodes, before, pairs[-1], most_pairs)
 
 
 def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:

@@ -160,32 +160,20 @@ def solve_phases(
         settled = False
         for iteration in range(MOST_ITERATIONS + 1):  # the last time about what the contact yields, held
             for line in range(n_lines):
-                own, other, pressed = unit[line], offset[line], spring[line]
+                own, other, pressed, away = unit[line], offset[line], spring[line], free[line]
                 anew = solid is None or far[line] or settled
                 held = 0.0 if settled else 1.0
                 _straighten(
-                    i,
-                    line,
-                    slices,
-                    section,
-                    gap,
-                    load[line],
-                    in_contact[line],
-                    pressed,
-                    free[line],
-                    anew,
-                    held,
+                    reach[line], slices, section, gap, load[line], in_contact[line], pressed, away, anew, held
                 )
                 if layer is not None:
                     slope[line], preload[line] = _respond(
-                        layer.diagonal[i, line], layer.joint[i, line], work, own, other, pressed, free[line]
+                        layer.diagonal[i, line], layer.joint[i, line], work, own, other, pressed, away
                     )
                 if solid is not None and anew:
                     slope[line] = _factorise(solid[i, line], factor[line], place[line], own, pressed)
                 if solid is not None and not settled:
-                    preload[line] = _respond_solid(
-                        solid[i, line], factor[line], place[line], other, free[line]
-                    )
+                    preload[line] = _respond_solid(solid[i, line], factor[line], place[line], other, away)
             deflected, tangent[i] = _balance(slope, preload, shared, force[i], system, at)
             if settled:
                 break
@@ -236,7 +224,7 @@ def _start(reach, load, force, in_contact):  # type: ignore[no-untyped-def]
 
 @jit_inner
 def _straighten(  # type: ignore[no-untyped-def]
-    i, line, slices, section, gap, load, in_contact, spring, free, anew, straightened
+    reach, slices, section, gap, load, in_contact, spring, free, anew, straightened
 ):
     """Fill the stiffness of the contact of each slice, 0 where it does not touch, and the gap it counts from.
 
@@ -248,7 +236,7 @@ def _straighten(  # type: ignore[no-untyped-def]
         if not in_contact[j]:
             spring[j], free[j] = 0.0, 0.0
             continue
-        k = slices.node[i, line, j]
+        k = reach[j]
         touching = slices.filled[k] * slices.width[j]
         yielding = section.hertz[k] - softening * np.log(max(load[j], least) / least)
         if anew:

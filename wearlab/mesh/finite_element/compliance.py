@@ -156,20 +156,11 @@ def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
 
 def of_unit_size(gear: Gear) -> Gear:
     """Return the shape of a gear: of module and Young's modulus 1, and nothing else that does not matter."""
-    lengths: dict[str, Any] = {
+    own: dict[str, Any] = {
         name: float(f"{getattr(gear, name) / gear.module:.{DIGITS - 1}e}") for name in LENGTHS
     }
-    return replace(
-        gear,
-        name="",
-        face_width=1.0,
-        mass=0.0,
-        inertia=0.0,
-        assumed=(),
-        modification=None,
-        material=gear.material._replace(youngs_modulus=1.0, density=1.0),
-        **lengths,
-    )
+    own["material"] = gear.material._replace(youngs_modulus=1.0, density=1.0)
+    return replace(gear, name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None, **own)
 
 
 @lru_cache(KEPT_IN_PROCESS)

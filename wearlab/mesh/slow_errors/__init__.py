@@ -40,8 +40,6 @@ class SlowErrorModel(Variant):
 
     def constant(self, meshes: "Sequence[Mesh]") -> "Array":
         """Return what a transmission error contains of it, (n_mesh,) [m]."""
-        import numpy as np
-
         return np.zeros(len(meshes))
 
 
@@ -70,7 +68,7 @@ class FrozenErrors(SlowErrorModel):
 
     def constant(self, meshes: "Sequence[Mesh]") -> "Array":
         """Return the errors at the drawn angle, (n_mesh,) [m]."""
-        return np.array([float(mesh.error.slow(np.zeros(1))[0]) for mesh in meshes])
+        return np.array([float(mesh.error.slow.value(np.zeros(1))[0]) for mesh in meshes])
 
 
 class HuntingErrors(SlowErrorModel):

@@ -225,7 +225,7 @@ def hunting_period(scene: Scene, gears: gear_set.GearSet, meshes: Sequence[Mesh]
     ------
     GearError : the torque repeats after more than `LONGEST_PERIOD` mesh periods only
     """
-    slow = any(len(mesh.error.slow_amplitude) for mesh in meshes)
+    slow = any(len(mesh.error.slow.amplitude) for mesh in meshes)
     turns = 1
     if scene.errors is not None and slow:
         turns = scene.errors.slow.periods([gear.teeth for gear in gears.gears.values()])
