@@ -70,8 +70,7 @@ class Gear:
     @property
     def dedendum(self) -> float:
         """Depth of the generating rack below its own reference line [m]; of a ring's root beyond its own."""
-        line = self.reference_radius + self.profile_shift * self.module
-        return self.outwards * (line - self.root_radius)
+        return self.outwards * (self.reference_radius + self.profile_shift * self.module - self.root_radius)
 
     @property
     def cut(self) -> root.RackCut:

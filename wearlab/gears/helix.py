@@ -17,8 +17,6 @@ from wearlab.gears.specification import Basics, GearError, GearSpec
 
 LARGEST = math.radians(45.0)
 """Largest helix angle that is built."""
-AS_COEFFICIENTS = ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
-"""What is counted in modules."""
 
 
 class Helix(NamedTuple):
@@ -116,7 +114,11 @@ def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     given: dict[str, Any] = {} if spec.tip_diameter else {"addendum_coefficient": 1.0}
     given |= {} if spec.root_diameter else {"dedendum_coefficient": 1.25}
     given |= {key: value for key, value in vars(spec).items() if value is not None}
-    coefficients = (f"{word}_coefficient" for word in AS_COEFFICIENTS)
+    # what is counted in modules
+    coefficients = (
+        f"{word}_coefficient"
+        for word in ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
+    )
     changed = {key: given[key] * cosine for key in coefficients if key in given}
     changed |= {key: given[key] / normal for key in ("profile_crowning", "profile_slope") if key in given}
     for key in ("tip_relief", "root_relief"):

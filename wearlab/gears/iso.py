@@ -22,8 +22,6 @@ from wearlab.gears.gear import GearPair
 from wearlab.gears.helix import Helix
 from wearlab.gears.specification import GearError
 
-PER_MM_UM = 1e9
-"""N/(mm µm) in N/m²."""
 VALID_LOAD = 1e5
 """Specific load F_t K_A/b from which the single stiffness is that [N/m]."""
 
@@ -88,7 +86,8 @@ def theoretical_stiffness(first: Tooth, second: Tooth, rack: Rack) -> float:
     x1, x2 = first.shift, second.shift
     q = 0.04723 + 0.15551 / z1 + 0.25791 / z2 - 0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2
     q += -0.24188 * x2 / z2 + 0.00529 * x1**2 + 0.00182 * x2**2
-    return PER_MM_UM / q
+    # N/(mm µm) in N/m²
+    return 1e9 / q
 
 
 def single_stiffness(
@@ -106,8 +105,7 @@ def single_stiffness(
     ----------
     ISO 6336-1:2019, 9.3: C_M = 0.8, ``C_B = [1 + 0.5 (1.2 − h_fP/m)] [1 − 0.02 (20° − α_n)]``.
     """
-    degrees = math.degrees(rack.pressure_angle)
-    basic = (1.0 + 0.5 * (1.2 - rack.dedendum)) * (1.0 - 0.02 * (20.0 - degrees))
+    basic = (1.0 + 0.5 * (1.2 - rack.dedendum)) * (1.0 - 0.02 * (20.0 - math.degrees(rack.pressure_angle)))
     theoretical = theoretical_stiffness(first, second, rack)
     return theoretical * 0.8 * body_factor * basic * math.cos(rack.helix_angle) * modulus / 206e9
 
@@ -180,11 +178,8 @@ def root_load_factor(flank: float, face_width: float, tooth_depth: float) -> flo
     return float(flank ** (ratio**2 / (1.0 + ratio + ratio**2)))
 
 
-PER_MPA, PER_MM = 1e-6, 1e3
 SOFT, HARD = 850.0, 1200.0
 """Limits σ_Hlim between which the exponents of oil and roughness vary [MPa]."""
-STATIC_CYCLES, KNEE, ENDLESS = 1e5, 5e7, 1e10
-STATIC_FACTOR, ENDLESS_FACTOR = 1.6, 0.85
 
 
 def zone_factor(pair: GearPair, turned: Helix) -> float:
@@ -303,10 +298,10 @@ def film_factors(
     >>> [round(factor, 5) for factor in film_factors(1500e6, 320e-6, 2.664, 6e-6, 21.855e-3)]
     [1.04739, 0.96911, 0.96599]
     """
-    held = float(np.clip(limit * PER_MPA, SOFT, HARD))
+    held = float(np.clip(1e-6 * limit, SOFT, HARD))
     C_L = 0.83 + 0.08 * (held - SOFT) / (HARD - SOFT)
     C_v = C_L + 0.02
-    per_10 = 1e6 * roughness * (10.0 / (PER_MM * radius)) ** (1.0 / 3.0)
+    per_10 = 1e6 * roughness * (10.0 / (1e3 * radius)) ** (1.0 / 3.0)
     return FilmFactors(
         C_L + 4.0 * (1.0 - C_L) / (1.2 + 134.0 / (1e6 * viscosity)) ** 2,
         C_v + 2.0 * (1.0 - C_v) / math.sqrt(0.8 + 32.0 / speed),
@@ -328,16 +323,12 @@ def life_factor(cycles: float) -> float:
     >>> [round(life_factor(cycles), 3) for cycles in (1.08e9, 1.783e8)]
     [0.91, 0.962]
     """
-    at = np.log([STATIC_CYCLES, KNEE, ENDLESS])
-    factor = np.log([STATIC_FACTOR, 1.0, ENDLESS_FACTOR])
+    at, factor = np.log([1e5, 5e7, 1e10]), np.log([1.6, 1.0, 0.85])  # static, knee, endless
     return float(np.exp(np.interp(math.log(max(cycles, 1.0)), at, factor)))
 
 
-CLASSES = range(13)
-REFERENCE_CLASS = 5
 MODULES = (0.5, 2.0, 3.5, 6.0, 10.0, 16.0, 25.0, 40.0, 70.0)  # mm, ends of ranges
 DIAMETERS = (5.0, 20.0, 50.0, 125.0, 280.0, 560.0, 1000.0, 1600.0, 2500.0, 4000.0, 6000.0, 8000.0, 10000.0)
-MICRO = 1e-6
 
 
 class Allowed(NamedTuple):
@@ -380,7 +371,7 @@ def allowed(grade: int, module: float, diameter: float, contact_ratio: float) ->
 
     Source: ISO 1328-1:1995, 6.1 to 6.4 and Annex A.
     """
-    if grade not in CLASSES:
+    if grade not in range(13):
         raise GearError(f"ISO 1328 has the classes 0 to 12, not {grade}")
     m = _middle(1e3 * module, MODULES, "module")
     d = _middle(1e3 * diameter, DIAMETERS, "reference diameter")
@@ -389,8 +380,8 @@ def allowed(grade: int, module: float, diameter: float, contact_ratio: float) ->
     profile = 3.2 * math.sqrt(m) + 0.22 * math.sqrt(d) + 0.7
     k = 0.2 * (contact_ratio + 4.0) / contact_ratio if contact_ratio < 4.0 else 0.4
     tooth = k * (4.3 + pitch + profile)
-    step = 2.0 ** ((grade - REFERENCE_CLASS) / 2.0)
-    return Allowed(*(MICRO * _rounded(step * x) for x in (pitch, total, profile, tooth, total + tooth)))
+    step = 2.0 ** ((grade - 5) / 2.0)
+    return Allowed(*(1e-6 * _rounded(step * x) for x in (pitch, total, profile, tooth, total + tooth)))
 
 
 def _middle(value: float, ends: tuple[float, ...], name: str) -> float:

@@ -6,8 +6,6 @@ from wearlab.gears.gear import Gear
 from wearlab.gears.root import RackCut, ring_root, root_of
 from wearlab.gears.specification import Basics, GearSpec, refuse
 
-FEWEST_TEETH = 5
-
 
 def build_gear(
     spec: GearSpec,
@@ -79,8 +77,7 @@ def build_gear(
         inertia = 0.5 * mass * (r**2 + bore**2)
         flags.append(f"inertia {between}")
     sizes = r_b, r, r_a, r_f, root.form_radius, root.fillet_radius, root.profile, bore, width
-    removed = spec.modification(r_b, r_a, internal=internal)
-    body = material, mass, inertia, tuple(flags), removed, internal
+    body = material, mass, inertia, tuple(flags), spec.modification(r_b, r_a, internal=internal), internal
     gear = Gear(spec.name, spec.teeth, module, pressure_angle, generated, *sizes, *body)
     _check_tip(gear)
     return gear
@@ -95,7 +92,7 @@ def _check_specification(spec: GearSpec, face_width: float | None, *, internal: 
     tip, rim, wang = spec.tip_diameter is not None, spec.rim_diameter, spec.tip_alteration is not None
     height, alteration = spec.addendum_coefficient is not None, spec.tip_alteration_coefficient is not None
     sizes = {word: getattr(spec, word) for word in ("mass", "inertia", "bore_diameter")}
-    twice = None not in (spec.root_diameter, spec.dedendum_coefficient)
+    twice, two = None not in (spec.root_diameter, spec.dedendum_coefficient), wang and (tip or alteration)
     key, racked = "tip_alteration" if rim is None else "rim_diameter", spec.root_profile == "trochoid"
     of_ring = {
         "rim_diameter is missing: a ring needs the outside diameter of its rim, above its root "
@@ -109,16 +106,13 @@ def _check_specification(spec: GearSpec, face_width: float | None, *, internal: 
         f"{key} belongs to a ring, and this gear has external teeth; leave it out": wang or rim is not None,
         'root_profile "fillet" belongs to a ring; give "trochoid" or "radial"': spec.root_profile == "fillet",
     }
-    few = f"{spec.teeth} teeth cannot carry an involute; give at least {FEWEST_TEETH}"
     both_tips = "give tip_diameter, or addendum and tip alteration coefficients, not both"
     reasons = {
-        few: spec.teeth < FEWEST_TEETH,
+        f"{spec.teeth} teeth cannot carry an involute; give at least 5": spec.teeth < 5,
         both_tips: tip and (height or alteration),
         "give root_diameter or dedendum_coefficient, not both": twice,
         "face_width is missing or not positive; give it for the gear or for the pair": not width > 0.0,
-        "give tip_alteration, tip_alteration_coefficient or tip_diameter, not two of them": (
-            wang and (tip or alteration)
-        ),
+        "give tip_alteration, tip_alteration_coefficient or tip_diameter, not two of them": two,
         **{f"{word} must be positive, not {v:g}": not v > 0.0 for word, v in sizes.items() if v is not None},
         **(of_ring if internal else of_external),
     }

@@ -35,8 +35,7 @@ def load_angle(gear: Gear, radius: ArrayLike) -> Array:
     ----------
     Y23, whose α1 is ``ρ/r_b − α2``.
     """
-    r = np.asarray(radius, dtype=float)
-    rho = np.sqrt(np.maximum(r**2 - gear.base_radius**2, 0.0))
+    rho = np.sqrt(np.maximum(np.asarray(radius, dtype=float) ** 2 - gear.base_radius**2, 0.0))
     return rho / gear.base_radius - _start_angle(gear)
 
 
@@ -161,10 +160,7 @@ def contact_depth(gear: Gear, radius: ArrayLike) -> Array:
     return involute_point(gear, lam)[1] / np.cos(lam)
 
 
-POINTS = 24
 WIDE, HIGH = 9.0, 5.6  # of what is seen, in modules
-TEETH = 5  # drawn on each side
-BODY = 3.0  # of the body below the teeth, in modules
 
 
 class ToothDrawing(NamedTuple):
@@ -188,7 +184,7 @@ class ToothDrawing(NamedTuple):
 
 def half_tooth(gear: Gear) -> tuple[Array, Array]:
     """Return radius and angle from the tooth's centre line, from root to tip, each (n,) [m], [rad]."""
-    t = np.linspace(0.0, 1.0, POINTS)
+    t = np.linspace(0.0, 1.0, 24)
     x, y, _ = root_curve(gear, t)
     ends = load_angle(gear, np.array([gear.form_radius, gear.tip_radius]))
     along = involute_point(gear, ends[0] + (ends[1] - ends[0]) * t)
@@ -219,24 +215,22 @@ def drawing(pair: GearPair) -> ToothDrawing:
     place = {
         name: (f"{-s * math.cos(angle):.4f}", f"{s * math.sin(angle):.4f}") for name, s in places.items()
     }
-    return ToothDrawing(
-        f"{-WIDE / 2:g} {-HIGH / 2:g} {WIDE:g} {HIGH:g}",
-        tuple(bodies),
-        tuple(circles),
-        (*place["A"], *place["E"]),
-        tuple((name, *where) for name, where in place.items()),
-    )
+    view, line = f"{-WIDE / 2:g} {-HIGH / 2:g} {WIDE:g} {HIGH:g}", (*place["A"], *place["E"])
+    points = tuple((name, *where) for name, where in place.items())
+    return ToothDrawing(view, tuple(bodies), tuple(circles), line, points)
 
 
 def _outline(gear: Gear, turn: float) -> tuple[Array, Array]:
     """Return radius [m] and angle [rad] of some teeth about the direction ``turn``, closed by the body."""
     radius, angle = half_tooth(gear)
     pitch = 2.0 * math.pi / gear.teeth
-    count = min(TEETH, (gear.teeth - 1) // 2)
+    # drawn on each side
+    count = min(5, (gear.teeth - 1) // 2)
     middles = turn + pitch * np.arange(-count, count + 1)[:, None]
     teeth = (middles + np.concatenate([-angle, angle[::-1]])).ravel()
     back = turn + (count + 0.5) * pitch * np.linspace(1.0, -1.0, 40)
-    inner = np.full_like(back, max(radius[0] - gear.outwards * BODY * gear.module, 0.0))
+    # of the body below the teeth, in modules
+    inner = np.full_like(back, max(radius[0] - gear.outwards * 3.0 * gear.module, 0.0))
     each = np.concatenate([radius, radius[::-1]])
     return np.concatenate([*(each,) * len(middles), inner]), np.concatenate([teeth, back])
 

@@ -16,8 +16,6 @@ from wearlab.gears.gear import DRIVEN, DRIVING, Gear, GearPair, in_mesh
 from wearlab.gears.shifts import internal_position, involute, operating_position
 from wearlab.gears.specification import Basics, GearError, GearSpec, check_reliefs, refuse
 
-CONTACT_TOLERANCE = 1e-9  # relative slack of a comparison of two lengths
-
 
 def gear_pair(
     first: GearSpec,
@@ -104,6 +102,10 @@ def check_pair(pair: GearPair, thinned: float = 0.0) -> None:
     Raises
     ------
     GearError : contact ratio below 1; involute, tip or fillet interference; tip into root; teeth that jam
+
+    References
+    ----------
+    ISO 21771:2007, clause 5.
     """
     order = sorted((DRIVING, DRIVEN), key=lambda number: pair.gears[number].internal)
     first, second = (pair.gears[number] for number in order)
@@ -142,16 +144,15 @@ def _off_involute(gear: Gear, mate: Gear, curvature: float) -> dict[str, bool]:
     """Say whether contact begins beyond the base circle's tangent point, or beyond the form circle."""
     word, remedy = ("involute", ' (tip_alteration = "wang-2023")') if mate.internal else ("tip", "")
     start, form = math.hypot(gear.base_radius, curvature), gear.form_radius
-    side = "above" if gear.internal else "below"
+    side, beyond = "above" if gear.internal else "below", gear.outwards * (form - start) > 1e-9 * form
+    # relative slack of a comparison of two lengths
     return {
         f"{word} interference: the tip of {mate.name} reaches {-curvature * 1e3:.4g} mm beyond the tangent "
         f"point of the base circle of {gear.name}; shorten the tip of {mate.name}{remedy} or raise the "
         f"profile shift of {gear.name}": curvature <= 0.0,
         f"fillet interference: {mate.name} would touch {gear.name} at diameter {2e3 * start:.5g} mm, {side} "
         f"its form diameter {2e3 * form:.5g} mm; shorten the tip of {mate.name}{remedy}, deepen the root of "
-        f"{gear.name} or reduce its fillet_radius_coefficient": (
-            gear.outwards * (form - start) > CONTACT_TOLERANCE * form
-        ),
+        f"{gear.name} or reduce its fillet_radius_coefficient": beyond,
     }
 
 
@@ -182,10 +183,6 @@ def check_backlash(pair: GearPair, thinned: float = 0.0) -> None:
             f"{'more' if added else 'a'} tooth_thickness_allowance below 0, or leave out one of shifts and "
             "centre distance"
         )
-
-
-LEAST_ROUNDING = 0.95
-"""Part of its tip rounding that a generating rack keeps when a ring's tip needs a little more involute."""
 
 
 def make_room(pinion: Gear, ring: Gear, centre_distance: float, *, shorten: bool) -> tuple[Gear, Gear]:
@@ -228,10 +225,10 @@ def _less_rounded(pinion: Gear, ring: Gear, start: float) -> Gear:
     sin = math.sin(pinion.pressure_angle)
     edge = (pinion.reference_radius * sin - start) * sin
     rounding = (pinion.reference_radius - pinion.root_radius - edge) / (1.0 - sin)
-    if pinion.root_profile != "trochoid" or not rounding >= LEAST_ROUNDING * pinion.fillet_radius:
+    # part of its tip rounding that a generating rack keeps when a ring's tip needs a little more involute
+    if pinion.root_profile != "trochoid" or not rounding >= 0.95 * pinion.fillet_radius:
         return pinion
-    cut = pinion.cut._replace(fillet=rounding / pinion.module)
-    form = root.form_radius(pinion.name, cut)
+    form = root.form_radius(pinion.name, pinion.cut._replace(fillet=rounding / pinion.module))
     flag = (
         f"rounding of the rack reduced from {pinion.fillet_radius / pinion.module:.3g} to "
         f"{rounding / pinion.module:.3g} modules: the tip of {ring.name} reaches below the form circle"

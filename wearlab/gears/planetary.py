@@ -22,8 +22,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 
 from wearlab.arrays import Array
-from wearlab.gears import making, pairs, shifts
-from wearlab.gears.gear import Gear, GearPair, in_mesh
+from wearlab.gears import gear, making, pairs, shifts
 from wearlab.gears.specification import Basics, GearError, GearSpec, refuse
 
 Central = Literal["sun", "ring", "carrier"]
@@ -141,7 +140,7 @@ class Train:
         return self.sun_teeth * abs(self.speeds(speed).sun_relative) / (2.0 * math.pi)
 
 
-def entry_lag(sun_planet: GearPair, planet_ring: GearPair, *, sun_drives: bool) -> float:
+def entry_lag(sun_planet: gear.GearPair, planet_ring: gear.GearPair, *, sun_drives: bool) -> float:
     """Return γ_rs: by how much a planet's ring mesh enters at A after its sun mesh, in [0, 1) [1].
 
     Parameters
@@ -213,7 +212,7 @@ def assembled_angles(teeth: int, planets: int, wanted: Sequence[float] | None = 
     return nearest
 
 
-def check_neighbours(angles: Sequence[float], pin_circle_radius: float, planet: Gear) -> None:
+def check_neighbours(angles: Sequence[float], pin_circle_radius: float, planet: gear.Gear) -> None:
     """Refuse planets whose tip circles meet.
 
     Parameters
@@ -274,11 +273,11 @@ class PlanetarySet:
     sun_drives : whether power flows sun → planet → ring as seen from the carrier, or the other way
     """
 
-    sun: Gear
-    planet: Gear
-    ring: Gear
-    sun_planet: GearPair
-    planet_ring: GearPair
+    sun: gear.Gear
+    planet: gear.Gear
+    ring: gear.Gear
+    sun_planet: gear.GearPair
+    planet_ring: gear.GearPair
     carrier: Carrier
     planet_angles: tuple[float, ...]
     sun_drives: bool
@@ -311,12 +310,8 @@ class PlanetarySet:
     def passes(self) -> dict[str, float]:
         """Passes of each flank per cycle, a revolution of the sun relative to the carrier [1]."""
         N, z_s = self.planets, self.sun.teeth
-        return {
-            "sun": float(N),
-            "planet-sun": z_s / self.planet.teeth,
-            "planet-ring": z_s / self.planet.teeth,
-            "ring": N * z_s / self.ring.teeth,
-        }
+        each = z_s / self.planet.teeth
+        return {"sun": float(N), "planet-sun": each, "planet-ring": each, "ring": N * z_s / self.ring.teeth}
 
 
 def planetary_set(
@@ -370,9 +365,9 @@ def planetary_set(
     )
     around = making.build_gear(ring, basics, inner.shifts[1], assumed=outer.assumed, internal=True)
     middle, around = pairs.make_room(middle, around, a_pr, shorten=ring.tip_is_derived)
-    external = in_mesh(*((centre, middle) if sun_drives else (middle, centre)), a_sp)
+    external = gear.in_mesh(*((centre, middle) if sun_drives else (middle, centre)), a_sp)
     pairs.check_pair(external)
-    internal = in_mesh(*((middle, around) if sun_drives else (around, middle)), a_pr)
+    internal = gear.in_mesh(*((middle, around) if sun_drives else (around, middle)), a_pr)
     pairs.check_pair(internal)
     held = replace(carrier, pin_circle_radius=_pin_circle(carrier, a_sp, a_pr))
     angles = assembled_angles(sun.teeth + ring.teeth, planets, planet_angles)

@@ -70,10 +70,6 @@ class Rounding(NamedTuple):
         return 0.5 * (outside + within)
 
 
-PRACTICAL = 17.1 / 14.0
-"""Rack depth over the depth free of undercut that practice accepts: 14 teeth where theory asks for 17."""
-
-
 class RackCut(NamedTuple):
     """A tooth as its generating rack cuts it.
 
@@ -211,7 +207,8 @@ def form_radius(name: str, cut: RackCut) -> float:
     rounding, edge, limit = cut.rounding, cut.edge, cut.free_of_undercut
     if rounding.end_curvature >= 0.0:
         return math.hypot(rounding.base_radius, rounding.end_curvature)
-    if edge > PRACTICAL * limit:
+    # rack depth over the depth free of undercut that practice accepts: 14 teeth where theory asks for 17
+    if edge > (17.1 / 14.0) * limit:
         raise GearError(
             f"{name}: undercut: {cut.teeth} teeth allow a rack edge {limit:.4g} modules below the pitch "
             f"circle, it needs {edge:.4g}; raise profile_shift_coefficient to "
@@ -220,9 +217,6 @@ def form_radius(name: str, cut: RackCut) -> float:
         )
     x, y, _ = rounding.point(rounding.last_angle())
     return math.hypot(x, y)
-
-
-BISECTIONS = 60
 
 
 def ring_root(wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: float) -> ToothRoot:
@@ -259,7 +253,7 @@ def ring_root(wanted: RootProfile | None, name: str, cut: RackCut, tip_radius: f
     limit = min(r_f - tip_radius, 0.999 * (r_f - r_b))
     if fillet > limit or centre(fillet) < 0.0:
         low, high = 0.0, min(fillet, limit)
-        for _ in range(BISECTIONS):
+        for _ in range(60):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if centre(middle) >= 0.0 else (low, middle)
         told = f"root fillet reduced from {fillet / cut.module:.3g} to {low / cut.module:.3g} modules"

@@ -72,8 +72,6 @@ def inverse_involute(value: float) -> float:
 
 ROUNDING = 1e-3
 """By how much the sum of printed shifts may miss what a centre distance asks for: three decimals."""
-LARGEST_SLACK = 0.25
-"""And by how much where backlash is left between the teeth: some 0.17 modules of it at 20°."""
 
 
 class Operating(NamedTuple):
@@ -195,7 +193,8 @@ def _shared(
         return half, half, (f"profile shift {word} {total:.4f} split in halves",) if half else ()
     x1 = total - (x2 or 0.0) if x1 is None else x1
     x2 = total - x1 if x2 is None else x2
-    if abs(x1 + x2 - total) > LARGEST_SLACK:
+    # and by how much where backlash is left between the teeth: some 0.17 modules of it at 20°
+    if abs(x1 + x2 - total) > 0.25:
         raise GearError(
             f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
             f"{centre_distance * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; leave out "

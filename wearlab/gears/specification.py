@@ -97,8 +97,7 @@ class Relief:
 
     def removed(self, distance: Array) -> Array:
         """Return the material removed at a distance from the profile's end, (n,) [m]."""
-        fade = np.clip(1.0 - distance / self.length, 0.0, None)
-        return self.amount * fade ** POWERS[self.shape]
+        return self.amount * np.clip(1.0 - distance / self.length, 0.0, None) ** POWERS[self.shape]
 
 
 @dataclass(frozen=True)
@@ -137,8 +136,7 @@ class ReliefFrom:
                     f"{2e3 * base_radius:.6g} mm"
                 )
             start = math.sqrt(square)
-        before = start > tip if internal else start < tip
-        if not before:
+        if not (start > tip if internal else start < tip):
             raise GearError(f"{name}: tip_relief starts at {said}, which is not between root and tip")
         return Relief(self.amount, abs(tip - start), self.shape)
 

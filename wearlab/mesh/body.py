@@ -21,9 +21,6 @@ from wearlab.gears.gear import Gear
 from wearlab.gears.outline import load_angle, root_half_angle
 from wearlab.gears.specification import Material
 
-BORE_RANGE = (1.4, 7.0)
-ANGLE_RANGE = (0.01, 0.12)
-
 # X = A/θ² + B h² + C h/θ + D/θ + E h + F (Sainsot, Velex & Duverger 2004, Table 1)
 _TABLE = np.array(
     [
@@ -81,8 +78,7 @@ def foundation_compliance(gear: Gear, radius: ArrayLike) -> Array:
     theta, r_f = root_half_angle(gear), gear.root_radius
     L, M, P, Q = sainsot_coefficients(body_ratio(gear), theta)
     lam = load_angle(gear, radius)
-    height = gear.base_radius / np.cos(lam) - r_f
-    ratio = gear.outwards * height / (2.0 * r_f * theta)
+    ratio = gear.outwards * (gear.base_radius / np.cos(lam) - r_f) / (2.0 * r_f * theta)
     shape = L * ratio**2 + M * ratio + P * (1.0 + Q * np.tan(lam) ** 2)
     return np.cos(lam) ** 2 * shape / (gear.material.youngs_modulus * gear.face_width)
 
@@ -114,16 +110,13 @@ def foundation_validity(gear: Gear) -> tuple[str, ...]:
     Sainsot, Velex & Duverger 2004: 1.4 ≤ h_f ≤ 7 and 0.01 ≤ θ_f ≤ 0.12.
     """
     ratio = "h_f = r_rim/r_f" if gear.internal else "h_f = r_f/r_bore"
-    known = (ratio, body_ratio(gear), BORE_RANGE), ("theta_f", root_half_angle(gear), ANGLE_RANGE)
+    known = (ratio, body_ratio(gear), (1.4, 7.0)), ("theta_f", root_half_angle(gear), (0.01, 0.12))
     return tuple(
         f"{gear.name}: sainsot foundation outside its range: {symbol} = {value:.4g}, "
         f"fitted for {low:g} to {high:g}"
         for symbol, value, (low, high) in known
         if not low <= value <= high
     )
-
-
-MODES_PER_ARC = 60.0  # Fourier modes times θ_f: the energy of mode n falls as n^-3
 
 
 class ModeCompliance(NamedTuple):
@@ -263,7 +256,8 @@ def arc_work(gear: Gear, separation: float) -> Array:
     Sainsot, Velex & Duverger 2004, for the tractions; the displacements are those of `mode_compliance`.
     """
     theta = root_half_angle(gear)
-    n_modes = int(MODES_PER_ARC / theta) + 2
+    # fourier modes times θ_f: the energy of mode n falls as n^-3
+    n_modes = int(60.0 / theta) + 2
     compliance = mode_compliance(gear.bore_radius, gear.root_radius, gear.material, n_modes)
     n = np.arange(1, n_modes)
     even = 2.0 * np.sin(n * theta) / n

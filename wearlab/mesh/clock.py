@@ -16,9 +16,6 @@ from wearlab.arrays import Array, Index
 from wearlab.mesh import harmonics, stages
 from wearlab.mesh.profile import SAME_PHASE, Lookup, ProfileGrid, distinct, interpolate, lookup
 
-INSIDE = 1e-6
-"""How far into its segment a phase is moved to find the segment of the clock it belongs to, of its width."""
-
 
 class Mesh(NamedTuple):
     """One mesh of a gear set.
@@ -75,9 +72,18 @@ def look_within(grid: ProfileGrid, lags: Sequence[float], phase: Array, middle: 
     for lag in lags:
         turns = np.floor(middle - lag)
         segment = np.searchsorted(grid.breaks, middle - lag - turns, side="right") - 1
-        own = phase - lag - turns[:, None]
-        times.append(lookup(grid, own, np.repeat(segment, phase.shape[1])))
+        times.append(lookup(grid, phase - lag - turns[:, None], np.repeat(segment, phase.shape[1])))
     return joined(times)
+
+
+def look_within_each(
+    grids: Sequence[ProfileGrid], meshes: Sequence[Mesh], phase: Array, middle: Array
+) -> tuple[Lookup, ...]:
+    """Return the look-ups of every kind of mesh, see `look_within`."""
+    return tuple(
+        look_within(grid, [mesh.lag for mesh in meshes if mesh.kind == kind], phase, middle)
+        for kind, grid in enumerate(grids)
+    )
 
 
 def joined(lookups: Sequence[Lookup]) -> Lookup:
@@ -102,7 +108,8 @@ def instants_of(grid: ProfileGrid, lag: float, where: Lookup, edges: Array) -> I
     edges : breaks of the clock
     """
     middle = 0.5 * (grid.breaks[where.segment] + grid.breaks[where.segment + 1])
-    inside = where.phase + INSIDE * (middle - where.phase)
+    # how far into its segment a phase is moved to find the segment of the clock it belongs to, of its width
+    inside = where.phase + 1e-6 * (middle - where.phase)
     turns = np.floor(inside + lag)
     segment = np.searchsorted(edges, inside + lag - turns, side="right") - 1
     return Instants(where.phase + lag - turns, np.clip(segment, 0, len(edges) - 2))
@@ -158,14 +165,10 @@ def sampling(
     Sliding turns at the pitch point, where steps end.
     """
     middle = grid.start + 0.5 * grid.width
-    where = tuple(
-        look_within(nodes, [mesh.lag for mesh in meshes if mesh.kind == kind], grid.phase, middle)
-        for kind, nodes in enumerate(grids)
-    )
+    where = look_within_each(grids, meshes, grid.phase, middle)
     if friction is None:
         return Sampling(grid, edges, meshes, where)
-    pairs = max(nodes.n_pairs for nodes in grids)
-    sliding, moment = np.zeros((2, *grid.phase.shape, len(meshes), pairs))
+    sliding, moment = np.zeros((2, *grid.phase.shape, len(meshes), max(nodes.n_pairs for nodes in grids)))
     for kind, (nodes, at) in enumerate(zip(grids, where, strict=True)):
         position = interpolate(nodes, at, nodes.contact_position, np.nan)
         s = position.reshape(-1, *grid.phase.shape, nodes.n_pairs).transpose(1, 2, 0, 3)

@@ -12,8 +12,6 @@ from wearlab.mesh.profile import Lookup, ProfileGrid, at_phase_nodes, interpolat
 from wearlab.mesh.sharing import share
 from wearlab.mesh.stiffness import PairStiffness
 
-HERTZ_ITERATIONS = 30
-HERTZ_TOLERANCE = 1e-8
 LEAST_LOADED = 0.02
 """Share of the load below which a contact yields as under it: towards none its compliance has no bound."""
 
@@ -126,12 +124,12 @@ class ContactAnalysis:
         """
         least = LEAST_LOADED * self.load
         softening = self.stiffness.softening if self.engagement_gap == np.inf else 0.0
-        for _ in range(HERTZ_ITERATIONS):
+        for _ in range(30):
             contact = self.stiffness.contact(np.maximum(force, least))
             straight = softening * (force > least)
             nodes = Nodes(body + contact - straight, gap + straight * force, cross)
             updated = self._force_in_contact(self.quasistatic(nodes, self.at_nodes).force)
-            settled = np.max(np.abs(updated - force)) <= HERTZ_TOLERANCE * self.load
+            settled = np.max(np.abs(updated - force)) <= 1e-8 * self.load
             force = updated
             if settled:
                 break
@@ -148,8 +146,7 @@ class ContactAnalysis:
         gap = interpolate(self.grid, where, nodes.gap, np.inf)
         cross = np.ascontiguousarray(np.moveaxis(interpolate(self.grid, where, nodes.cross, 0.0), 0, -1))
         if self.engagement_gap < np.inf:
-            late = gap > gap.min(axis=1, keepdims=True) + self.engagement_gap
-            compliance[late] = np.inf
+            compliance[gap > gap.min(axis=1, keepdims=True) + self.engagement_gap] = np.inf
         return compliance, gap, cross
 
     def quasistatic(self, nodes: Nodes, where: Lookup, load: Array | None = None) -> Quasistatic:

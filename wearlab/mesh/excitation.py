@@ -84,10 +84,7 @@ def errors_of(kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], phase: Arra
 
 
 def of_meshes(
-    kinds: Sequence[Flanks],
-    meshes: Sequence[clock.Mesh],
-    where: Sequence[profile.Lookup],
-    shape: tuple[int, ...],
+    kinds: Sequence[Flanks], meshes: Sequence[clock.Mesh], at: Sequence[profile.Lookup], shape: Sequence[int]
 ) -> Springs:
     """Return the springs of all meshes at instants of the clock, (*shape, n_mesh[, n_pairs]).
 
@@ -95,10 +92,10 @@ def of_meshes(
     ----------
     kinds : the flanks of each kind of mesh
     meshes : the meshes
-    where : of each kind, look-up of these instants, one mesh of the kind after another
+    at : of each kind, look-up of these instants, one mesh of the kind after another
     shape : of the instants (n, n_stages); the stages have one order of engagement, see `equivalent_springs`
     """
-    each = [pair_springs(flanks, at, shape[-1]) for flanks, at in zip(kinds, where, strict=True)]
+    each = [pair_springs(*both, shape[-1]) for both in zip(kinds, at, strict=True)]
     pairs = max(springs.stiffness.shape[-1] for springs in each)
     full = (*shape, len(meshes), pairs)
     parts = np.zeros((*full, pairs)) if any(springs.part is not None for springs in each) else None
@@ -185,12 +182,8 @@ class Between:
         own = [flanks for flanks in self.kinds if not isinstance(flanks, FaceFlanks)]
         ordered = any(len(flanks.nodes.cross) for flanks in own)  # pairs that share a gear body
         looks = np.stack([phase, middle] if ordered else [phase], axis=1)
-        where = [
-            clock.look_within(
-                flanks.analysis.grid, [mesh.lag for mesh in meshes if mesh.kind == kind], looks, middle
-            )
-            for kind, flanks in enumerate(self.kinds)
-        ]
+        grids = [flanks.analysis.grid for flanks in self.kinds]
+        where = clock.look_within_each(grids, meshes, looks, middle)
         return of_meshes(self.kinds, meshes, where, looks.shape).each(lambda table: table[:, 0])
 
     def _phase(self, step: Index, fraction: Array) -> Array:

@@ -13,8 +13,7 @@ import numpy as np
 
 from wearlab.arrays import Array
 from wearlab.compiled import jit
-from wearlab.mesh import excitation, profile, stages
-from wearlab.mesh.contact import Quasistatic
+from wearlab.mesh import contact, excitation, profile, stages
 from wearlab.mesh.damping import apart_force, contact_force
 
 AT_ONCE = 100_000
@@ -109,8 +108,7 @@ def _fill(springs: Any, motion: Any, dashpot: Any, meshes: int, values: Any, eac
             far, least, lead, whole = -np.inf, np.inf, -1, 0.0
             for p in range(pairs):
                 k, x = stiffness[j, p], moved - gap[j, p]
-                touches = k > 0.0 and x > 0.0
-                spring[p], tangent[p] = (k * x, k) if touches else (0.0, 0.0)
+                spring[p], tangent[p] = (k * x, k) if k > 0.0 and x > 0.0 else (0.0, 0.0)
                 whole += k
                 if k > 0.0:
                     far = max(far, k * x)
@@ -179,7 +177,7 @@ def flank_forces(
     return forces._replace(pair=forces.pair * share, pair_normal=forces.pair_normal * share)
 
 
-def load_share(state: Quasistatic) -> Array:
+def load_share(state: contact.Quasistatic) -> Array:
     """Return each pair's share of the static force, 0 without load, (n, n_pairs) [1]."""
     total = state.force.sum(axis=1, keepdims=True)
     return np.divide(state.force, total, out=np.zeros_like(state.force), where=total > 0.0)

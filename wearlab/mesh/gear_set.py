@@ -9,8 +9,7 @@ import numpy as np
 from wearlab.arrays import Array
 from wearlab.gears.gear import Gear, GearPair
 from wearlab.gears.helix import SPUR, Helix
-from wearlab.mesh.clock import Mesh
-from wearlab.mesh.harmonics import quadrature
+from wearlab.mesh import clock, harmonics
 
 
 def mesh_load(torque: float, base_radius: float, meshes: int = 1) -> float:
@@ -137,11 +136,7 @@ class GearSet:
 
     def flank(self, name: str) -> tuple[int, int]:
         """Return the kind of mesh and the gear (0 driving, 1 driven) of a flank."""
-        return next(
-            (kind, mesh_kind.flanks.index(name))
-            for kind, mesh_kind in enumerate(self.kinds)
-            if name in mesh_kind.flanks
-        )
+        return next((i, of.flanks.index(name)) for i, of in enumerate(self.kinds) if name in of.flanks)
 
     def lever(self, kind: int) -> float:
         """Return the base radius of the gear whose torque the load of a mesh is given by [m].
@@ -157,11 +152,11 @@ class GearSet:
         first = self.kinds[0]
         return first.load * self.mesh_kinds.count(0) * first.pair.gears[first.loaded].base_radius
 
-    def slow_errors(self, meshes: Sequence[Mesh]) -> Array | None:
+    def slow_errors(self, meshes: Sequence[clock.Mesh]) -> Array | None:
         """Return once-per-revolution errors at equally weighted member angles, (n_angles, n_mesh) [m]."""
         if not any(len(mesh.error.slow.amplitude) for mesh in meshes):
             return None
-        turns = quadrature(gear.teeth for gear in self.gears.values())
+        turns = harmonics.quadrature(gear.teeth for gear in self.gears.values())
         return np.stack([mesh.error.slow_at(turns) for mesh in meshes], axis=1)
 
     def columns_of(self, gear: str) -> list[int]:

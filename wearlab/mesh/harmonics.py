@@ -88,8 +88,7 @@ def harmonics(phase: Array, weight: Array, value: Array, count: int) -> Harmonic
     L16 Eqs. 7–8: stiffness and error as truncated series.
     """
     mean = float(weight @ value)
-    orders = np.arange(1, count + 1)
-    kernel = np.exp(-2j * np.pi * np.multiply.outer(orders, phase))
+    kernel = np.exp(-2j * np.pi * np.multiply.outer(np.arange(1, count + 1), phase))
     coefficient = 2.0 * kernel @ (weight * (value - mean))
     rms = float(np.sqrt(float(weight @ (value - mean) ** 2)))
     return Harmonics(mean, np.abs(coefficient), np.angle(coefficient), rms)
@@ -129,8 +128,7 @@ class Modulation(NamedTuple):
         angle, amplitude, argument = self._wave(phase)
         swing = -self.am * np.sin(angle + self.am_phase)
         turning = 1.0 + self.fm * np.cos(angle + self.fm_phase)
-        slope = swing * np.cos(argument) - amplitude * turning * np.sin(argument)
-        return 2 * np.pi * self.carrier * slope
+        return 2 * np.pi * self.carrier * (swing * np.cos(argument) - amplitude * turning * np.sin(argument))
 
     def _wave(self, phase: Array) -> tuple[Array, Array, Array]:
         """Return 2πφ, what amplitude modulation multiplies by, and the modulated angle."""

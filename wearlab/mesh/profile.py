@@ -17,9 +17,6 @@ from wearlab.compiled import jit
 from wearlab.gears.gear import GearPair
 
 SAME_PHASE = 1e-9
-MINIMUM_INTERVALS = 4
-LAYER_SHARE = 1.0 / 26.0
-"""Intervals, over the nodes on the path, that each layer beside A or E has at least: 8 of 201 nodes."""
 
 
 class ProfileGrid(NamedTuple):
@@ -76,8 +73,7 @@ class ProfileGrid(NamedTuple):
         slots = np.full((self.slots, values.shape[1]), absent)
         for number, row in zip(self.pair_numbers, values, strict=True):
             slot = self.most_pairs - 1 - number if number < self.most_pairs else self.slots - 1
-            present = ~np.isnan(row) if np.isnan(absent) else row != absent
-            slots[slot] = np.where(present, row, slots[slot])
+            slots[slot] = np.where(~np.isnan(row) if np.isnan(absent) else row != absent, row, slots[slot])
         return slots
 
     @property
@@ -182,9 +178,13 @@ def profile_grid(
     layers = [(low, high) for low, high in before_and_after if high > low]
     bounds = [bound % 1.0 for layer in layers for bound in layer]
     breaks = np.array([*distinct([*jumps, *bends, *bounds]), 1.0])
-    density = _density(0.5 * (breaks[:-1] + breaks[1:]), points, ratio, layers)
+    density = np.full(len(breaks) - 1, points / ratio)
+    for low, high in layers:
+        inside = (0.5 * (breaks[:-1] + breaks[1:]) - low) % 1.0 < high - low
+        # intervals, over the nodes on the path, that each layer beside A or E has at least: 8 of 201 nodes
+        density[inside] = np.maximum(density[inside], points / 26.0 / (high - low))
     halves = np.ceil(0.5 * density * np.diff(breaks) - 1e-9)
-    intervals = np.maximum(MINIMUM_INTERVALS, 2 * halves.astype(np.int64))
+    intervals = np.maximum(4, 2 * halves.astype(np.int64))
     pairs = range(-int(np.ceil(-earliest - SAME_PHASE)), int(np.ceil(latest - SAME_PHASE)))
     first = np.full((len(intervals), len(pairs)), -1, dtype=np.int64)
     table = np.empty((4, 0))  # position, phase and weight of the nodes, and whether they lie on the flank
@@ -200,23 +200,13 @@ def profile_grid(
             first[m, pairs[-1] - j] = table.shape[1] - shared
             if shared:
                 table[2, -1] += weights[0]
-            on_flank = np.full(len(at), 0.0 < middle < ratio)
-            piece = np.stack([start + (at + j) * pitch, at, weights, on_flank])
+            piece = np.stack([start + (at + j) * pitch, at, weights, np.full(len(at), 0.0 < middle < ratio)])
             table = np.concatenate([table, piece[:, shared:]], axis=1)
     flank = table[3] > 0.0
     position, phase, weight = table[:3].compress(flank, axis=1)
     before, most_pairs = int(np.argmax(flank)), int(np.ceil(ratio - SAME_PHASE))
     nodes = position, phase, weight, table[0]
     return ProfileGrid(breaks, first, intervals, *nodes, before, pairs[-1], most_pairs)
-
-
-def _density(phase: Array, points: int, ratio: float, layers: list[tuple[float, float]]) -> Array:
-    """Return the intervals of a unit of phase at given phases, (n,) [1]."""
-    density = np.full(len(phase), points / ratio)
-    for low, high in layers:
-        inside = (phase - low) % 1.0 < high - low
-        density[inside] = np.maximum(density[inside], LAYER_SHARE * points / (high - low))
-    return density
 
 
 def distinct(phases: Sequence[float]) -> list[float]:

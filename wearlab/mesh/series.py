@@ -115,8 +115,7 @@ def tooth_flexibility(
 
 
 def _check_radii(gear: Gear, radius: Array, growing: bool) -> None:
-    steps = np.diff(radius) if growing else -np.diff(radius)
-    if np.any(steps < -1e-12 * gear.base_radius):
+    if np.any((np.diff(radius) if growing else -np.diff(radius)) < -1e-12 * gear.base_radius):
         raise ValueError(f"{gear.name}: contact radii must be monotone along the path")
     slack = 1e-9 * gear.base_radius
     low, high = sorted((gear.form_radius, gear.tip_radius))
@@ -150,8 +149,7 @@ def _root_sums(gear: Gear, lowest: float, foot: float) -> Array:
 def _sums(x: Array, t: Array, dx: Array, h: Array) -> Array:
     """Return 1/t, 1/t³, x/t³, x²/t³, h_y/t³, x h_y/t³ and h_y²/t³ summed over sections, (7, …)."""
     cube = dx / t**3
-    each = [dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]
-    return np.stack(each).sum(axis=-1)
+    return np.stack([dx / t, cube, cube * x, cube * x * x, cube * h, cube * h * x, cube * h * h]).sum(axis=-1)
 
 
 def tooth_compliance(tooth: ToothFlexibility, wear: Array) -> Array:
@@ -256,8 +254,7 @@ class InSeries(stiffness.PairStiffness):
 
     def body(self, wear: Array) -> Array:
         """Return the compliance of both teeth and bodies, (n,) [m/N]."""
-        each = _beams(self.teeth, wear).sum(axis=0) + self.rest.sum(axis=0)
-        return np.asarray(each / self.scale)
+        return np.asarray((_beams(self.teeth, wear).sum(axis=0) + self.rest.sum(axis=0)) / self.scale)
 
     def body_where(self, wear: Array, nodes: Array, driving: Array, driven: Array) -> Array:
         """Return the compliance of each tooth and body at its own flank point, both together, (n,) [m/N]."""
@@ -289,9 +286,8 @@ def _beams(teeth: Teeth, wear: Array) -> Array:
 
 def plane_of(asked: Any, pair: GearPair) -> elements.Plane:
     """Return the plane state in which a pair is computed."""
-    by_width = "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
-    plane: elements.Plane = {"by-width": by_width}.get(asked, asked)
-    return plane
+    by_width: elements.Plane = "strain" if pair.face_width >= NARROW * pair.driving.module else "stress"
+    return by_width if asked == "by-width" else asked
 
 
 def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InSeries:
@@ -302,7 +298,7 @@ def finite_element(asked: Any, pair: GearPair, grid: profile.ProfileGrid) -> InS
     own, shared = compliance.pair_compliance(pair, grid.position, grid.n_pairs, options, recess=recess)
     teeth = _teeth(in_plane(pair, plane), grid)
     unworn = _beams(teeth, np.zeros((2, len(grid.loaded)))).sum(axis=0)
-    rest, hertz = (grid.beyond(own) - unworn)[None], CONTACTS[asked.hertz](pair, grid)
+    rest, hertz = (grid.beyond(own) - unworn)[None], contact_of(asked.hertz, pair, grid)
     return InSeries(hertz=hertz, rest=rest, shared=grid.beyond(shared), scale=asked.scale, teeth=teeth)
 
 
@@ -334,19 +330,16 @@ def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
     shared = np.zeros((grid.n_pairs - 1 if given.bodies_shared else 0, len(grid.loaded)))
     for apart, out in enumerate(shared, start=1):
         out[:] = _shared(flat, grid, bodies, apart)
-    hertz = CONTACTS[given.hertz](pair, grid)
+    hertz = contact_of(given.hertz, pair, grid)
     return InSeries(hertz=hertz, rest=bodies, shared=shared, scale=given.scale, teeth=teeth)
 
 
-def _constant(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
-    return stiffness.ConstantContact(
-        stiffness.yang_sun(pair.driving.material, pair.driven.material, pair.face_width)
-    )
-
-
-def _load_dependent(pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
-    depth = np.stack([*map(outline.contact_depth, pair.gears, _radii(pair, grid))])
+def contact_of(hertz: str, pair: GearPair, grid: profile.ProfileGrid) -> stiffness.HertzContact:
+    """Return how the contact of a pair yields: "weber" by its load, "yang-sun" always alike."""
     materials = pair.driving.material, pair.driven.material
+    if hertz == "yang-sun":
+        return stiffness.ConstantContact(stiffness.yang_sun(*materials, pair.face_width))
+    depth = np.stack([*map(outline.contact_depth, pair.gears, _radii(pair, grid))])
     return stiffness.WeberContact(pair.equivalent_curvature(grid.loaded), depth, materials, pair.face_width)
 
 
@@ -354,7 +347,6 @@ def _rigid(gear: Gear, radius: Array) -> Array:
     return np.zeros_like(radius)
 
 
-CONTACTS = {"yang-sun": _constant, "weber": _load_dependent}
 BODIES = {"sainsot": body.foundation_compliance, "annulus": body.body_compliance, "none": _rigid}
 
 

@@ -139,8 +139,7 @@ class StageTables(NamedTuple):
 
     def springs_at(self, step: Index, fraction: Array) -> Springs:
         """Return the springs at fractions of steps (n,), by the parabolas through three stages."""
-        tables = self.springs
-        return tables.each(lambda table: parabola(table, step, fraction))
+        return self.springs.each(lambda table: parabola(table, step, fraction))
 
 
 def parabola(table: Array, step: Index, fraction: Array) -> Array:

@@ -11,9 +11,6 @@ from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
 if TYPE_CHECKING:
     from wearlab.arrays import Array
 
-HALF_CYLINDER = 3.0 * np.sqrt(2.0) * np.pi
-"""Of a rigid cylinder that approaches a plane through a viscous fluid: ``W/(η L V) = 3√2 π (R/h)^{3/2}``."""
-
 
 class SqueezeFilm(NamedTuple):
     """Viscous where flanks touch; a film of ``h_c + clearance`` where they are apart.
@@ -73,5 +70,7 @@ class SqueezeFilmDamping(DampingLaw):
         if not meshes.damping.all():
             raise GearError("mesh.damping_law: 'squeeze-film' needs mesh.damping above nought")
         assert meshes.viscosity is not None
-        film = HALF_CYLINDER * meshes.viscosity * meshes.face_width * meshes.curvature_radius**1.5
+        # of a rigid cylinder that approaches a plane through a viscous fluid: ``W/(η L V) = 3√2 π
+        # (R/h)^{3/2}``
+        film = 3.0 * np.pi * np.sqrt(2.0 * meshes.curvature_radius**3) * meshes.viscosity * meshes.face_width
         return SqueezeFilm(film, (film / meshes.damping) ** (2.0 / 3.0))

@@ -27,14 +27,10 @@ from wearlab.compiled import jit
 from wearlab.gears.gear import DRIVING, GearPair
 from wearlab.gears.shifts import involute
 from wearlab.mesh.profile import BY_QUARTIC, ProfileGrid, slopes
-
-BELOW_ACTIVE = 0.1
-"""Base pitches below its active part that a flank is described."""
-OFF_BASE_CIRCLE = 0.5
-"""Radius of curvature down to which it is, over that where its active part begins."""
+from wearlab.mesh.stiffness import SectionVanished
 
 
-class OverhangingFlank(ValueError):
+class OverhangingFlank(SectionVanished):
     """A worn flank that is no flank any more: it overhangs, or wear reaches its base circle."""
 
 
@@ -114,8 +110,10 @@ def healthy_reach(pair: GearPair, gear: int) -> tuple[float, float]:
     rho_tip, rho_start = pair.curvature(np.array([tip, start]))[gear]
     form = math.sqrt(max(body.form_radius**2 - body.base_radius**2, 0.0))
     outwards = 1.0 if rho_start < rho_tip else -1.0  # from root to tip, in ρ
-    room = outwards * (rho_start - (max(form, OFF_BASE_CIRCLE * rho_start) if outwards > 0.0 else form))
-    below = min(max(room, 0.0), BELOW_ACTIVE * pair.base_pitch)
+    # radius of curvature down to which it is, over that where its active part begins
+    room = outwards * (rho_start - (max(form, 0.5 * rho_start) if outwards > 0.0 else form))
+    # base pitches below its active part that a flank is described
+    below = min(max(room, 0.0), 0.1 * pair.base_pitch)
     return (begin - below, end) if gear == DRIVING else (begin, end + below)
 
 
@@ -231,8 +229,7 @@ def position_of(pair: GearPair, gear: int, angle: ArrayLike) -> Array:
     ----------
     Y23, for φ.
     """
-    turned = np.asarray(angle, float) - _at_pitch_point(pair, gear)
-    return np.asarray(pair.gears[gear].base_radius * turned)
+    return np.asarray(pair.gears[gear].base_radius * (np.asarray(angle, float) - _at_pitch_point(pair, gear)))
 
 
 def _at_pitch_point(pair: GearPair, gear: int) -> float:
@@ -281,5 +278,4 @@ def wear_slope(pair: GearPair, gear: int, grid: ProfileGrid, depth: Array) -> Ar
     across, rate = depth / cosine, np.empty(depth.shape)
     for run in smooth_runs(grid):
         rate[..., run] = np.gradient(across[..., run], grid.position[run], axis=-1, edge_order=2)
-    rho = curvature + side * grid.position
-    return np.asarray(rate * base_radius / (side * rho * cosine))
+    return np.asarray(rate * base_radius / (side * (curvature + side * grid.position) * cosine))

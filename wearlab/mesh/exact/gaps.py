@@ -73,14 +73,6 @@ def beyond_path(
     return profile.Extension(reached(path.A, -1.0, deflection[0]), reached(path.E, 1.0, deflection[1]))
 
 
-NEAR_TIP = 0.3
-"""Base pitches from the tip within which a worn flank may touch beyond the path."""
-TURNS = 40
-"""Steps by which the driven gear is turned back; each leaves a tenth to a third of the last."""
-AS_GOOD_AS_MET = 1e-12
-"""Base pitches by which the last step may still turn the flanks: a thousandth of an atom."""
-
-
 class Corner(NamedTuple):
     """The flank of a tip against its mate, at positions beyond one end of the path.
 
@@ -120,7 +112,8 @@ def corner(pair: GearPair, end: str, x: Array, position: Array) -> Corner:
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
     gear, tip = TIP_AT[end], getattr(pair.path, end)
-    own = np.flatnonzero(np.abs(position - tip) <= NEAR_TIP * pair.base_pitch)
+    # base pitches from the tip within which a worn flank may touch beyond the path
+    own = np.flatnonzero(np.abs(position - tip) <= 0.3 * pair.base_pitch)
     own = own if gear == DRIVEN else own[::-1]
     separation, mate = separations(pair, gear, np.asarray(x, float)[:, None], position[own])
     low = np.clip(np.searchsorted(position, mate, side="right") - 1, 0, len(position) - 2)
@@ -155,8 +148,7 @@ def reach_beyond(
     ----------
     Munro, Morrish & Palmer 1999: contact of tip corners beyond the ends of the path.
     """
-    reached = position + np.array([[-1.0], [1.0]]) * depth
-    if np.any(np.diff(reached)[:, np.diff(position) > 0.0] <= 0.0):
+    if np.any(np.diff(position + np.array([[-1.0], [1.0]]) * depth)[:, np.diff(position) > 0.0] <= 0.0):
         raise flank.OverhangingFlank("the flank overhangs")
 
     def gap(x: Array) -> Array:
@@ -200,7 +192,8 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
     Munro, Morrish & Palmer 1999: tip corners touch beyond the ends of the path.
     """
     own, mate, turned = flank.involute_of(pair, gear), flank.involute_of(pair, 1 - gear), x + 0.0 * s
-    for _ in range(TURNS):
+    # steps by which the driven gear is turned back; each leaves a tenth to a third of the last
+    for _ in range(40):
         with np.errstate(invalid="ignore"):
             reach, q_n, q_u = kinematics.point_seen(own, mate, turned, s, 0.0)
         theirs = np.where(np.isnan(reach), -mate.side * mate.curvature, reach)  # within its base circle: that
@@ -208,22 +201,17 @@ def separations(pair: GearPair, gear: int, x: Array, s: Array) -> tuple[Array, A
         if gear == DRIVING:
             return x - mate_turned, theirs
         turned = turned + (x - mate_turned)
-        if np.abs(x - mate_turned).max(initial=0.0) <= AS_GOOD_AS_MET * pair.base_pitch:
+        # base pitches by which the last step may still turn the flanks: a thousandth of an atom
+        if np.abs(x - mate_turned).max(initial=0.0) <= 1e-12 * pair.base_pitch:
             break
     return x - turned, theirs
 
 
-PUBLISHED_POINTS = 1849
-CENTRE_TOLERANCE = 1e-5
 BLOCK = 64
 
 
 def algorithm_1(
-    pair: GearPair,
-    driving: flank.Flank,
-    driven: flank.Flank,
-    points: int = PUBLISHED_POINTS,
-    tolerance: float = CENTRE_TOLERANCE,
+    pair: GearPair, driving: flank.Flank, driven: flank.Flank, points: int = 1849
 ) -> kinematics.FlankContact:
     """Return the mesh relationship by Y23's search over NUM × NUM points.
 
@@ -236,7 +224,6 @@ def algorithm_1(
     pair : the gears; an external pair has its centre on the other side
     driving, driven : worn flanks
     points : NUM, equally spaced in the angle α of each active flank
-    tolerance : ε_a, centre distance beyond which a point finds no partner [m]; not printed in Y23
 
     Returns
     -------
@@ -258,7 +245,7 @@ def algorithm_1(
         u = side * R2 * np.sin(turned) - (R1 * np.sin(gamma1))[rows, None]
         distance = np.abs(np.hypot(n, u) - pair.centre_distance)
         best = np.argmin(distance, axis=1)
-        close = distance[np.arange(len(rows)), best] <= tolerance
+        close = distance[np.arange(len(rows)), best] <= 1e-5
         rows, at = rows[close], (np.flatnonzero(close), best[close])
         # line 11, the line of centres as the driving tooth sees it, counted counter-clockwise
         phi1 = -np.arctan2(driven.side * u[at], driven.side * n[at])
@@ -292,8 +279,8 @@ class WornFlanks:
     @cached_property
     def thickness(self) -> Array:
         """Thickness of each tooth along the flank normal at the nodes, (2, n) [m]."""
-        radii = (self.pair.radius(i, self.grid.position) for i in (0, 1))
-        return 2.0 * np.stack([contact_depth(*both) for both in zip(self.pair.gears, radii, strict=True)])
+        radii = [self.pair.radius(i, self.grid.position) for i in (DRIVING, DRIVEN)]
+        return 2.0 * np.stack([*map(contact_depth, self.pair.gears, radii)])
 
     def worn(self, wear: Array) -> tuple[flank.Flank, flank.Flank]:
         """Return both flanks with wear (2, n) (driving, driven) [m].
@@ -305,10 +292,7 @@ class WornFlanks:
         """
         self.check_thickness(wear)
         depth, s = wear + self.modification, self.grid.position
-        try:
-            first, second = (flank.worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
-        except flank.OverhangingFlank as error:
-            raise stiffness.SectionVanished(str(error)) from error
+        first, second = (flank.worn_flank(self.pair, i, s, depth[i], self.runs) for i in (0, 1))
         return first, second
 
     def check_thickness(self, wear: Array) -> None:

@@ -16,8 +16,6 @@ from wearlab.arrays import Array
 from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 
-NEWTON_STEPS = 30
-SECANT_STEPS = 40
 CLOSE = 1e-14  # [m]; the Newton step after it is below rounding
 
 
@@ -77,8 +75,7 @@ def corner_gap(driving: Flank, driven: Flank, x: float, s2: float, reach: float)
         if not f_a * f_b <= 0.0:
             continue
         s = _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b)
-        w = _shift_within(driving, first, last, s)
-        _, q_n, q_u = _seen(driving, driven, x, s, w)
+        _, q_n, q_u = _seen(driving, driven, x, s, _shift_within(driving, first, last, s))
         gap = x - s2 - _turned(driven, reach, q_n, q_u)
         if gap < best:
             best, where = gap, s
@@ -104,7 +101,7 @@ def _crossing(driving, driven, x, reach, first, last, a, f_a, b, f_b):  # type: 
     By false position, halving the older end's value where it stays (Illinois).
     """
     s = b
-    for _ in range(SECANT_STEPS):
+    for _ in range(40):
         before, s = s, (a * f_b - b * f_a) / (f_b - f_a) if f_b != f_a else b
         if abs(s - before) <= CLOSE:
             break
@@ -130,8 +127,7 @@ def point_seen(driving, driven, x, s, w):  # type: ignore[no-untyped-def]
     q_u = sin * v_n - versine * v_u + s + w
     b_n, b_u = driven.side * driven.base_radius, driven.side * driven.curvature
     excess = 2.0 * (b_n * q_n + b_u * q_u) + q_n * q_n + q_u * q_u
-    square = driven.curvature**2 + excess
-    return driven.side * excess / (np.sqrt(square) + driven.curvature), q_n, q_u
+    return driven.side * excess / (np.sqrt(driven.curvature**2 + excess) + driven.curvature), q_n, q_u
 
 
 def turned_to(driven, reach, q_n, q_u):  # type: ignore[no-untyped-def]
@@ -161,7 +157,7 @@ def _point_reaching(flank: Flank, p: int, reach: float) -> float:
     s = begin + flank.width[low] * (reach - flank.reached[low, 0]) / (
         flank.reached[low, 1] - flank.reached[low, 0]
     )
-    for _ in range(NEWTON_STEPS):
+    for _ in range(30):
         w, slope = shift_at(flank, low, s)
         miss = s + w - reach
         if miss > 0.0:
@@ -192,11 +188,6 @@ def along_normal(flank: Flank, s: float, w: float, slope: float) -> tuple[float,
     tilt = math.atan(slope * flank.base_radius / (flank.side * v_u))
     sin, versine = math.sin(tilt), 2.0 * math.sin(0.5 * tilt) ** 2
     return tilt, -versine * v_n + sin * v_u, -sin * v_n - versine * v_u + s + w
-
-
-FIRST_STEP = 2e-6
-ITERATIONS = 60
-RESOLUTION = 1e-16
 
 
 class FlankContact(NamedTuple):
@@ -261,14 +252,14 @@ def _solve(driving, driven, s):  # type: ignore[no-untyped-def]
 
 
 @jit_inner
-def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
+def excess_distance(flank, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
     """Return ``(|D|² − a²) / 2a``, which is D's excess over the centre distance to first order [m].
 
     References
     ----------
     Y23: ``R1² + R2² − 2 R1 R2 cos(γ2 + λ2 − γ1 − λ1) = a²``.
     """
-    w, slope = shift_at(flank, k, s)
+    w, slope = shift_at(flank, interval_of(flank, s), s)
     _, b_n, b_u = along_normal(flank, s, w, slope)
     n, u = b_n - a_n, b_u - a_u
     return (d_n * n + d_u * u + 0.5 * (n * n + u * u)) / math.hypot(d_n, d_u)
@@ -276,47 +267,35 @@ def excess_distance(flank, k, s, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped
 
 @jit_inner
 def root_near(flank, start, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return the root nearest to ``start``, bracketed by growing steps towards falling distance."""
+    """Return the root nearest to ``start``, bracketed by growing steps towards falling distance.
+
+    Within the bracket by secants, the end that stays halved (Illinois); NaN where the function jumps.
+    """
     last = len(flank.start) - 1
     low_end, high_end = flank.start[0], flank.start[last] + flank.width[last]
     begin = min(max(start, low_end), high_end)
-    f_begin = excess_distance(flank, interval_of(flank, begin), begin, a_n, a_u, d_n, d_u)
+    f_begin = excess_distance(flank, begin, a_n, a_u, d_n, d_u)
     if f_begin == 0.0:
         return begin
-    rising = 1.0 if d_u > 0.0 else -1.0
-    step = -FIRST_STEP * rising * (1.0 if f_begin > 0.0 else -1.0)
-    inner, f_inner = begin, f_begin
+    step = 2e-6 if (d_u > 0.0) != (f_begin > 0.0) else -2e-6
     outer, f_outer = begin, f_begin
     while f_outer * f_begin > 0.0:
         inner, f_inner = outer, f_outer
         if (outer <= low_end and step < 0.0) or (outer >= high_end and step > 0.0):
             return math.nan
         outer = min(max(outer + step, low_end), high_end)
-        f_outer = excess_distance(flank, interval_of(flank, outer), outer, a_n, a_u, d_n, d_u)
+        f_outer = excess_distance(flank, outer, a_n, a_u, d_n, d_u)
         step *= 2.0
-    return _ridders(flank, inner, f_inner, outer, f_outer, a_n, a_u, d_n, d_u)
-
-
-@jit_inner
-def _ridders(flank, x0, f0, x1, f1, a_n, a_u, d_n, d_u):  # type: ignore[no-untyped-def]
-    """Return the root between x0 and x1 by Ridders' method; NaN where the function jumps over zero."""
-    scale = max(abs(f0), abs(f1))
-    x, f = x1, f1
-    for _ in range(ITERATIONS):
-        middle = 0.5 * (x0 + x1)
-        f_middle = excess_distance(flank, interval_of(flank, middle), middle, a_n, a_u, d_n, d_u)
-        root = math.sqrt(f_middle * f_middle - f0 * f1)
-        if root == 0.0:
+    scale = max(abs(f_inner), abs(f_outer))
+    s, f = outer, f_outer
+    for _ in range(60):
+        before, s = s, (inner * f_outer - outer * f_inner) / (f_outer - f_inner)
+        f = excess_distance(flank, s, a_n, a_u, d_n, d_u)
+        if f == 0.0 or abs(s - before) <= 1e-16:
             break
-        before = x
-        x = middle + (middle - x0) * (f_middle if f0 > f1 else -f_middle) / root
-        f = excess_distance(flank, interval_of(flank, x), x, a_n, a_u, d_n, d_u)
-        if f == 0.0 or abs(x - before) <= RESOLUTION:
-            break
-        if f_middle * f < 0.0:
-            x0, f0, x1, f1 = middle, f_middle, x, f
-        elif f * f0 < 0.0:
-            x1, f1 = x, f
+        if f * f_outer < 0.0:
+            inner, f_inner = outer, f_outer
         else:
-            x0, f0 = x, f
-    return x if abs(f) <= 1e-9 * scale + 1e-15 else math.nan
+            f_inner *= 0.5
+        outer, f_outer = s, f
+    return s if abs(f) <= 1e-9 * scale + 1e-15 else math.nan

@@ -14,9 +14,7 @@ from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.exact.flank import Flank, interval_of, shift_at
 from wearlab.mesh.exact.kinematics import FlankContact, corner_gap, rotation_gap
 
-SAFETY = 0.5  # on the quadratic by which unworn flanks part
 GOLDEN = 0.3819660112501051
-MINIMISER_STEPS = 80
 MINIMISER_TOLERANCE = 3e-9  # [m]: the gap is quadratic in it
 
 
@@ -52,8 +50,7 @@ def gap_curvature(driving: Flank, driven: Flank) -> float:
     rho1 = np.maximum(driving.curvature + driving.side * s, 1e-3 * driving.base_radius)
     rho2 = driven.curvature + driven.side * s
     inverse = np.divide(1.0, rho2, out=np.zeros_like(rho2), where=rho2 > 0.0)
-    relative = driving.side / rho1 - driven.side * inverse
-    return float(np.min((rho1 / driving.base_radius) ** 2 * relative))
+    return float(np.min((rho1 / driving.base_radius) ** 2 * (driving.side / rho1 - driven.side * inverse)))
 
 
 @jit
@@ -70,7 +67,8 @@ def _search(driving, driven, parts, deepest, x):  # type: ignore[no-untyped-def]
             k, near, onwards = middle, 1 - far, 2 * far - 1
             while 0 <= k + onwards < m:
                 away = driving.start[k] + far * driving.width[k] - x[i]
-                if not may_lie_lower(away, parts, deepest[k + onwards, far], best):
+                # half the quadratic by which unworn flanks part: beyond that no point lies lower
+                if best < math.inf and 0.25 * parts * away * away + deepest[k + onwards, far] >= best:
                     break
                 before, k = k, k + onwards
                 same = driving.shift[k, near] == driving.shift[before, far]
@@ -83,12 +81,6 @@ def _search(driving, driven, parts, deepest, x):  # type: ignore[no-untyped-def]
         span = max(x[i] - driving.start[low], driving.start[high] + driving.width[high] - x[i])
         s1[i], s2[i], gaps[i] = _at_corners(driving, driven, x[i], span, where, partner, gap)
     return s1, s2, gaps
-
-
-@jit_inner
-def may_lie_lower(away, parts, deepest, best):  # type: ignore[no-untyped-def]
-    """Whether points further away than this from x may lie lower than the best found so far."""
-    return not best < math.inf or SAFETY * 0.5 * parts * away * away + deepest < best
 
 
 @jit_inner
@@ -156,7 +148,7 @@ def smallest_within(driving: Flank, driven: Flank, x: float, k: int) -> tuple[fl
     g, _ = rotation_gap(driving, driven, x, s, shift_at(driving, k, s)[0])
     v, g_v, r, g_r = s, g, s, g
     step, before = 0.0, 0.0
-    for _ in range(MINIMISER_STEPS):
+    for _ in range(80):
         middle = 0.5 * (a + b)
         if abs(s - middle) <= 2.0 * MINIMISER_TOLERANCE - 0.5 * (b - a):
             break

@@ -14,8 +14,6 @@ from wearlab.mesh.stiffness import SectionVanished
 SHARE_PHASES = 400
 LONE_POINTS = 1849
 """Points of the driving flank at which a lone pair is sought; Y23's number."""
-END_RESOLUTION = 1e-12
-"""How narrowly it is enclosed where a lone pair begins and ends [m]."""
 
 
 class MeshRelation(NamedTuple):
@@ -126,8 +124,9 @@ def lone_ranges(flanks: WornFlanks, wear: Array) -> tuple[Array, Array]:
     if not len(have):
         return np.full((2, 2), np.nan), np.full((2, 2), np.nan)
     beyond = max(have[0] - 1, 0), min(have[-1] + 1, LONE_POINTS - 1)
+    # how narrowly it is enclosed where a lone pair begins and ends [m]
     ends = [
-        end_of(has_partner, position[inside], position[outside], END_RESOLUTION)
+        end_of(has_partner, position[inside], position[outside], 1e-12)
         for inside, outside in zip(have[[0, -1]], beyond, strict=True)
     ]
     contact = kinematics.tangency(*worn, np.array(ends))
@@ -158,13 +157,11 @@ def single_share(flanks: WornFlanks, wear: Array, threshold: float) -> float:
     if not len(alone):
         return float("nan")
     phase = (np.arange(SHARE_PHASES) + 0.5) / SHARE_PHASES
-    numbers = np.arange(-1, flanks.grid.most_pairs + 1)
-    x = pair.path.A + (phase + numbers[:, None]) * pair.base_pitch
+    x = pair.path.A + (phase + np.arange(-1, flanks.grid.most_pairs + 1)[:, None]) * pair.base_pitch
     near = (x >= alone.min()) & (x <= alone.max())
     gap = np.full(x.shape, np.inf)
     gap[near] = minimum_gap.minimum_gap(*worn, x[near]).gap
-    engaged = gap - gap.min(axis=0) < threshold * pair.driven.base_radius
-    return float(np.mean(engaged.sum(axis=0) == 1))
+    return float(np.mean((gap - gap.min(axis=0) < threshold * pair.driven.base_radius).sum(axis=0) == 1))
 
 
 def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
@@ -187,7 +184,6 @@ def contact_loss(pair: GearPair, angles: Array, engaged: Flags) -> Array:
 
 AGREEMENT = 0.05
 SHALLOWEST, DEEPEST = 1e-8, 1e-3
-BISECTIONS = 30
 
 
 def first_order_excess(flanks: WornFlanks, wear: Array) -> float:
@@ -237,7 +233,7 @@ def depth_of_disagreement(flanks: WornFlanks, shape: Array, share: float = AGREE
     beyond = excess(high)
     if beyond < share:
         return np.inf
-    for _ in range(BISECTIONS):
+    for _ in range(30):
         middle = float(np.sqrt(low * high))
         found = excess(middle)
         low, high, beyond = (middle, high, beyond) if found < share else (low, middle, found)

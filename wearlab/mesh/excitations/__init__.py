@@ -5,18 +5,13 @@ A file beside this one adds another.
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Number, Part, SpringRate, option
+from wearlab.options import NOT_NEGATIVE, POSITIVE, Angle, Count, Depth, Number, Part, SpringRate
 from wearlab.slots import Slot, Variant
 
 if TYPE_CHECKING:
     from wearlab.arrays import Array
     from wearlab.mesh.contact import ContactAnalysis, Nodes
     from wearlab.mesh.excitation import AlongPhase
-
-Combination = Literal["min", "max", "mean"]
-Error = Literal["unloaded", "loaded"]
-COMBINATION = "how the gaps of the pairs in the path make one transmission error"
-ERROR = "transmission error that excites: unloaded, or loaded (counts F/k twice)"
 
 
 class ExcitationModel(Variant):
@@ -49,8 +44,10 @@ class PairsExcitation(ExcitationModel):
 class SeriesExcitation(ExcitationModel):
     """Any series of mesh stiffness and transmission error over the phase, as published."""
 
-    combination: Combination = option("min", COMBINATION, source="W23 Eq. 36")
-    error: Error = option("unloaded", ERROR, source="L16 Eq. 18")
+    combination: Literal["min", "max", "mean"] = "min"
+    """how the gaps of the pairs in the path make one transmission error. Source: W23 Eq. 36"""
+    error: Literal["unloaded", "loaded"] = "unloaded"
+    """transmission error that excites: unloaded, or loaded (counts F/k twice). Source: L16 Eq. 18"""
 
     def prepare(self, analysis: "ContactAnalysis", nodes: "Nodes") -> "AlongPhase":
         """Fit both series to the contact analysis of a wear state."""

@@ -31,10 +31,6 @@ LIGHT = 1.0
 """Force under which a mesh without a load is as stiff as it is told to be [N]."""
 
 
-PLANE = elements.Options(refinement=2)
-"""Plane elements by which compliances are continued to the tip."""
-
-
 class SolidLines(NamedTuple):
     """How lines of contact yield.
 
@@ -69,7 +65,8 @@ def solid_lines(pair: GearPair, grid: FaceGrid, turned: Helix) -> SolidLines:
         sampled = np.clip(q, tooth.q[0], tooth.q[-1])
         at = compliance.spline_weights(tooth.q, sampled)
         local = solid.indentation(gear, sampled) / turned.cosine
-        plane = compliance.gear_compliance(gear, PLANE)
+        # plane elements by which compliances are continued to the tip
+        plane = compliance.gear_compliance(gear, elements.Options(refinement=2))
         beyond = np.sqrt(plane.weights(q) @ plane.own / (plane.weights(sampled) @ plane.own))
         pressed = np.einsum("j,ajbk,k->ab", evenly, tooth.table, evenly) * grid.face_width
         even += (np.einsum("na,ab,nb->n", at, pressed, at) - local) * beyond**2
@@ -149,8 +146,7 @@ class FaceContact:
         body, cross = stiffness.body(unworn) * face_width, stiffness.cross(unworn)
         least = LEAST_LOADED * (self.analysis.load or LIGHT)
         softening = stiffness.softening * face_width
-        force = np.full(len(body), least)
-        contact = np.broadcast_to(stiffness.contact(force), body.shape) * face_width
+        contact = np.broadcast_to(stiffness.contact(np.full(len(body), least)), body.shape) * face_width
         contact = (contact - softening * np.log(self.helix.cosine)) / self.helix.cosine
         if not contact.any():  # a stiffness that is prescribed: no part of it is the contact's
             body, contact = 0.5 * body, 0.5 * body
@@ -228,20 +224,16 @@ class FaceContact:
         apart = np.append(True, np.diff(position) > 0.0)
         slope = np.gradient(self.gap(wear)[:, apart], position[apart], axis=1)
         slope = slope[:, np.cumsum(apart) - 1] * self.pitch
-        in_contact = loads.load > 0.0
         node = np.where(grid.node >= 0, grid.node, 0)
-        stiffness = np.where(
-            in_contact, grid.width * grid.filled[node] / (given.body + given.hertz)[node], 0.0
-        )
-        rate = slope[np.arange(len(grid.position)), node]
+        each = grid.width * grid.filled[node] / (given.body + given.hertz)[node]
+        stiffness = np.where(loads.load > 0.0, each, 0.0)
         total = stiffness.sum(axis=(1, 2))
-        summed = (stiffness * rate).sum(axis=(1, 2))
+        summed = (stiffness * slope[np.arange(len(grid.position)), node]).sum(axis=(1, 2))
         return np.divide(summed, total, out=np.zeros_like(total), where=total > 0.0)
 
     def _unloaded(self, gap: Array) -> Array:
         """Return the least gap at every phase, (n_phases,) [m]."""
-        slices = np.arange(gap.shape[0])
-        each = np.where(self.grid.node >= 0, gap[slices, self.grid.node], np.inf)
+        each = np.where(self.grid.node >= 0, gap[np.arange(gap.shape[0]), self.grid.node], np.inf)
         return np.asarray(each.min(axis=(1, 2)))
 
     def residuals(self, loads: LineLoads, force: float) -> Array:
@@ -253,10 +245,6 @@ class FaceContact:
 
 LEVELS = (0.1, 0.25, 0.45, 0.65, 0.85, 1.0, 1.2, 1.5, 2.0, 3.0, 4.5)
 """Forces over the static one at which springs and contact agree."""
-
-
-SHORTEST = 1e-12
-"""Least deflection from one level to the next [m]."""
 
 
 class FaceFlanks(NamedTuple):
@@ -291,7 +279,8 @@ class FaceFlanks(NamedTuple):
         """Return the springs at phases (n,), (n, n_levels), all of one force; rates by phase."""
         grid, own = self.contact.grid, phase % 1.0
         place = np.stack([grid.at_phases(row, own) for row in self.deflection], axis=1)
-        slope = np.diff(self.force, prepend=0.0) / np.maximum(np.diff(place, axis=1), SHORTEST)
+        # least deflection from one level to the next [m]
+        slope = np.diff(self.force, prepend=0.0) / np.maximum(np.diff(place, axis=1), 1e-12)
         stiffness = np.maximum(np.diff(slope, axis=1, prepend=0.0), 0.0)
         rate = grid.at_phases(self.rate, own)
         rates = np.repeat(rate[:, None], stiffness.shape[1], axis=1)

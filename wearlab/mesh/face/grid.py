@@ -12,14 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.gears.gear import GearPair
-from wearlab.gears.helix import Helix
+from wearlab.gears import gear, helix
 from wearlab.mesh.profile import NO_EXTENSION, SAME_PHASE, Extension, ProfileGrid, cubic_weights
 
 BESIDE_A_JUMP = 1e-9
 """How far from a jump its two sides are looked at [1]."""
-MORE = 1.4
-"""Range, from what is asked for on, in which the nodes of a base pitch are chosen so that E is nearly one."""
 
 
 class FaceGrid(NamedTuple):
@@ -88,7 +85,7 @@ class FaceGrid(NamedTuple):
         return np.asarray((cubic_weights(x - low + 1.0) * four).sum(axis=1))
 
 
-def lattice(pair: GearPair, per_pitch: int, extension: Extension = NO_EXTENSION) -> ProfileGrid:
+def lattice(pair: gear.GearPair, per_pitch: int, extension: Extension = NO_EXTENSION) -> ProfileGrid:
     """Lay nodes equally far apart from A on, ``per_pitch`` to the base pitch; the last lies at E or before.
 
     Parameters
@@ -127,7 +124,8 @@ def nodes_per_pitch(contact_ratios: Sequence[float], points: int) -> int:
     points : nodes wanted on the shortest path
     """
     least = max(8, round(points / min(contact_ratios)))
-    choices = range(least, int(MORE * least) + 2)
+    # range, from what is asked for on, in which the nodes of a base pitch are chosen so that E is nearly one
+    choices = range(least, int(1.4 * least) + 2)
     return min(choices, key=lambda m: (round(max((ratio * m) % 1.0 for ratio in contact_ratios), 9), m))
 
 
@@ -153,7 +151,7 @@ def spur_face(profile: ProfileGrid, face_width: float, slices: int) -> FaceGrid:
     return FaceGrid(profile, position, width, weight / weight.sum(), phase, node, filled, even=False)
 
 
-def helical_face(profile: ProfileGrid, pair: GearPair, turned: Helix, slices: int) -> FaceGrid:
+def helical_face(profile: ProfileGrid, pair: gear.GearPair, turned: helix.Helix, slices: int) -> FaceGrid:
     """Return the face of a helical pair, slices on the lattice of its nodes where that gives enough of them.
 
     Slices that lie a whole number of nodes apart fill the face from its middle; the two at the ends have what

@@ -22,8 +22,6 @@ from wearlab.compiled import jit, jit_inner
 from wearlab.mesh.sharing import eliminate
 
 MOST_ITERATIONS = 80
-SETTLED = 1e-11
-"""Largest change of a line load in the last iteration, over the mean one."""
 NEAR = 0.1
 """Change of a line load, over the mean one, up to which the factor of a solid line is kept."""
 
@@ -90,15 +88,12 @@ def layer_of(slices: Slices, position: Array, body: Array, shear_length: float) 
     Ajmi & Velex 2005.
     """
     node, reached, last = slices.node, slices.node >= 0, len(body) - 1
-    first, final = (
-        reached.argmax(axis=2)[..., None],
-        (node.shape[2] - 1 - reached[..., ::-1].argmax(axis=2))[..., None],
-    )
+    first = reached.argmax(axis=2)[..., None]
+    final = node.shape[2] - 1 - reached[..., ::-1].argmax(axis=2)[..., None]
     low, high = (np.take_along_axis(node, end, axis=2) for end in (first, final))
     # whether a line meets later nodes at larger y; one that meets a single node does so in a corner
     rising = np.where(first == final, (2 * low < last) == (first > 0), high > low)
-    beyond = np.where((np.arange(node.shape[2]) < first) == rising, 0, last)
-    near = np.where(reached, node, beyond)
+    near = np.where(reached, node, np.where((np.arange(node.shape[2]) < first) == rising, 0, last))
     stiffness = 1.0 / body[near]
     part = np.where(reached, slices.filled[near], 1.0) if shear_length == 0.0 else 1.0
     joint = shear_length**2 * 0.5 * (stiffness[..., :-1] + stiffness[..., 1:]) / np.diff(position)
@@ -179,7 +174,8 @@ def solve_phases(
                 break
             deflection[i] = deflected
             change, moved = _update(i, slices, gap, at, unit, offset, load, in_contact, NEAR * mean, far)
-            settled = (not moved and change <= SETTLED * mean) or iteration + 1 == MOST_ITERATIONS
+            # largest change of a line load in the last iteration, over the mean one
+            settled = (not moved and change <= 1e-11 * mean) or iteration + 1 == MOST_ITERATIONS
     return line_load, deflection, tangent
 
 
@@ -240,8 +236,7 @@ def _straighten(  # type: ignore[no-untyped-def]
         touching = slices.filled[k] * slices.width[j]
         yielding = section.hertz[k] - softening * np.log(max(load[j], least) / least)
         if anew:
-            straight = straightened * softening if load[j] > least else 0.0
-            spring[j] = touching / (yielding - straight)
+            spring[j] = touching / (yielding - (straightened * softening if load[j] > least else 0.0))
         free[j] = gap[j, k] + (yielding - touching / spring[j]) * load[j]
 
 

@@ -31,13 +31,7 @@ from wearlab.gears.gear import DRIVING, Gear, GearPair
 from wearlab.mesh.finite_element import elements, outline
 
 KEPT_IN_PROCESS = 64
-LENGTHS = (
-    "module", "base_radius", "reference_radius", "tip_radius", "root_radius", "form_radius", "fillet_radius",
-    "bore_radius",
-)  # fmt: skip
-DIGITS = 12
-"""Significant digits in which shapes are compared."""
-DISTANCE_SLACK = 1e-9
+LENGTHS = "module", *(f"{of}_radius" for of in ("base", "reference", "tip", "root", "form", "fillet", "bore"))
 
 
 def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tuple[Array, Array]:
@@ -66,8 +60,7 @@ def through_cuts(sector: elements.Sector, loads: Array, teeth_apart: int) -> tup
     G = shown[:half] + np.conj(turn) * shown[half:]
     work = G.conj().swapaxes(1, 2) @ np.linalg.solve(H, G)
     count = np.where((n == 0) | (2 * n == z), 1.0, 2.0)[:, None, None] / z
-    across = np.stack([(count * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)])
-    return own, across
+    return own, np.stack([(count * turn**k * work).real.sum(axis=0) for k in range(teeth_apart + 1)])
 
 
 def _reduced(sector: elements.Sector, loads: Array) -> tuple[Array, Array, Array]:
@@ -135,8 +128,7 @@ def spline_weights(samples: Array, wanted: ArrayLike) -> Array:
 
     q, spline = np.asarray(wanted, dtype=float), CubicSpline(samples, np.eye(len(samples)))
     inside = np.clip(q, samples[0], samples[-1])
-    weights: Array = spline(inside) + (q - inside)[:, None] * spline(inside, 1)
-    return weights
+    return np.asarray(spline(inside) + (q - inside)[:, None] * spline(inside, 1))
 
 
 def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
@@ -156,16 +148,10 @@ def gear_compliance(gear: Gear, options: elements.Options) -> GearCompliance:
 
 def of_unit_size(gear: Gear) -> Gear:
     """Return the shape of a gear: of module and Young's modulus 1, and nothing else that does not matter."""
-    own: dict[str, Any] = {
-        name: float(f"{getattr(gear, name) / gear.module:.{DIGITS - 1}e}") for name in LENGTHS
-    }
+    # significant digits in which shapes are compared
+    own: dict[str, Any] = {name: float(f"{getattr(gear, name) / gear.module:.11e}") for name in LENGTHS}
     own["material"] = gear.material._replace(youngs_modulus=1.0, density=1.0)
     return replace(gear, name="", face_width=1.0, mass=0.0, inertia=0.0, assumed=(), modification=None, **own)
-
-
-@lru_cache(KEPT_IN_PROCESS)
-def _remembered(shape: Gear, options: elements.Options) -> GearCompliance:
-    return solve_gear(shape, options)
 
 
 def solve_gear(gear: Gear, options: elements.Options, wear: outline.Wear | None = None) -> GearCompliance:
@@ -191,6 +177,9 @@ def solve_gear(gear: Gear, options: elements.Options, wear: outline.Wear | None 
     half_width, depth = options.patch * gear.module, cut.chart.flank.depth(q)
     local = elements.half_plane_compliance(gear.material, options.plane, half_width, depth)
     return GearCompliance(q, np.diag(beyond[0] + held) - local, beyond[1:])
+
+
+_remembered = lru_cache(KEPT_IN_PROCESS)(solve_gear)
 
 
 def pair_compliance(
@@ -226,7 +215,7 @@ def pair_compliance(
         own += here @ compliance.own / gear.face_width
         for apart in range(1, pairs):
             ahead = s + apart * pair.base_pitch
-            inside = ahead <= pair.path.E + recess + DISTANCE_SLACK * pair.base_pitch
+            inside = ahead <= pair.path.E + recess + 1e-9 * pair.base_pitch
             touched = np.minimum(ahead[inside], pair.path.E) if recess else ahead[inside]
             there = compliance.weights(flank.parameter(pair.radius(index, touched)))
             # the mate pushes a driving tooth back and a driven tooth on: the tooth ahead lies on the loaded

@@ -109,8 +109,7 @@ def mesh_lines(chart: Chart, refinement: int) -> tuple[Array, Array]:
     depth = abs(chart.deep - chart.flank.gear.bore_radius)
     body = DEEP * (1.0 - _graded(3 * n, max(1.0, depth / (chart.deep * chart.half_pitch)))[::-1])
     root = 1.0 - (1.0 - DEEP) * _graded(2 * n, INNER)[::-1]
-    tooth = np.linspace(1.0, 2.0, 12 * n + 1)
-    return across, np.concatenate([body, root[1:], tooth[1:]])
+    return across, np.concatenate([body, root[1:], np.linspace(1.0, 2.0, 12 * n + 1)[1:]])
 
 
 def _graded(count: int, ratio: float) -> Array:
@@ -224,8 +223,7 @@ def flank_loads(
     q = np.atleast_1d(np.asarray(parameter, dtype=float))
     chart, flank = sector.chart, sector.chart.flank
     offset, weight = patch_rule()
-    length = chart.measured.of(q)[:, None] + half_width * offset
-    v = chart.height(chart.measured.at(length))
+    v = chart.height(chart.measured.at(chart.measured.of(q)[:, None] + half_width * offset))
     nodes = sector.nodes(u=1.0)
     nodes = nodes[sector.logical[1, nodes] > 1.0 - 1e-9]
     element, shape = _quadratic(sector.logical[1, nodes], v)
@@ -245,8 +243,7 @@ def _quadratic(nodes: Array, v: Array) -> tuple[Index, Array]:
     ends = nodes[::2]
     element = np.clip(np.searchsorted(ends, v, side="right") - 1, 0, len(ends) - 2)
     x = (v - ends[element]) / (ends[element + 1] - ends[element])
-    shape = np.stack([(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)], axis=-1)
-    return element, shape
+    return element, np.stack([(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)], axis=-1)
 
 
 def patch_rule(points: int = 24) -> tuple[Array, Array]:
@@ -293,5 +290,4 @@ def half_plane_compliance(material: Material, plane: Plane, half_width: float, d
     square = x**2 + t**2
     deep = np.sum(weight * (0.5 * np.log(square) + lateral * x**2 / square), axis=1)
     surface = 0.25 - math.log(0.5 * half_width) - lateral
-    total: Array = 2.0 / (math.pi * modulus) * (surface + deep)
-    return total
+    return np.asarray(2.0 / (math.pi * modulus) * (surface + deep))

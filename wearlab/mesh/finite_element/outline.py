@@ -17,9 +17,6 @@ from wearlab.arrays import Array
 from wearlab.gears.gear import Gear
 from wearlab.gears.outline import involute_point, load_angle, root_curve
 
-TABLE = 4001  # points from which lengths along the flank are read
-STEEPEST = math.radians(45.0)
-BELOW_ROOT = 0.6  # how far the root's shape reaches into the body, in modules
 DEEP = 0.5  # v where that ends
 
 
@@ -157,8 +154,7 @@ class Chart:
         root = self.flank.gear.root_radius
         bottom = self.flank.point(0.0)
         half = math.atan2(bottom[1], bottom[0])
-        rest = root * (self.half_pitch - half)
-        travelled = down * (fillet + rest)
+        travelled = down * (fillet + root * (self.half_pitch - half))
         angle = half + np.maximum(travelled - fillet, 0.0) / root
         on_circle = root * np.stack([np.cos(angle), np.sin(angle)])
         on_fillet = self.flank.point(self.measured.at(np.maximum(fillet - travelled, 0.0)))
@@ -172,22 +168,23 @@ class Chart:
         ray = np.stack([np.cos(angle), np.sin(angle)])
         clamp = self.flank.gear.bore_radius
         radius = clamp + (self.deep - clamp) * np.minimum(v / DEEP, 1.0)
-        rise = np.clip((v - DEEP) / (1.0 - DEEP), 0.0, 1.0)
-        return radius * ray + rise * (self._root(u) - self.deep * ray)
+        return radius * ray + np.clip((v - DEEP) / (1.0 - DEEP), 0.0, 1.0) * (self._root(u) - self.deep * ray)
 
 
 def chart(flank: LoadedFlank) -> Chart:
     """Lay the sector of a flank out."""
-    gear, q = flank.gear, np.linspace(0.0, 2.0, TABLE)
+    # points from which lengths along the flank are read
+    gear, q = flank.gear, np.linspace(0.0, 2.0, 4001)
     step = np.diff(flank.point(q), axis=1)
     measured = Lengths(q, np.concatenate([[0.0], np.cumsum(np.hypot(*step))]))
     # the angle between the flank's tangent and the tooth's centre line, 0 along it
     slope = np.arctan2(-step[1], gear.outwards * step[0])
     slope = np.concatenate([slope[:1], slope])
-    foot = float(q[(slope > STEEPEST) & (q < 1.0)].max(initial=0.0))
+    foot = float(q[(slope > math.radians(45.0)) & (q < 1.0)].max(initial=0.0))
     x, y = flank.point(foot)
     begin = float(x - 0.5 * gear.outwards * y * math.tan(np.interp(foot, q, slope)))
     top = max(begin, gear.root_radius) if gear.internal else min(begin, gear.root_radius)
     room = gear.bore_radius - top
-    share = min(0.5, BELOW_ROOT * gear.module / abs(room))
+    # how far the root's shape reaches into the body, in modules
+    share = min(0.5, 0.6 * gear.module / abs(room))
     return Chart(flank, measured, foot, (begin, gear.tip_radius), top + share * room)

@@ -63,7 +63,7 @@ def kept_or_made(given: tuple[object, ...], make: Callable[[], Arrays]) -> Array
     given : what they are made from, told in full by its repr
     make : makes them
     """
-    name = hashlib.sha256(f"{_sources()} {given!r}".encode()).hexdigest()
+    name = _digest(f"{_sources()} {given!r}".encode()).hex()
     file = cache_folder() / "teeth" / f"{name}.npz"
     found = _read(file)
     if found is None:

@@ -86,14 +86,10 @@ class FiniteElementStiffness(StiffnessModel):
         """How far it is known to be off: its contact decides."""
         table = "tests/validation/defaults_table.py"
         if self.hertz == "weber":
-            return (
-                f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn by up to 50 um, at "
-                f"0.1 to 3 times the load ({table})"
-            )
-        return (
-            "9 to 51 % too stiff: a constant contact is about three times stiffer than a loaded one "
-            f"({table})"
-        )
+            off = f"within {100 * STIFFNESS_OFF:.2g} % of converged plane elements, worn by up to 50 um"
+            return f"{off}, at 0.1 to 3 times the load ({table})"
+        stiff = "9 to 51 % too stiff: a constant contact is about three times stiffer than a loaded one"
+        return f"{stiff} ({table})"
 
     def build(self, pair: "GearPair", grid: "profile.ProfileGrid") -> "PairStiffness":
         """Return the compliances that the elements of both gears give."""
