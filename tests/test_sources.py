@@ -42,7 +42,7 @@ def changed(tmp_path, monkeypatch):
 
 
 def test_a_change_touches_the_runs_that_used_the_file(changed):
-    assert changed("mesh/sharing.py") == changed("life/integrate.py") == {"still", "moving"}
+    assert changed("mesh/contact.py") == changed("life/integrate.py") == {"still", "moving"}
     assert changed("dynamics/periodic.py") == {"moving"}
     for after in ("cli/app.py", "figures/render.py", "store/store.py", "report/page.py", "__init__.py"):
         assert changed(after) == set()

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from wearlab.mesh.sharing import equivalent_springs, share
+from wearlab.mesh.contact import equivalent_springs, share
 
 RANDOM = np.random.default_rng(3)
 

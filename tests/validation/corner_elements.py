@@ -180,7 +180,7 @@ def elements(pair: GearPair, index: int, touches: Sequence[Touch], options: Opti
     gear = pair.gears[index]
     flank, half_width = LoadedFlank(gear), options.patch * gear.module
     shape = chart(flank)
-    edge = float(shape.measured.at(shape.measured.length[-1] - half_width))
+    edge = float(shape.at_length(shape.length[-1] - half_width))
     q = np.array([one.parameter[index] for one in touches])
     if q.min() < 1.0 - ROUNDED:
         raise ValueError(f"{gear.name}: the mate's corner meets the root curve, not the involute")

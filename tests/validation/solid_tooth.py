@@ -98,8 +98,8 @@ def _compliance(built, shape, refinement):
 
 
 def _normal(shape, v):
-    start, end = shape.measured.of([shape.foot, 2.0])
-    q = shape.measured.at(start + (end - start) * (v - 1.0))
+    start, end = shape.length_of([shape.foot, 2.0])
+    q = shape.at_length(start + (end - start) * (v - 1.0))
     return -LoadedFlank(shape.flank.gear).normal(np.array([q]))[:, 0]
 
 

@@ -183,9 +183,7 @@ def internal_position(
     return mirrored._replace(shifts=(0.0 - x1, x2), tip_alteration=0.0)
 
 
-def _shared(
-    shifts: Shifts, total: float, centre_distance: float, word: str
-) -> tuple[float, float, tuple[str, ...]]:
+def _shared(shifts: Shifts, total: float, a: float, word: str) -> tuple[float, float, tuple[str, ...]]:
     """Return both shifts so that they sum to ``total``, and what had to be assumed."""
     x1, x2 = shifts
     if x1 is None and x2 is None:
@@ -197,7 +195,7 @@ def _shared(
     if abs(x1 + x2 - total) > 0.25:
         raise GearError(
             f"the {word} of the profile shifts is {x1 + x2:.4f}, but the centre distance "
-            f"{centre_distance * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; leave out "
+            f"{a * 1e3:.5g} mm needs {total:.4f}, more than backlash makes up for; leave out "
             "one of the three"
         )
     return x1, x2, ()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array, Index
-from wearlab.mesh import clock, contact, harmonics, profile, sharing
+from wearlab.mesh import clock, contact, harmonics, profile
 from wearlab.mesh.face.contact import FaceFlanks
 from wearlab.mesh.stages import Springs, StageTables
 
@@ -143,7 +143,7 @@ def pair_springs(flanks: Flanks, where: profile.Lookup, stages: int = 1) -> Spri
         still = np.zeros_like(stiffness)
         return Springs(stiffness, still, still, still[:, 0], None)
     compliance, gap, cross = flanks.analysis.at(flanks.nodes, where)
-    stiffness, gaps, each = sharing.equivalent_springs(compliance, gap, cross, stages)
+    stiffness, gaps, each = contact.equivalent_springs(compliance, gap, cross, stages)
     full = stiffness[:, :, None]
     part = np.divide(each, full, out=np.zeros_like(each), where=full > 0.0) if cross.shape[2] else None
     rates = gap_rates(flanks, where)

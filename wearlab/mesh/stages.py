@@ -91,7 +91,7 @@ class StageTables(NamedTuple):
     part : (n_steps, 3, n_mesh, n_springs, n_pairs) what each spring hands to each pair [1]; None: springs are
         pairs
 
-    Where pairs share a gear body, the springs are those of :func:`wearlab.mesh.sharing.equivalent_springs`.
+    Where pairs share a gear body, the springs are those of :func:`wearlab.mesh.contact.equivalent_springs`.
     """
 
     width: Array

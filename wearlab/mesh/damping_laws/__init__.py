@@ -1,12 +1,10 @@
 """``mesh.damping_law``: how a mesh loses energy, in contact and out of it."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
+from wearlab.arrays import Array
 from wearlab.slots import Slot, Variant
-
-if TYPE_CHECKING:
-    from wearlab.arrays import Array
 
 
 class MeshesInOperation(NamedTuple):
@@ -21,10 +19,10 @@ class MeshesInOperation(NamedTuple):
     viscosity : of the oil, None without one [Pa s]
     """
 
-    damping: "Array"
-    force: "Array"
-    curvature_radius: "Array"
-    face_width: "Array"
+    damping: Array
+    force: Array
+    curvature_radius: Array
+    face_width: Array
     viscosity: float | None
 
 

@@ -1,15 +1,13 @@
 """Damping in proportion to the elastic force: no jump where flanks meet."""
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.gears.specification import GearError
 from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
 from wearlab.options import POSITIVE, LossPerSpeed
-
-if TYPE_CHECKING:
-    from wearlab.arrays import Array
 
 
 class HuntCrossley(NamedTuple):
@@ -20,7 +18,7 @@ class HuntCrossley(NamedTuple):
     loss : (n_mesh,) χ [s/m]
     """
 
-    loss: "Array"
+    loss: Array
 
 
 def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:

@@ -1,15 +1,13 @@
 """Oil between flanks that are apart: what is squeezed out brakes them before they strike."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from wearlab.arrays import Array
 from wearlab.gears.specification import GearError
 from wearlab.mesh.damping_laws import DampingLaw, MeshesInOperation
-
-if TYPE_CHECKING:
-    from wearlab.arrays import Array
 
 
 class SqueezeFilm(NamedTuple):
@@ -21,8 +19,8 @@ class SqueezeFilm(NamedTuple):
     thickness : (n_mesh,) h_c = (β/c)^{2/3}, the film that damps as touching flanks do [m]
     """
 
-    film: "Array"
-    thickness: "Array"
+    film: Array
+    thickness: Array
 
 
 def in_contact(law: Any, m: Any, force: float, stiffness: float, part: float, rate: float) -> Any:

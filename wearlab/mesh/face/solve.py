@@ -19,7 +19,7 @@ import numpy as np
 
 from wearlab.arrays import Array, Index
 from wearlab.compiled import jit, jit_inner
-from wearlab.mesh.sharing import eliminate
+from wearlab.mesh.contact import eliminate
 
 MOST_ITERATIONS = 80
 NEAR = 0.1

@@ -195,7 +195,7 @@ def loaded_sector(gear: Gear, options: Options, wear: Wear | None = None) -> tup
     wear : of every tooth's loaded flank; the other flank wears alike
     """
     shape, half_width = chart(LoadedFlank(gear, wear)), options.patch * gear.module
-    last = float(shape.measured.at(shape.measured.length[-1] - half_width))
+    last = float(shape.at_length(shape.length[-1] - half_width))
     q = 1.0 + 0.5 * (last - 1.0) * (1.0 - np.cos(np.linspace(0.0, np.pi, options.samples)))
     cut = sector(shape, gear.material, options.plane, options.refinement)
     return cut, q, flank_loads(cut, q, half_width)
@@ -223,18 +223,16 @@ def flank_loads(
     q = np.atleast_1d(np.asarray(parameter, dtype=float))
     chart, flank = sector.chart, sector.chart.flank
     offset, weight = patch_rule()
-    v = chart.height(chart.measured.at(chart.measured.of(q)[:, None] + half_width * offset))
+    v = chart.height(chart.at_length(chart.length_of(q)[:, None] + half_width * offset))
     nodes = sector.nodes(u=1.0)
     nodes = nodes[sector.logical[1, nodes] > 1.0 - 1e-9]
     element, shape = _quadratic(sector.logical[1, nodes], v)
     direction = -flank.normal(q) if direction is None else direction
     loads = np.zeros((sector.stiffness.shape[0], len(q)))
-    for local in range(3):
-        touched = nodes[2 * element + local]
-        for axis in range(2):
-            value = weight * shape[..., local] * direction[axis][:, None]
-            column = np.broadcast_to(np.arange(len(q))[:, None], value.shape)
-            np.add.at(loads, (sector.dofs[axis, touched], column), value)
+    touched = nodes[2 * element[..., None] + np.arange(3)]
+    value = weight[:, None] * shape * direction[:, :, None, None]
+    column = np.broadcast_to(np.arange(len(q))[:, None, None], value.shape)
+    np.add.at(loads, (sector.dofs[:2, touched], column), value)
     return loads
 
 

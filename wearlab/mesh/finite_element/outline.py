@@ -84,42 +84,21 @@ class LoadedFlank:
 
 
 @dataclass(frozen=True)
-class Lengths:
-    """Length along the flank over its parameter, as a table.
-
-    Parameters
-    ----------
-    parameter : (n,) from 0 to 2
-    length : (n,) from the foot of the root curve [m]
-    """
-
-    parameter: Array
-    length: Array
-
-    def of(self, parameter: ArrayLike) -> Array:
-        """Return the lengths up to parameters, (n,) [m]."""
-        return np.interp(np.asarray(parameter, dtype=float), self.parameter, self.length)
-
-    def at(self, length: ArrayLike) -> Array:
-        """Return the parameters at lengths, (n,) [1]."""
-        return np.interp(np.asarray(length, dtype=float), self.length, self.parameter)
-
-
-@dataclass(frozen=True)
 class Chart:
     """The sector of one tooth.
 
     Parameters
     ----------
     flank : the loaded flank; the other is its mirror image
-    measured : lengths along it
+    parameter, length : (n,) from 0 to 2, and the length along it from the foot of the root curve [m]
     foot : parameter of the flank where the tooth begins
     crown : (2,) x on the centre line where the tooth begins and ends [m]
     deep : radius below which the body knows nothing of the teeth [m]
     """
 
     flank: LoadedFlank
-    measured: Lengths
+    parameter: Array
+    length: Array
     foot: float
     crown: tuple[float, float]
     deep: float
@@ -129,6 +108,14 @@ class Chart:
         """Half the angle of a sector, π/z [rad]."""
         return math.pi / self.flank.gear.teeth
 
+    def length_of(self, parameter: ArrayLike) -> Array:
+        """Return the lengths along the flank up to parameters, (n,) [m]."""
+        return np.interp(np.asarray(parameter, float), self.parameter, self.length)
+
+    def at_length(self, length: ArrayLike) -> Array:
+        """Return the parameters at lengths along the flank, (n,) [1]."""
+        return np.interp(np.asarray(length, float), self.length, self.parameter)
+
     def map(self, u: Array, v: Array) -> Array:
         """Return the points of the sector, (2, n) [m], at u in [−2, 2] and v in [0, 2], each (n,)."""
         side, across = np.where(u < 0.0, -1.0, 1.0), np.abs(u)
@@ -137,27 +124,27 @@ class Chart:
 
     def height(self, parameter: Array) -> Array:
         """Return v of parameters on the flank above the foot, (n,) [1]."""
-        start, end = self.measured.of([self.foot, 2.0])
-        return 1.0 + (self.measured.of(parameter) - start) / (end - start)
+        start, end = self.length_of([self.foot, 2.0])
+        return 1.0 + (self.length_of(parameter) - start) / (end - start)
 
     def _tooth(self, u: Array, t: Array) -> Array:
         """Rows are parabolas, square to the centre line."""
-        start, end = self.measured.of([self.foot, 2.0])
-        edge = self.flank.point(self.measured.at(start + (end - start) * np.clip(t, 0.0, 1.0)))
+        start, end = self.length_of([self.foot, 2.0])
+        edge = self.flank.point(self.at_length(start + (end - start) * np.clip(t, 0.0, 1.0)))
         middle = self.crown[0] + (self.crown[1] - self.crown[0]) * t
         return np.stack([middle + (edge[0] - middle) * u**2, edge[1] * u])
 
     def _root(self, u: Array) -> Array:
         """Return the top of the body: under the tooth, then down the fillet and along the root circle."""
         down = np.clip(u - 1.0, 0.0, 1.0)
-        fillet = float(self.measured.of(self.foot))
+        fillet = float(self.length_of(self.foot))
         root = self.flank.gear.root_radius
         bottom = self.flank.point(0.0)
         half = math.atan2(bottom[1], bottom[0])
         travelled = down * (fillet + root * (self.half_pitch - half))
         angle = half + np.maximum(travelled - fillet, 0.0) / root
         on_circle = root * np.stack([np.cos(angle), np.sin(angle)])
-        on_fillet = self.flank.point(self.measured.at(np.maximum(fillet - travelled, 0.0)))
+        on_fillet = self.flank.point(self.at_length(np.maximum(fillet - travelled, 0.0)))
         beside = np.where(travelled < fillet, on_fillet, on_circle)
         return np.where(u <= 1.0, self._tooth(np.minimum(u, 1.0), np.zeros_like(u)), beside)
 
@@ -176,7 +163,7 @@ def chart(flank: LoadedFlank) -> Chart:
     # points from which lengths along the flank are read
     gear, q = flank.gear, np.linspace(0.0, 2.0, 4001)
     step = np.diff(flank.point(q), axis=1)
-    measured = Lengths(q, np.concatenate([[0.0], np.cumsum(np.hypot(*step))]))
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*step))])
     # the angle between the flank's tangent and the tooth's centre line, 0 along it
     slope = np.arctan2(-step[1], gear.outwards * step[0])
     slope = np.concatenate([slope[:1], slope])
@@ -187,4 +174,4 @@ def chart(flank: LoadedFlank) -> Chart:
     room = gear.bore_radius - top
     # how far the root's shape reaches into the body, in modules
     share = min(0.5, 0.6 * gear.module / abs(room))
-    return Chart(flank, measured, foot, (begin, gear.tip_radius), top + share * room)
+    return Chart(flank, q, length, foot, (begin, gear.tip_radius), top + share * room)
