@@ -89,7 +89,7 @@ def root_half_angle(gear: Gear) -> float:
     Sainsot, Velex & Duverger 2004, for θ_f.
     """
     if gear.root_profile == "trochoid":
-        return gear.cut.rounding.offset / gear.reference_radius
+        return gear.cut.offset / gear.reference_radius
     if gear.root_profile == "radial":
         return gear.half_angle(max(gear.root_radius, gear.base_radius))
     return gear.half_angle(gear.root_radius - gear.fillet_radius) + gear.fillet_radius / gear.base_radius
@@ -124,9 +124,8 @@ def root_curve(gear: Gear, fraction: ArrayLike) -> tuple[Array, Array, Array]:
     """
     t, half = np.asarray(fraction, dtype=float), root_half_angle(gear)
     if gear.root_profile == "trochoid":
-        rounding = gear.cut.rounding
-        span = rounding.last_angle() - math.pi / 2
-        x, y, rise = rounding.point(math.pi / 2 + span * t)
+        span = gear.cut.last_angle() - math.pi / 2
+        x, y, rise = gear.cut.point(math.pi / 2 + span * t)
         return x, y, rise * span
     if gear.root_profile == "radial":
         height = gear.form_radius - gear.root_radius
@@ -215,9 +214,9 @@ def drawing(pair: GearPair) -> ToothDrawing:
     place = {
         name: (f"{-s * math.cos(angle):.4f}", f"{s * math.sin(angle):.4f}") for name, s in places.items()
     }
-    view, line = f"{-WIDE / 2:g} {-HIGH / 2:g} {WIDE:g} {HIGH:g}", (*place["A"], *place["E"])
+    view = f"{-WIDE / 2:g} {-HIGH / 2:g} {WIDE:g} {HIGH:g}"
     points = tuple((name, *where) for name, where in place.items())
-    return ToothDrawing(view, tuple(bodies), tuple(circles), line, points)
+    return ToothDrawing(view, tuple(bodies), tuple(circles), (*place["A"], *place["E"]), points)
 
 
 def _outline(gear: Gear, turn: float) -> tuple[Array, Array]:

@@ -62,9 +62,7 @@ def gear_pair(
         )
     position = internal_position if internal else operating_position
     shifts = first.profile_shift_coefficient, second.profile_shift_coefficient
-    operating = position((first.teeth, second.teeth), shifts, basics, centre_distance)
-    a, k, assumed = operating.centre_distance, operating.tip_alteration, operating.assumed
-    x_1, x_2 = operating.shifts
+    a, _, (x_1, x_2), k, assumed = position((first.teeth, second.teeth), shifts, basics, centre_distance)
     one = making.build_gear(first, basics, x_1, k, assumed)
     other = making.build_gear(second, basics, x_2, k, assumed, internal=internal)
     if internal:

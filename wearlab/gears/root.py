@@ -16,60 +16,6 @@ from wearlab.gears.shifts import involute
 from wearlab.gears.specification import GearError, RootProfile
 
 
-class Rounding(NamedTuple):
-    """The generating rack's tip beside the gear that it cuts.
-
-    Parameters
-    ----------
-    radius, base_radius : r and r_b of the gear [m]
-    pressure_angle : α [rad]
-    rounding : ρ [m]
-    depth : a, of the rounding's centre below the pitch line [m]
-    offset : b, of the rounding's centre from the tooth's centre line [m]
-    base_half_angle : half the tooth angle at the base circle [rad]
-    """
-
-    radius: float
-    base_radius: float
-    pressure_angle: float
-    rounding: float
-    depth: float
-    offset: float
-    base_half_angle: float
-
-    @property
-    def end_curvature(self) -> float:
-        """Radius of curvature where the rack's straight edge ends, negative when it undercuts [m]."""
-        sin = math.sin(self.pressure_angle)
-        return self.radius * sin - (self.depth + self.rounding * sin) / sin
-
-    def point(self, gamma: Any) -> tuple[Array, Array, Array]:
-        """Return height x, half thickness y and dx/dγ of the root curve at angles γ, (n,) [m]."""
-        r, sin, tan_inverse = self.radius, np.sin(gamma), np.cos(gamma) / np.sin(gamma)
-        phi, phi_rate = (self.depth * tan_inverse + self.offset) / r, -self.depth / (r * sin**2)
-        D, D_rate = self.depth / sin + self.rounding, -self.depth * tan_inverse / sin
-        along, across = np.sin(gamma - phi), np.cos(gamma - phi)
-        rise = -r * np.sin(phi) * phi_rate - D_rate * along - D * across * (1.0 - phi_rate)
-        return r * np.cos(phi) - D * along, r * np.sin(phi) - D * across, rise
-
-    def last_angle(self) -> float:
-        """Return the γ with which the root curve ends: α, or where an undercut meets the involute [rad].
-
-        The curve of an undercut gear lies within the tooth up to that point, and beyond it in the space.
-        """
-        if self.end_curvature >= 0.0:
-            return self.pressure_angle
-        outside, within = self.pressure_angle, 0.5 * math.pi
-        for _ in range(80):
-            middle = 0.5 * (outside + within)
-            x, y, _ = self.point(middle)
-            radius = math.hypot(x, y)
-            flank = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
-            beyond = radius > self.base_radius and math.atan2(y, x) > flank
-            outside, within = (middle, within) if beyond else (outside, middle)
-        return 0.5 * (outside + within)
-
-
 class RackCut(NamedTuple):
     """A tooth as its generating rack cuts it.
 
@@ -111,13 +57,10 @@ class RackCut(NamedTuple):
         return math.pi / (2 * z) + 2.0 * x * math.tan(alpha) / z + involute(alpha)
 
     @property
-    def rounding(self) -> Rounding:
-        """The rack's tip beside the gear."""
-        r, alpha, rho = self.reference_radius, self.pressure_angle, self.fillet * self.module
-        dedendum = r + self.profile_shift * self.module - self.root_radius
-        offset = math.pi * self.module / 4 + (dedendum - rho) * math.tan(alpha) + rho / math.cos(alpha)
-        depth = r - self.root_radius - rho
-        return Rounding(r, self.base_radius, alpha, rho, depth, offset, self.base_half_angle)
+    def offset(self) -> float:
+        """Distance of the centre of the rack's rounding from the tooth's centre line, b [m]."""
+        alpha, fillet, dedendum = self.pressure_angle, self.fillet, self.depth + self.profile_shift
+        return self.module * (math.pi / 4 + (dedendum - fillet) * math.tan(alpha) + fillet / math.cos(alpha))
 
     @property
     def edge(self) -> float:
@@ -128,6 +71,42 @@ class RackCut(NamedTuple):
     def free_of_undercut(self) -> float:
         """Depth of the edge from which it cuts into the involute, z sin²α / 2, in modules [1]."""
         return 0.5 * self.teeth * math.sin(self.pressure_angle) ** 2
+
+    @property
+    def end_curvature(self) -> float:
+        """Radius of curvature where the rack's straight edge ends, negative when it undercuts [m]."""
+        sin = math.sin(self.pressure_angle)
+        return self.reference_radius * sin - self.module * self.edge / sin
+
+    def point(self, gamma: Any) -> tuple[Array, Array, Array]:
+        """Return height x, half thickness y and dx/dγ of the root curve at angles γ, (n,) [m].
+
+        The rounding's centre is a below the pitch line and b from the tooth's centre line.
+        """
+        r, rho, a = self.reference_radius, self.module * self.fillet, self.module * (self.depth - self.fillet)
+        sin, tan_inverse = np.sin(gamma), np.cos(gamma) / np.sin(gamma)
+        phi, phi_rate = (a * tan_inverse + self.offset) / r, -a / (r * sin**2)
+        D, D_rate = a / sin + rho, -a * tan_inverse / sin
+        along, across = np.sin(gamma - phi), np.cos(gamma - phi)
+        rise = -r * np.sin(phi) * phi_rate - D_rate * along - D * across * (1.0 - phi_rate)
+        return r * np.cos(phi) - D * along, r * np.sin(phi) - D * across, rise
+
+    def last_angle(self) -> float:
+        """Return the γ with which the root curve ends: α, or where an undercut meets the involute [rad].
+
+        The curve of an undercut gear lies within the tooth up to that point, and beyond it in the space.
+        """
+        if self.end_curvature >= 0.0:
+            return self.pressure_angle
+        outside, within = self.pressure_angle, 0.5 * math.pi
+        for _ in range(80):
+            middle = 0.5 * (outside + within)
+            x, y, _ = self.point(middle)
+            radius = math.hypot(x, y)
+            flank = self.base_half_angle - involute(math.acos(min(1.0, self.base_radius / radius)))
+            beyond = radius > self.base_radius and math.atan2(y, x) > flank
+            outside, within = (middle, within) if beyond else (outside, middle)
+        return 0.5 * (outside + within)
 
 
 class ToothRoot(NamedTuple):
@@ -204,9 +183,9 @@ def form_radius(name: str, cut: RackCut) -> float:
     ----------
     DIN 3960: practical limit of the profile shift (14 − z)/17 instead of (17 − z)/17 at 20°.
     """
-    rounding, edge, limit = cut.rounding, cut.edge, cut.free_of_undercut
-    if rounding.end_curvature >= 0.0:
-        return math.hypot(rounding.base_radius, rounding.end_curvature)
+    edge, limit = cut.edge, cut.free_of_undercut
+    if cut.end_curvature >= 0.0:
+        return math.hypot(cut.base_radius, cut.end_curvature)
     # rack depth over the depth free of undercut that practice accepts: 14 teeth where theory asks for 17
     if edge > (17.1 / 14.0) * limit:
         raise GearError(
@@ -215,7 +194,7 @@ def form_radius(name: str, cut: RackCut) -> float:
             f"{cut.profile_shift + edge - limit:.4g}, "
             'use more teeth, or set root_profile = "radial"'
         )
-    x, y, _ = rounding.point(rounding.last_angle())
+    x, y, _ = cut.point(cut.last_angle())
     return math.hypot(x, y)
 
 

@@ -327,7 +327,8 @@ def potential_energy(given: Any, pair: GearPair, grid: profile.ProfileGrid) -> I
     flat, foundation = in_plane(pair, given.plane), BODIES[given.foundation]
     teeth = _teeth(flat, grid, shear_factor=given.shear_factor, body=foundation)
     bodies = np.stack([tooth.foundation / by for tooth, by in zip(teeth, given.correction, strict=True)])
-    shared = np.zeros((grid.n_pairs - 1 if given.bodies_shared else 0, len(grid.loaded)))
+    apart_most = grid.n_pairs - 1 if given.foundation != "none" and given.coupling == "shared" else 0
+    shared = np.zeros((apart_most, len(grid.loaded)))
     for apart, out in enumerate(shared, start=1):
         out[:] = _shared(flat, grid, bodies, apart)
     hertz = contact_of(given.hertz, pair, grid)

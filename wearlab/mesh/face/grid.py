@@ -110,7 +110,8 @@ def lattice(pair: gear.GearPair, per_pitch: int, extension: Extension = NO_EXTEN
     weight = np.full(inside + 1, step)
     weight[[0, -1]] *= 0.5
     position, touching = start + step * np.arange(inside + 1), start + step * np.arange(-before, last + 1)
-    phase, most_pairs = (np.arange(inside + 1) % per_pitch) / per_pitch, math.ceil(inside / per_pitch)
+    phase = (np.arange(inside + 1) % per_pitch) / per_pitch
+    most_pairs = math.ceil(inside / per_pitch)
     nodes: tuple[Array, Array, Array, Array] = np.asarray(position), phase, weight, np.asarray(touching)
     return ProfileGrid(np.array(marks) / per_pitch, first, intervals, *nodes, before, pairs[-1], most_pairs)
 

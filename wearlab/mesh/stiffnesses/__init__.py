@@ -127,11 +127,6 @@ class PotentialEnergyStiffness(StiffnessModel):
     """factor on the stiffness; anything but 1 is flagged as tuned"""
 
     @property
-    def bodies_shared(self) -> bool:
-        """Whether simultaneous pairs share the wheel bodies."""
-        return self.foundation != "none" and self.coupling == "shared"
-
-    @property
     def model_error(self) -> str:
         """How far it is known to be off: whether pairs share the bodies decides."""
         table = "tests/validation/defaults_table.py"
