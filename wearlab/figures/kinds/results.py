@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from wearlab.arrays import Array
+from wearlab.figures import curves as of_samples
 from wearlab.figures import runs, wording
-from wearlab.figures.curves import Ended, banded, ended_of
 from wearlab.figures.kind import Ask, FigureError, Run, Slice, companion, kind, lone, shown, slices
 from wearlab.figures.kinds.cycles import at_states, hours_a_cycle
 from wearlab.figures.plot import (
@@ -261,7 +261,7 @@ class OfRun(Series):
     ended : what it counts as beyond its end
     """
 
-    ended: Ended = "gone"
+    ended: of_samples.Ended = "gone"
 
 
 def quantile(values: Array, probability: float) -> Quantile:
@@ -369,7 +369,7 @@ def _over_life(run: Run, ask: Ask) -> Iterator[Series]:
     name = ask.y[0]
     for piece in slices(run, name, ask, "update"):
         (x, across), hours = at_states(run, ask, piece), hours_a_cycle(run, ask)
-        scales, ended = (across, piece.scale), ended_of(name)
+        scales, ended = (across, piece.scale), of_samples.ended_of(name)
         yield OfRun(_kept(piece.key, ask), x, piece.values, *scales, hours=hours, ended=ended).known
 
 
@@ -383,7 +383,7 @@ def _bands(series: list[Series]) -> list[Series]:
     for group in grouped(series).values():
         if len(group) < FEWEST:
             raise FigureError(f"a distribution needs at least {FEWEST} runs; there are {len(group)}")
-        curves += banded(group, getattr(group[0], "ended", "gone"))
+        curves += of_samples.banded(group, getattr(group[0], "ended", "gone"))
     return curves
 
 
