@@ -3,8 +3,7 @@
 import math
 from typing import Any
 
-from wearlab.gears import iso
-from wearlab.gears.helix import overlap_ratio
+from wearlab.gears import helix, iso
 from wearlab.scene import Scene, sections
 from wearlab.scene.build import Parts
 
@@ -51,7 +50,7 @@ def _pitting(asked: sections.Rating, scene: Scene, parts: Parts, face_load_facto
     kind, turned, pair = parts.gears.kinds[0], parts.gears.helix, parts.gears.kinds[0].pair
     if pair.contact_ratio >= MOST_CONTACT_RATIO:
         return {}
-    overlap = overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
+    overlap = helix.overlap_ratio(pair.face_width, turned.angle, scene.gears.module)
     nominal = iso.nominal_stress(pair, turned, overlap, specific_load(parts) * pair.face_width)
     load = asked.application_factor * face_load_factor * asked.transverse_load_factor
     stress = [factor * nominal * math.sqrt(load) for factor in iso.single_contact_factors(pair, overlap)]

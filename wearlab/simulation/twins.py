@@ -22,7 +22,6 @@ from wearlab.life import history, limits
 from wearlab.life.coupled import Responses, Wear, WearState
 from wearlab.mesh import clock, profile
 from wearlab.scene import build
-from wearlab.scene.build import Parts
 from wearlab.simulation import vibration as vibrating
 
 COARSENED = 0.5
@@ -53,7 +52,7 @@ class Rougher(NamedTuple):
     cycle: float
     wear: Array
     rate: Array | None
-    parts: Parts
+    parts: build.Parts
     state: WearState
     weight: float = 1.0
     between: float = 0.0
@@ -65,7 +64,7 @@ Twins = list[Rougher | None]
 """Those of several states, None where one responds otherwise or not at all."""
 
 
-def rough_parts(parts: Parts, share: float = COARSENED) -> Parts | None:
+def rough_parts(parts: build.Parts, share: float = COARSENED) -> build.Parts | None:
     """Return the scene's physics with a share of the steps and of the nodes, None when that cannot be."""
     changed: dict[str, int] = {"profile_points": max(9, int(share * build.mesh.profile_points(parts.scene)))}
     if parts.vibration is not None:
@@ -89,7 +88,7 @@ def carried(fine: profile.ProfileGrid, values: Array, rough: profile.ProfileGrid
     return depths[:, rough.on_flank]
 
 
-def alike(parts: Parts, wear: Wear, start: Responses, other: WearState) -> WearState | None:
+def alike(parts: build.Parts, wear: Wear, start: Responses, other: WearState) -> WearState | None:
     """Return a wear state, None where it does not respond with the periods of another."""
     try:
         found = parts.coupling.evaluate(wear, start)
@@ -104,24 +103,24 @@ def _permanent_contact(responses: Responses) -> bool:
     return all(response.period == 1 and response.counts.newton_iterations == 1 for response in responses)
 
 
-def _carried(parts: Parts, values: Wear, rough: Parts) -> Wear:
+def _carried(parts: build.Parts, values: Wear, rough: build.Parts) -> Wear:
     each = zip(parts.kinds, values, rough.kinds, strict=True)
     return tuple(carried(fine.analysis.grid, value, other.analysis.grid) for fine, value, other in each)
 
 
-def between_nodes(parts: Parts, wear: Wear, rough: Parts) -> float:
+def between_nodes(parts: build.Parts, wear: Wear, rough: build.Parts) -> float:
     """Return by how much wear is missed when it is carried to rougher nodes and back [m]."""
     back = _carried(rough, _carried(parts, wear, rough), parts)
     return max(float(np.abs(carried - own).max()) for carried, own in zip(back, wear, strict=True))
 
 
-def flank_of_nodes(parts: Parts) -> Index:
+def flank_of_nodes(parts: build.Parts) -> Index:
     """Return which flank each entry of the flat wear is on."""
     sizes = [len(kind.analysis.grid.position) for kind in parts.kinds for _ in (0, 1)]
     return np.repeat(np.arange(len(sizes)), sizes)
 
 
-def twins_of(parts: Parts, lived: history.History) -> Twins:
+def twins_of(parts: build.Parts, lived: history.History) -> Twins:
     """Return the rougher twins of the sampled states in one condition."""
     twins = _of_share(parts, lived.samples, COARSENED)
     if any(twins) or not any(map(is_periodic, lived.samples.state)):
@@ -129,12 +128,12 @@ def twins_of(parts: Parts, lived: history.History) -> Twins:
     return _of_share(parts, lived.samples, LESS_COARSENED, SCALED)
 
 
-def finer_twins_of(parts: Parts, lived: history.History) -> Twins:
+def finer_twins_of(parts: build.Parts, lived: history.History) -> Twins:
     """Return twins of the sampled states in one condition that have twice the steps and nodes."""
     return _of_share(parts, lived.samples, REFINED, OF_FINER)
 
 
-def _of_share(parts: Parts, own: history.History, share: float, weight: float = 1.0) -> Twins:
+def _of_share(parts: build.Parts, own: history.History, share: float, weight: float = 1.0) -> Twins:
     """Return the twins of states with a share of the steps and nodes, None where one responds otherwise.
 
     While no flank parts the orbit is the only one, and is soonest found from the twin before on the same
@@ -201,7 +200,7 @@ class ForceErrors(NamedTuple):
     bearing: Any
 
 
-def force_errors(parts: Parts, state: WearState, twin: Rougher, worse: WearState) -> ForceErrors:
+def force_errors(parts: build.Parts, state: WearState, twin: Rougher, worse: WearState) -> ForceErrors:
     """Return the errors of the forces of a state, the largest over its responses.
 
     Parameters
@@ -242,7 +241,7 @@ def error_of_largest(values: Array, error: Array) -> float:
         there, largest = narrower, float(error[narrower].max())
 
 
-def forces_of(parts: Parts, state: WearState, at: int, when: clock.Instants) -> Array:
+def forces_of(parts: build.Parts, state: WearState, at: int, when: clock.Instants) -> Array:
     """Return the forces of meshes, and of bearings after them, (n_periods, n_forces, n_instants) [N].
 
     Of its response at an error angle, at the same instants of every mesh period, which lie in steps of equal

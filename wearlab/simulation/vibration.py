@@ -20,12 +20,10 @@ import numpy as np
 from wearlab.arrays import Array, Complex, Index
 from wearlab.dynamics.forces import energy, mesh_forces
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.dynamics.forces.mesh_forces import NODES, mesh_acceleration_at, within_steps
 from wearlab.dynamics.orbits.response import Response, step_of
 from wearlab.dynamics.supports import bearing_forces
 from wearlab.gears.specification import GearError
 from wearlab.life import coupled, history, loads
-from wearlab.life.coupled import Vibration
 from wearlab.mesh import clock, excitation, force, gear_set, harmonics, stages
 from wearlab.scene import Scene, build
 from wearlab.simulation import label
@@ -186,7 +184,7 @@ def mean_moments(parts: build.Parts, flanks: list[excitation.MeshFlanks], kind: 
     for mesh in map(int, clock.of_kind(parts.meshes, kind)):
 
         def moments(steps: stages.StageGrid, mesh: int = mesh) -> Array:
-            phase, segment, _ = within_steps(steps)
+            phase, segment, _ = mesh_forces.within_steps(steps)
             middle, lag = steps.start + 0.5 * steps.width, parts.meshes[mesh].lag
             where = clock.look_within(mine.analysis.grid, [lag], phase.reshape(len(middle), -1), middle)
             forces = parts.forces(flanks, mesh, where, moves.motions(of, clock.Instants(phase, segment)))
@@ -196,7 +194,7 @@ def mean_moments(parts: build.Parts, flanks: list[excitation.MeshFlanks], kind: 
     return np.array(means)
 
 
-def transmission_error(vibration: Vibration, position: Array) -> Array:
+def transmission_error(vibration: coupled.Vibration, position: Array) -> Array:
     """Return r_b1 θ1 − r_b2 θ2 of every mesh, (n_periods, n_mesh, n_phases) [m].
 
     What the rotations alone do along each line of action; in a planetary set those beside the carrier's.
@@ -291,7 +289,7 @@ STATISTICS = {
 """Of a signal (n_periods, n_mesh, n_nodes) and the weights of its nodes, (n_mesh,) each."""
 
 
-def lines_of(vibration: Vibration, states: Sequence[coupled.WearState]) -> Array:
+def lines_of(vibration: coupled.Vibration, states: Sequence[coupled.WearState]) -> Array:
     """Return the orders of all lines of the spectra, those of the states' longest common period."""
     kept = math.lcm(*(len(one.state) * vibration.hunting for state in states for one in state.responses))
     return np.arange(1, max(HARMONICS * kept, LINES) + 1) / kept
@@ -303,13 +301,13 @@ def of_response(parts: build.Parts, response: Response, lines: Array) -> Values:
     if not names or vibration is None:
         return {}
     (when, weight), values = _nodes(vibration, lines), Values()
-    acceleration = vibration.read(mesh_acceleration_at, response, when)
+    acceleration = vibration.read(mesh_forces.mesh_acceleration_at, response, when)
     spectra = [name for name in names if name.endswith("_orders")]
     beyond = lines >= carried_order(vibration, response, lines) if spectra else np.zeros(len(lines), bool)
     for name in names:
         what = name.removeprefix(f"{ACCELERATION}_")
         if name == ACCELERATION:
-            stored = vibration.read(mesh_acceleration_at, response, vibration.look(parts.phase))
+            stored = vibration.read(mesh_forces.mesh_acceleration_at, response, vibration.look(parts.phase))
             values[name] = stored.transpose(1, 0, 2)
         elif name in spectra:
             deflects = name == "mesh_deflection_orders"
@@ -320,15 +318,15 @@ def of_response(parts: build.Parts, response: Response, lines: Array) -> Values:
     return values
 
 
-def _nodes(vibration: Vibration, lines: Array) -> tuple[clock.Instants, Array]:
+def _nodes(vibration: coupled.Vibration, lines: Array) -> tuple[clock.Instants, Array]:
     """Return instants and weights of a mean, as many within a step as the highest line asks for."""
     grid = vibration.sampling.grid
     turn = 2.0 * np.pi * float(lines[-1]) * float(grid.width.max())
-    phase, segment, weight = within_steps(grid, 2 * NODES + math.ceil(0.5 * turn))
+    phase, segment, weight = mesh_forces.within_steps(grid, 2 * mesh_forces.NODES + math.ceil(0.5 * turn))
     return clock.Instants(phase, segment), weight
 
 
-def carried_order(vibration: Vibration, response: Response, lines: Array) -> float:
+def carried_order(vibration: coupled.Vibration, response: Response, lines: Array) -> float:
     """Return the mesh order up to which the steps of a response carry a spectrum, inf: all lines [1].
 
     On a periodic response every line of the acceleration is ``−(2π order/T)²`` times that of the path. Both
@@ -342,7 +340,7 @@ def carried_order(vibration: Vibration, response: Response, lines: Array) -> flo
     if response.period == 0:
         return math.inf
     when, weight = _nodes(vibration, lines)
-    signals = [vibration.read(of, response, when) for of in (mesh_acceleration_at, _approach_at)]
+    signals = [vibration.read(of, response, when) for of in (mesh_forces.mesh_acceleration_at, _approach_at)]
     spectra = [order_lines(signal, when.phase, weight, lines) for signal in signals]
     twice = (2.0 * np.pi * lines / vibration.period) ** 2
     rounded = ROUNDED * np.ptp(response.approach.coefficient[0]) * twice

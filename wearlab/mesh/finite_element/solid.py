@@ -46,7 +46,6 @@ from wearlab.files import cache_folder, read_regular
 from wearlab.gears.gear import Gear
 from wearlab.gears.specification import Material
 from wearlab.mesh.finite_element import compliance, elements, outline
-from wearlab.mesh.finite_element.elements import Options
 from wearlab.sources import PACKAGE, hash_of
 
 KEPT_BYTES = 500_000_000
@@ -120,6 +119,7 @@ def _write(file: Path, arrays: Arrays) -> None:
         pass
 
 
+Options = elements.Options
 SOLID = Options(refinement=1, patch=0.2, samples=21)
 """Elements and loads of a solid tooth: twice the patch of a plane one, so that samples overlap."""
 WAVES = (0.0, 0.15, 0.4, 0.8, 1.5, 3.0)

@@ -16,8 +16,7 @@ from wearlab.life.coupling import FaceKind
 from wearlab.mesh import clock, contact, gear_set
 from wearlab.mesh.face.contact import FaceContact
 from wearlab.scene import Scene
-from wearlab.scene.build import mesh, sets
-from wearlab.scene.build.vibration import OnClock
+from wearlab.scene.build import mesh, sets, vibration
 from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.patch import PatchSetting
@@ -99,7 +98,7 @@ class FacePatchSetting(PatchSetting):
 
 
 def joined_kinds(
-    scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: OnClock
+    scene: Scene, gears: gear_set.GearSet, kinds: Sequence[KindParts], on_clock: vibration.OnClock
 ) -> Iterator[coupled.MeshKind | FaceKind]:
     """Yield contact and wear of each kind of mesh, over the face where flanks have a width."""
     meshes = on_clock.meshes
