@@ -76,8 +76,7 @@ def campaign(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
             if place.live and not at <= figure < at + figures.MOST_AT_ONCE:
                 others.append((figure, figures.name_of(each)))
             else:
-                files = place.files("campaign", f"key={key}&figure={figure}")
-                drawn.append(source.shown(each, files))
+                drawn.append(source.shown(each, place.files("campaign", f"key={key}&figure={figure}")))
     subject = remarks.subject_of(told.title)
     mark = next((sign for sign in "\"'" if sign not in told.title), "")
     return {

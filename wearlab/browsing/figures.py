@@ -386,8 +386,7 @@ def follow(store: Store) -> Callable[[Document], None]:
     """Return what fills a document of Bokeh with the figures of the run that its address names."""
 
     def fill(document: Document) -> None:
-        arguments = document.session_context.request.arguments
-        run_id = (arguments.get("id") or [b""])[0].decode("utf-8", "replace")
+        run_id = (document.session_context.request.arguments.get("id") or [b""])[0].decode("utf-8", "replace")
         try:
             Follower(store, store.find(run_id).id, document)
         except PROBLEMS as error:

@@ -87,8 +87,7 @@ class Place:
 
     def follower(self, run_id: str) -> Markup:
         """Return what shows the figures of a run that follow a slider."""
-        arguments = {"token": self.token, "id": run_id}
-        shown = server_document("/figure", relative_urls=True, arguments=arguments)
+        shown = server_document("/figure", relative_urls=True, arguments={"token": self.token, "id": run_id})
         return Markup(shown.replace("<script id", f'<script nonce="{self.nonce}" id'))
 
 

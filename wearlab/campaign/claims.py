@@ -281,8 +281,7 @@ def measured(campaign: Any, grid: "xr.Dataset") -> ClaimRecord:
         for place, number, problem in _read_off(note, grid):
             numbers[place] = number
             unfilled += [f"{where}: {problem}"] if problem else []
-    there = grid["run_id"].values[grid["status"].values == "done"]
-    runs = tuple(dict.fromkeys(there.ravel().tolist()))
+    runs = tuple(dict.fromkeys(grid["run_id"].values[grid["status"].values == "done"].ravel().tolist()))
     return ClaimRecord(runs=runs, claims=tuple(claims), numbers=numbers, unfilled=tuple(unfilled))
 
 

@@ -82,8 +82,7 @@ class Distribution(NamedTuple):
     def below(self, value: Any) -> Any:
         """Return the probability of a draw below this value; of an array, an array."""
         law, below, above = _law(self)
-        inside = law.cdf(np.clip(value, self.low, self.high))
-        return np.clip((inside - below) / (above - below), 0.0, 1.0)
+        return np.clip((law.cdf(np.clip(value, self.low, self.high)) - below) / (above - below), 0.0, 1.0)
 
     def log_density(self, value: Any) -> Any:
         """Return the log of the probability per ``unit``, −∞ beyond the ends; right however far out."""

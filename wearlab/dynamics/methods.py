@@ -62,8 +62,7 @@ class RungeKutta45(UntilSteady):
 
     def memory(self, system: System, tables: StageTables) -> "AdaptiveMemory":
         """Return the memory of the steps."""
-        rows = np.empty((8, 2 * len(system.load)))
-        return AdaptiveMemory(rows, np.ones(1), self.relative, self.absolute)
+        return AdaptiveMemory(np.empty((8, 2 * len(system.load))), np.ones(1), self.relative, self.absolute)
 
 
 class AdaptiveMemory(NamedTuple):

@@ -88,8 +88,7 @@ def natural_frequencies(system: System, mesh_stiffness: MeshStiffness) -> Array:
     roots = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-spring, -spin[np.ix_(free, free)]]]))
     if roots.real.max() > RIGID * np.abs(roots).max():
         raise ValueError(_diverges(roots.real.max()))
-    frequency = np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)
-    return np.concatenate([np.zeros(int(rigid.sum())), frequency])
+    return np.concatenate([np.zeros(int(rigid.sum())), np.sort(np.abs(roots.imag))[::2] / (2.0 * np.pi)])
 
 
 def _diverges(rate: float) -> str:
@@ -118,14 +117,12 @@ def modes(system: System, mesh_stiffness: MeshStiffness) -> Modes:
     """
     d = system.direction
     square, vectors = eigh(system.in_contact(per_mesh(system, mesh_stiffness)), system.mass)
-    mobility = np.einsum("mi,ij,mj->m", d, np.linalg.inv(system.mass), d)
-    participation = (vectors.T @ d.T) ** 2 / mobility
+    participation = (vectors.T @ d.T) ** 2 / np.einsum("mi,ij,mj->m", d, np.linalg.inv(system.mass), d)
     largest = np.abs(square).max()
     rigid = (np.abs(square) <= RIGID**2 * largest) | ((square < 0.0) & (square >= -(ROUNDED**2) * largest))
     if square[~rigid].min(initial=0.0) < 0.0:
         raise ValueError(_diverges(float(np.sqrt(-square.min()))))
-    frequency = np.sqrt(np.where(rigid, 0.0, square)) / (2.0 * np.pi)
-    return Modes(frequency, vectors.T.copy(), participation)
+    return Modes(np.sqrt(np.where(rigid, 0.0, square)) / (2.0 * np.pi), vectors.T.copy(), participation)
 
 
 def critical_speeds(frequency: Array, teeth: float, orders: int = 1) -> Array:

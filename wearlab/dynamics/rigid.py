@@ -114,8 +114,7 @@ class RigidSet(NamedTuple):
     @property
     def ring_at_rest(self) -> "RigidSet":
         """The same set, its ring too heavy to turn."""
-        ring = self.bodies["ring"]._replace(inertia=np.inf)
-        return self._replace(bodies={**self.bodies, "ring": ring})
+        return self._replace(bodies={**self.bodies, "ring": self.bodies["ring"]._replace(inertia=np.inf)})
 
     def per_mesh(self, given: Mapping[str, float]) -> Array:
         """Return what is given by kind of mesh for every mesh, 0 where it is missing, (2N,)."""

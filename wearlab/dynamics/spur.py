@@ -151,8 +151,7 @@ def _system(pair: Paired, moving: list[tuple[str, str]]) -> System:
     # on the last two coordinates, u1 and u2
     constant, slope = np.zeros((2, 1, len(names)))
     constant[0, -2:] = np.tan(friction.pressure_angle) * np.array(SENSES)
-    radii = np.array([body.radius for body in gears.values()])
-    slope[0, -2:] = np.array(SENSES) * friction.arm_slope / radii
+    slope[0, -2:] = np.array(SENSES) * friction.arm_slope / np.array([body.radius for body in gears.values()])
     balance = None if system.stiffness[-2:, -2:].any() else np.eye(len(names))[-1]
     return system._replace(friction_constant=constant, friction_slope=slope, balance=balance)
 

@@ -51,8 +51,7 @@ class RecordedRate(history.SetRate):
         """Return the state kept nearest to depths (n_entries,), and whether only rounding lies between."""
         apart = [float(np.abs(known - depth).max(initial=0.0)) for known, _ in self.states]
         nearest = int(np.argmin(apart))
-        rounding = ROUNDING * float(np.abs(depth).max(initial=0.0))
-        return self.states[nearest][1], apart[nearest] <= rounding
+        return self.states[nearest][1], apart[nearest] <= ROUNDING * float(np.abs(depth).max(initial=0.0))
 
 
 class HeldNumerics(NamedTuple):
@@ -174,8 +173,7 @@ class LivedSteps:
     @property
     def counts(self) -> limits.Flanks:
         """Which entries of the flat wear a depth limit looks at."""
-        coupling = self.ends.parts.coupling
-        return build.wear.build_limits(self.scene, self.ends.parts.gears, coupling).flank
+        return build.wear.build_limits(self.scene, self.ends.parts.gears, self.ends.parts.coupling).flank
 
     def moved(self, scene: Scene) -> Ends:
         """Return the ends of the same steps for a scene that differs a little."""
@@ -226,8 +224,7 @@ class LivedSteps:
         if not self.steps:
             return Ends(parts, (first,), (), states)
         steps = tuple(self._taken(coupling.flat(wear), coupling.flat(first.rate), rate))
-        last = evaluate(coupling, depth_at(steps[-1], self.cycle))
-        return Ends(parts, (first, last), steps, states)
+        return Ends(parts, (first, evaluate(coupling, depth_at(steps[-1], self.cycle))), steps, states)
 
     def _taken(self, wear: Array, rate_there: Array, rate: Callable[[Array], Array]) -> list[Step]:
         node, taken = Node(0.0, wear, rate_there), []

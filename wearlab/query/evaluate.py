@@ -208,6 +208,5 @@ def first_cycle(sign: str, limit: float, values: bytes | None, cycles: bytes | N
             below = line[i - 1]
             if i == 0 or below != below or value == below:
                 return at[i]
-            share = min(max((limit - below) / (value - below), 0.0), 1.0)
-            return at[i - 1] + share * (at[i] - at[i - 1])
+            return at[i - 1] + min(max((limit - below) / (value - below), 0.0), 1.0) * (at[i] - at[i - 1])
     return None

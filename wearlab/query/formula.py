@@ -83,8 +83,7 @@ def parse_formula(text: str) -> Formula:
         reason = f"no formula: {getattr(error, 'msg', 'too deep')}"
         raise keys.QueryError(reason, text, min(at, len(text))) from None
     reader = _FormulaReader(text, lead)
-    worked_out = reader.read(tree, 0)
-    return Formula(tuple(reader.names), worked_out)
+    return Formula(tuple(reader.names), reader.read(tree, 0))
 
 
 def _in_python(found: re.Match[str]) -> str:

@@ -333,8 +333,7 @@ def _warnings(count: int, size: Amount | None, least: int, free: int) -> Iterabl
 
 def _free(path: Path) -> int:
     """Return the free space of the disk that holds, or will hold, a folder."""
-    folders = (path.absolute(), *path.absolute().parents)
-    return shutil.disk_usage(next(filter(Path.exists, folders))).free
+    return shutil.disk_usage(next(filter(Path.exists, (path.absolute(), *path.absolute().parents)))).free
 
 
 def _estimate(store: "Store", scenes: Sequence[Any]) -> tuple[Amount | None, Amount | None, str]:

@@ -52,8 +52,7 @@ def align(
     numbers = [name for name in kept if grid[name].dtype.kind in "fiu"]
     aligned = {name: _aligned(grid[name], progress, values, on) for name in numbers}
     others = grid.drop_vars(along)
-    scale = xr.Variable((on,), values, progress.attrs)
-    return others.assign(aligned).assign_coords({on: scale})
+    return others.assign(aligned).assign_coords({on: xr.Variable((on,), values, progress.attrs)})
 
 
 def _progress(grid: xr.Dataset, on: str) -> xr.DataArray:

@@ -231,5 +231,4 @@ def recorded(dataset: "xr.Dataset", image: bytes) -> dict[str, Any]:
     """Return what an outcome has of a run's dataset and its file."""
     known = ("source_hash", "wearlab_version")
     code = {name: str(dataset.attrs[name]) for name in known if name in dataset.attrs}
-    sha256 = hashlib.sha256(image).hexdigest()
-    return {"image": image, "sha256": sha256, **describe(dataset), **code}
+    return {"image": image, "sha256": hashlib.sha256(image).hexdigest(), **describe(dataset), **code}

@@ -141,8 +141,7 @@ class _Cases:
         coordinates: Variables = {}
         for axis, coordinate in self.along.items():
             for name, (values, unit, key) in coordinate.items():
-                units = {"units": unit} if unit else {}
-                told = {"long_name": key_text(key or name), **units, "key": key}
+                told = {"long_name": key_text(key or name), **({"units": unit} if unit else {}), "key": key}
                 coordinates[name] = (axis, list(values), told)
         if "case" in self.axes:
             coordinates["case"] = ("case", self.axes["case"], {"long_name": "case"})
@@ -161,8 +160,7 @@ class _Cases:
             for number, keys in enumerate(self.along.values()):
                 given |= {name: _own_value(scene.get(along.key), along) for name, along in keys.items()}
                 same = [[_same(given[n], v) for v in along.values] for n, along in keys.items()]
-                equal = np.all(same, axis=0)
-                at_own &= equal.reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
+                at_own &= np.all(same, axis=0).reshape([-1 if i == number else 1 for i in range(at_own.ndim)])
             computed[place] &= at_own
             own[case.label] = {name: value for name, value in given.items() if value is not None}
         words = "whether the run stands at its own place here; else a case without a sweep, repeated"

@@ -165,8 +165,7 @@ def _append(catalogue: Catalogue, subject: str, lines: Iterable[str]) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         refuse_links(path)
         with path.open("a+b", buffering=0) as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - 1))
+            file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
             torn = file.read(1) not in (b"", b"\n")
             file.write((("\n" if torn else "") + "".join(f"{line}\n" for line in lines)).encode())
             os.fsync(file.fileno())

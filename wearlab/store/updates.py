@@ -204,8 +204,7 @@ def reindex_updates(store: kept_runs.KeptRuns) -> list[Problem]:
     for path in update_files(store).held():
         try:
             tree = _sealed(path, path.stem)
-            recorded = str(tree.attrs.get("date_created", catalogue.now()))
-            update = _update_of(tree, path.read_bytes(), recorded)
+            update = _update_of(tree, path.read_bytes(), str(tree.attrs.get("date_created", catalogue.now())))
         except (StoreError, ValueError) as error:
             problems.append(Problem(path, "altered", str(error)))
         else:

@@ -162,8 +162,7 @@ def _stats(study: cases.MeasuredCase, answer: Answer) -> dict[str, float]:
     }
     stats |= facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
-        other = [block.drifting(block.drift is None) for block in blocks]
-        gain = post.evidence - post.by(other).evidence
+        gain = post.evidence - post.by([block.drifting(block.drift is None) for block in blocks]).evidence
         stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
     return stats
 

@@ -232,8 +232,7 @@ def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     """Return the variables that an update reads."""
     quantities = {limit.quantity, *(inspections.data.quantity for inspections in seen)}
     rates = {"wear_depth", "wear_rate"} if quantities & {*DEPTHS} else set()  # a depth goes with its rate
-    names = {"max_wear_depth", "effective_wear_coefficient", *ALWAYS}
-    return (quantities - {THICKNESS}) | names | rates
+    return (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS} | rates
 
 
 def wanted_of(study: MeasuredCase) -> set[str]:

@@ -64,8 +64,7 @@ def clock_of(
         reached = equal[-1]
         if condition >= 0:
             run, curve = runs[condition], worn_by[condition]
-            worn = wear.at(own.start + np.array(reached * factor / own.factor))
-            after = float(curve.first_above(worn))
+            after = float(curve.first_above(wear.at(own.start + np.array(reached * factor / own.factor))))
             after += seconds / run.seconds_per_cycle * factor / run.factor
             there = wear.first_above(curve.at(np.array(after)))
             reached = max(float(there - own.start) * own.factor / factor, reached)

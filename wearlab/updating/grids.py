@@ -135,8 +135,7 @@ class Posterior:
         i = np.minimum(t.astype(np.intp), n - 2)
         t, runs = t - i, self._all[:, None]
         (y0, d0), (y1, d1) = ((self.below[runs, j], self.density[runs, j] * step) for j in (i, i + 1))
-        cubic = [d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0]
-        return np.asarray(np.polyval(cubic, t))
+        return np.asarray(np.polyval([d0 + d1 - 2.0 * (y1 - y0), 3.0 * (y1 - y0) - 2.0 * d0 - d1, d0, y0], t))
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor."""

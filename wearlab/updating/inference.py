@@ -246,8 +246,7 @@ def subject_of(campaign: Campaign) -> str:
 
 
 def _hash(parts: list[Any]) -> str:
-    text = json.dumps(parts, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()[:20]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()[:20]
 
 
 @cache

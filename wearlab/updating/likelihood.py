@@ -95,8 +95,7 @@ class Block:
 
     def drifting(self, drifts: bool) -> "Block":
         """Return it with the drift that is given for it, or without one."""
-        other = block_of(self.seen, accumulating=drifts)
-        return replace(other, rows=self.rows, numerical=self.numerical)
+        return replace(block_of(self.seen, accumulating=drifts), rows=self.rows, numerical=self.numerical)
 
     def bins(self, asked: Asked, sd: float) -> tuple["Condensed", float]:
         """Return its values in bins, and the sum of the logs of their variances where a column tells them.
@@ -316,8 +315,7 @@ def condenses(block: Block, asked: Asked, sd: Array) -> bool:
 
 def one_by_one(block: Block, run: RunHistory, number: int) -> bool:
     """Whether values have to be compared one by one: they share an error, or their errors differ by more."""
-    sd = np.array([1.0] if block.sd.prior is None else [1.0, 2.0])
-    return not condenses(block, run.asked[number], sd)
+    return not condenses(block, run.asked[number], np.array([1.0] if block.sd.prior is None else [1.0, 2.0]))
 
 
 def _size(count: int) -> int:

@@ -202,10 +202,8 @@ def present_state(run: RunHistory, factor: Array, mean: Array, now: float) -> tu
     -------
     gap [SI of the quantity] and cycles; a gap that is not positive has been closed.
     """
-    own = run.own_cycle(np.array(now), factor)
-    gap = run.level - mean - run.limit.at(own)
-    ahead = run.after(run.limit.first_above(run.level - mean), factor) - now
-    return gap, np.maximum(ahead, 1e-300)
+    gap = run.level - mean - run.limit.at(run.own_cycle(np.array(now), factor))
+    return gap, np.maximum(run.after(run.limit.first_above(run.level - mean), factor) - now, 1e-300)
 
 
 def ended(run: RunHistory, factor: Array, mean: Array, now: float, rate: Array, rng: Random) -> Array:

@@ -156,8 +156,7 @@ def seen_by(unit: FleetMember, shared: Shared, log_factor: Array, *, steps: bool
         for n, own in unit.inspections
     ]
     residual, variance, room = parts[0] if len(parts) == 1 else _side_by_side(parts)
-    known = kalman.Filtered()
-    return kalman.filtered(residual, variance, times, known, shared.rate, room=room, steps=steps)
+    return kalman.filtered(residual, variance, times, kalman.Filtered(), shared.rate, room=room, steps=steps)
 
 
 def _side_by_side(parts: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, ...]:
@@ -261,8 +260,7 @@ def masses(
     """
     spread, median = np.exp(theta[:, -2]), theta[:, -1]
     low, high = float(np.min(median - REACH * spread)), float(np.max(median + REACH * spread))
-    errors = np.round(theta[:, :-2], 10)
-    _, first, which = np.unique(errors, axis=0, return_index=True, return_inverse=True)
+    _, first, which = np.unique(np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True)
     u, logs = _table(unit, law.shared(theta[first]), (low, high), cycles)
     z = (u - median[:, None]) / spread[:, None]
     logs = logs[..., which.ravel(), :] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]

@@ -189,8 +189,7 @@ def replicated(draws: Draws, number: int, rng: Random, *, known: bool = True) ->
         model[mine] = likelihood.modelled(block, history, number, draws.factor[mine])
     model = model * gains(draws, number, rng, known=known)[:, None]
     square = draws.sd[number][:, None] ** 2 + block.seen.sd[block.rows] ** 2
-    spread = np.sqrt(square + (block.relative * model) ** 2)
-    values = model + spread * rng.standard_normal(model.shape)
+    values = model + np.sqrt(square + (block.relative * model) ** 2) * rng.standard_normal(model.shape)
     offset = block.data.error.offset_sd
     drifts = len(block.rows) > 0 and bool(np.any(draws.drift[number] > 0.0))
     times = draws.inspections(number) if drifts or offset else []

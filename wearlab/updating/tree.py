@@ -211,8 +211,7 @@ def _predictions(outcome: answers.UpdateOutcome, rng: Random) -> xr.Dataset:
         drifting, own = answer.drifting if name == limit.quantity else None, schema.VARIABLES[name]
         shown = {"units": own.units, "display_units": own.display_units, "long_name": own.long_name}
         for prefix, draws in (("", outcome.draws), ("prior_", outcome.prior_draws)):
-            worn = sampling.over_cycles(draws, name, cycles, drifting, rng)
-            values = np.quantile(worn, layout.P, axis=1).T
+            values = np.quantile(sampling.over_cycles(draws, name, cycles, drifting, rng), layout.P, axis=1).T
             found[f"{prefix}{name}_quantile"] = layout.variable("predictions", "wear", values, **shown)
     return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
 

@@ -283,8 +283,7 @@ def _outer_line(s: Array, depth: Array) -> Array:
         tangent = (left[-1] * far + right[0] * near) / (near + far)
         return np.asarray(at_pitch + np.clip(tangent, left.max(), right.min()) * s)
     # the edge of the lower hull of the depth that crosses the pitch point: the lowest there of all chords
-    rise = depth[after] - depth[before][:, None]
-    slope = rise / (s[after] - s[before][:, None])
+    slope = (depth[after] - depth[before][:, None]) / (s[after] - s[before][:, None])
     crossing = depth[before][:, None] - slope * s[before][:, None]
     i, j = np.unravel_index(np.argmin(crossing), crossing.shape)
     return np.asarray(crossing[i, j] + slope[i, j] * s)

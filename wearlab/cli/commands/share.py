@@ -156,8 +156,7 @@ def cite(run: app.Run, store: app.StoreFolder = app.STORE) -> output.Findings:
     facts = provenance.facts_of(store, run)
     lacking = "no author: write [metadata] author = [...] into the campaign file and run it again"
     remarks = [] if "author" in facts else [lacking]
-    text = [provenance.citation(facts), "", provenance.bibtex(facts)]
-    return output.Findings(facts, text, remarks=remarks)
+    return output.Findings(facts, [provenance.citation(facts), "", provenance.bibtex(facts)], remarks=remarks)
 
 
 @app.command()

@@ -167,8 +167,7 @@ def _pressed(system: System, stiffness: Array, gap: Array, deflection: Array) ->
     """Return stiffness and compression of all springs, last the back flank, (…, n_pairs + 1) each."""
     backlash = np.inf if system.backlash is None else system.backlash
     drive = np.maximum(deflection[..., None] - gap, 0.0) * (stiffness > 0.0)
-    back = np.maximum(-backlash - deflection, 0.0)
-    return _beside(stiffness, stiffness.sum(axis=-1)), _beside(drive, back)
+    return _beside(stiffness, stiffness.sum(axis=-1)), _beside(drive, np.maximum(-backlash - deflection, 0.0))
 
 
 def _beside(drive: Array, back: Array) -> Array:

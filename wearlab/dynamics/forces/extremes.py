@@ -69,8 +69,7 @@ def _of_periods(response: Response, kept: slice) -> Extremes:
             looks.append(getattr(forces_at(response, step, fraction, own), name))
         every = np.concatenate([look.reshape(-1, signal.shape[-1]) for look in looks])
         ends.append((every.min(axis=0), every.max(axis=0)))
-    apart = _positive_share(-forces.reserve).mean(axis=0)
-    return Extremes(*ends[0], ends[1][1], width @ apart / width.sum())
+    return Extremes(*ends[0], ends[1][1], width @ _positive_share(-forces.reserve).mean(axis=0) / width.sum())
 
 
 def forces_within(response: Response, x: Array, kept: slice = slice(None)) -> NormalForces:
@@ -92,8 +91,7 @@ def nearest(elastic: Array) -> Iterator[tuple[int, Index, Array]]:
     places = []
     for signed in (elastic, -elastic):
         look = signed.argmin(axis=1).reshape(-1, meshes)
-        least = signed.min(axis=1).reshape(-1, meshes)
-        near = np.argpartition(least, nearest - 1, axis=0)[:nearest]
+        near = np.argpartition(signed.min(axis=1).reshape(-1, meshes), nearest - 1, axis=0)[:nearest]
         places.append(near * len(FRACTIONS) + np.take_along_axis(look, near, axis=0))
     turn, place = np.divmod(np.unique(places), steps * len(FRACTIONS))
     for own in np.unique(turn):
@@ -108,5 +106,4 @@ def _positive_share(values: Array) -> Array:
     lesser, larger = np.minimum(low, high), np.maximum(low, high)
     with np.errstate(invalid="ignore", divide="ignore"):
         crossed = larger / (larger - lesser)
-    share = np.where(lesser >= 0.0, 1.0, np.where(larger <= 0.0, 0.0, crossed))
-    return np.asarray(share.mean(axis=1))
+    return np.asarray(np.where(lesser >= 0.0, 1.0, np.where(larger <= 0.0, 0.0, crossed)).mean(axis=1))

@@ -180,10 +180,8 @@ class _Hunt(shooting.Shooting):
         """Whether a motion pushed off an orbit stays near it."""
         pushed, n = orbit.state[0, 0].copy(), self.rows // 2
         pushed[:n] += PUSHED * self.known.deflection * np.sign(self.system.direction.sum(axis=0))
-        count = WATCHED // orbit.period + 1
-        strobe, _ = self.integrate(pushed, count * orbit.period)
-        limit = 10.0 * PUSHED * self.known.deflection
-        return self.distance(strobe[-1], orbit.state[0, 0]) <= limit
+        strobe, _ = self.integrate(pushed, (WATCHED // orbit.period + 1) * orbit.period)
+        return self.distance(strobe[-1], orbit.state[0, 0]) <= 10.0 * PUSHED * self.known.deflection
 
     def _settled(self, state: Array) -> Response | None:
         """Return the attractor on which a motion has settled."""
@@ -257,8 +255,7 @@ class Attractor:
 
     def __init__(self, response: Response, rate: float) -> None:
         system, n = response.system, len(response.system.load)
-        state = response.state[:, :-1, :n]
-        deflection = state @ system.direction.T - response.tables.error[:, 0]
+        deflection = response.state[:, :-1, :n] @ system.direction.T - response.tables.error[:, 0]
         self.deflection = float(np.abs(deflection.mean(axis=(0, 1))).max())
         self.rate, self.states = rate, response.state[:, 0]
         turning = rigid_modes(system)

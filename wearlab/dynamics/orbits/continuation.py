@@ -52,8 +52,7 @@ class Point(NamedTuple):
         """Range of the mesh deflection over the response [m]."""
         response = self.response
         state = response.state[:, :-1, : len(response.system.load)]
-        deflection = state @ response.system.direction.T - response.tables.error[:, 0]
-        return float(np.ptp(deflection))
+        return float(np.ptp(state @ response.system.direction.T - response.tables.error[:, 0]))
 
 
 class JumpOfResponse(NamedTuple):
@@ -105,8 +104,7 @@ class Continuation:
                 turns = -(-self.strobe // orbit.period)
                 strobe = np.tile(orbit.state[:, 0], (turns, 1))[: self.strobe]
                 return Point(speed, shooting.counted(orbit), strobe)
-        count = max(self.strobe, method.averaged)
-        strobe, path = shooting.integrate(state, count, method.averaged)
+        strobe, path = shooting.integrate(state, max(self.strobe, method.averaged), method.averaged)
         return Point(speed, shooting.aperiodic(path, 0.0), strobe[-self.strobe :])
 
     def jumps(self, mesh_at: MeshAt, points: Sequence[Point]) -> list[JumpOfResponse]:

@@ -281,8 +281,7 @@ def _least_period(strobe: Array, m: int, rate: float, tolerance: float) -> int:
     scaled = in_one_unit(strobe, rate)[-2 * m - 1 :]
     size = float(np.abs(scaled).max())
     back = (np.abs(scaled[d:] - scaled[:-d]).max() <= 100.0 * tolerance * size for d in range(1, m + 1))
-    divisors = (d for d, same in enumerate(back, 1) if same and m % d == 0)
-    return next(divisors, m)
+    return next((d for d, same in enumerate(back, 1) if same and m % d == 0), m)
 
 
 def under_one_load(integrator: OnTables, kept: Array, period: float) -> Array:

@@ -110,8 +110,7 @@ class Periodic(OrbitsWanted):
         for count in (transients[0] // 5,) if settled else transients:
             shooting.integrate(state, count)
             strobe, kept = shooting.integrate(state, max(averaged, 2 * longest), averaged)
-            deflection = strobe[:, :n] @ shooting.system.direction.T
-            if not (np.abs(deflection) < FURTHEST).all():
+            if not (np.abs(strobe[:, :n] @ shooting.system.direction.T) < FURTHEST).all():
                 raise Unbounded("scene.dynamics: the motion grows without bound")
             for m in islice(periods_of(strobe, longest, shooting.rate), candidates):
                 if (orbit := shooting.near(m, strobe[-1])) is not None:

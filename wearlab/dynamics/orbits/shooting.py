@@ -208,8 +208,7 @@ class Shooting:
             self.changes += self.integrator.advance(states, state, tangents=False)
             self.passed += 1.0
             path = states[:, :, 0]
-            missed = path[-1] - path[0]
-            step, bad = dgetrs(factors, pivots, missed)
+            step, bad = dgetrs(factors, pivots, path[-1] - path[0])
             size, error = self.distance(path[0]), self.distance(step)
             if failed or bad or not error <= SHRINKS * last:
                 return None

@@ -198,8 +198,7 @@ class Kernel(NamedTuple):
 
 def structure_of(kernel: Any) -> type:
     """Return the class of a kernel's structure, from the compiler's type of the kernel."""
-    of_field = dict(zip(kernel.fields, kernel.types, strict=True))
-    return cast(type, of_field["structure"].instance_class)
+    return cast(type, dict(zip(kernel.fields, kernel.types, strict=True))["structure"].instance_class)
 
 
 put: Any = tuple_setitem
@@ -340,8 +339,7 @@ def kernel_of(
         np.zeros((2, 3, meshes, pairs, 2)),
         np.zeros((3, meshes, 2)),
     )
-    flanks = Flanks(of_meshes, tables, period, memory_of_step)
-    return Kernel(structure, flanks, series, balance, columns)
+    return Kernel(structure, Flanks(of_meshes, tables, period, memory_of_step), series, balance, columns)
 
 
 @lru_cache(maxsize=16)

@@ -82,8 +82,7 @@ def film_thickness(film: Film, path: WearPath, force: ArrayLike) -> Array:
     ----------
     Dowson & Higginson 1966; Dowson, Proc. IMechE 182 (1967) 151–167.
     """
-    w = np.maximum(np.asarray(force, float) / path.face_width, lightest_load(path))
-    return film.along(path).at(w)
+    return film.along(path).at(np.maximum(np.asarray(force, float) / path.face_width, lightest_load(path)))
 
 
 def film_factor(lambda_ratio: ArrayLike) -> Array:
