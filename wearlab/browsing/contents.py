@@ -195,13 +195,7 @@ def compare(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     first = {"state": "last", "back": "", **figures.first(asked)}
     asked = {**asked, "state": [first["state"]]}
     wanted = figures.wanted(asked)
-    told: dict[str, Any] = {
-        "beside": None,
-        "problem": "",
-        "commands": "",
-        "heading": "Compare",
-        "figures": (),
-    }
+    told = dict[str, Any](beside=None, problem="", commands="", heading="Compare", figures=())
     told |= {"asked": wanted, "state": first["state"], "back": first["back"], "left": _back(first)}
     if not wanted.runs and not wanted.campaign:
         return {**told, "problem": "Mark some runs in a table first, then choose to compare them."}

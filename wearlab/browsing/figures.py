@@ -193,10 +193,8 @@ class Source:
         if not axes or not results or len(self.grid.run_id.dims) > len(axes) + 1:
             return []
         y = results[0][0]
-        options: dict[str, Any] = {
-            "y": y,
-            **{role: a.name for role, a in zip(("x", "hue"), axes, strict=False)},
-        }
+        roles = {role: axis.name for role, axis in zip(("x", "hue"), axes, strict=False)}
+        options: dict[str, Any] = {"y": y, **roles}
         return [self.ask("line", options | ({"select": AT["last"]} if "update" in self.grid[y].dims else {}))]
 
     def plot(self, asked: Question) -> Plot:

@@ -22,10 +22,8 @@ from wearlab.version import __version__
 HERE = Path(__file__).parent
 PAGES = (("", "Campaigns"), ("runs", "Runs"), ("updates", "Updates"), ("progress", "Under way"))
 STYLE, NAMES = "style.css", "names.js"
-FORMATS = {
-    **{"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"},
-    "csv": "text/csv; charset=utf-8",
-}
+FORMATS = {"png": "image/png", "svg": "image/svg+xml", "pdf": "application/pdf"}
+FORMATS |= {"csv": "text/csv; charset=utf-8"}
 """Of the files of a figure."""
 HOST = "127.0.0.1"
 SCRIPTS: Any = ["bokeh", "bokeh-widgets"]
@@ -157,9 +155,8 @@ class Gate(BokehTornado):
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
         """Return where Bokeh's scripts come from: here, whatever the environment says."""
-        return Resources(
-            mode="server", root_url="/", path_versioner=StaticHandler.append_version, components=SCRIPTS
-        )
+        version = StaticHandler.append_version
+        return Resources(mode="server", root_url="/", path_versioner=version, components=SCRIPTS)
 
     def find_handler(self, request: HTTPServerRequest, **more: Any) -> Any:
         """Return who answers a request, a refusal where it may not be asked."""

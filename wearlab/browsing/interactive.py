@@ -161,9 +161,8 @@ def _hover(columns: Sequence[str], renderers: Sequence[Any], *, dates: bool = Fa
     value = "@y{%.6g}" + (" ± @y_error{%.2g}" if "y_error" in columns else "")
     more = [("run", "@run")] if "run" in columns else []
     more += [("", "@level{%.6g}")] if "level" in columns else []
-    formats = {
-        "@x": "datetime" if dates else "printf",
-        **dict.fromkeys(("@y", "@y_error", "@level"), "printf"),
+    formats = dict.fromkeys(("@y", "@y_error", "@level"), "printf") | {
+        "@x": "datetime" if dates else "printf"
     }
     return HoverTool(
         renderers=renderers,

@@ -198,9 +198,8 @@ def together(store: Store, ids: Iterable[str]) -> RecordedCampaign:
         if len(along) == len(told):
             places = ({name: along.index(number)} for number, _ in told)
             cases = tuple(RecordedCase(BASE, run, at) for run, at in zip(wanted, places, strict=True))
-            return RecordedCampaign(
-                title, None, cases, (Axis(name, along, told[0][1] or None, differing[0]),)
-            )
+            axis = Axis(name, along, told[0][1] or None, differing[0])
+            return RecordedCampaign(title, None, cases, (axis,))
     labels = zip(labels_of(store, list(entries.values()), differing), wanted, strict=True)
     return RecordedCampaign(title, None, tuple(RecordedCase(*pair, {}) for pair in labels))
 

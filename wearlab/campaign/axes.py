@@ -70,9 +70,8 @@ def read_axes(blocks: Any) -> tuple[Axis, ...]:
     axes: list[Axis] = []
     swept: dict[str, str] = {}
     for number, block in enumerate(listed(blocks, "sweep")):
-        axis = _axis(
-            block, f"sweep[{number}]", {a.name for a in axes} | {c for a in axes for c in a.coordinates}
-        )
+        taken = {a.name for a in axes} | {c for a in axes for c in a.coordinates}
+        axis = _axis(block, f"sweep[{number}]", taken)
         for key in axis.written:
             if other := next((other for other in swept if overlap(key, other)), None):
                 raise CampaignError(f"sweep[{number}].{key}: {swept[other]} sweeps {other!r} already")

@@ -52,10 +52,8 @@ def refuse_unknown_keys(spec: UpdateSpec, cases: Sequence[Case]) -> None:
     ------
     CampaignError : with one line each
     """
-    tried = [
-        (f"unknown.{key}", key, distributions.written(law.at(0.5), law.unit))
-        for key, law in spec.unknown.items()
-    ]
+    middle = {key: distributions.written(law.at(0.5), law.unit) for key, law in spec.unknown.items()}
+    tried = [(f"unknown.{key}", key, value) for key, value in middle.items()]
     own = () if spec.fleet is None else enumerate(spec.fleet.units)
     tried += [(f"unit[{n}].scene.{key}", key, value) for n, unit in own for key, value in unit.scene.items()]
     problems = []

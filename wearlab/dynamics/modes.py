@@ -49,9 +49,8 @@ def per_mesh(system: System, mesh_stiffness: MeshStiffness) -> Array:
     kinds = [name.rpartition("-")[0].replace("-", "_") for name in system.meshes]
     if not kinds or set(kinds) != set(mesh_stiffness):
         wanted = ", ".join(dict.fromkeys(kinds)) or "one value, this system's mesh has no kind"
-        raise ValueError(
-            f"mesh_stiffness names {', '.join(mesh_stiffness)}; the system's meshes are: {wanted}"
-        )
+        named = ", ".join(mesh_stiffness)
+        raise ValueError(f"mesh_stiffness names {named}; the system's meshes are: {wanted}")
     return np.array([float(mesh_stiffness[kind]) for kind in kinds])
 
 

@@ -115,9 +115,8 @@ def _system(pair: Paired, moving: list[tuple[str, str]]) -> System:
     gears, mesh, friction = pair.gears, pair.mesh, pair.friction
     held = {gear: pair.held.get(gear, supports.FREE) for gear in gears}
     (first, second), sense = gears, dict(zip((*gears, "mesh"), (*SENSES, 1.0), strict=True))
-    force, variation = (
-        mesh_load(each, gears[first].radius) for each in (pair.torque, pair.fluctuation or 0.0)
-    )
+    radius = gears[first].radius
+    force, variation = (mesh_load(each, radius) for each in (pair.torque, pair.fluctuation or 0.0))
     turning = {(each.tangential_stiffness, each.tangential_damping) for each in held.values()}
     apart = friction is not None or turning != {(None, None)}
     rotations = [(first, "u"), (second, "u")] if apart else [("mesh", "x")]

@@ -322,10 +322,8 @@ def problems_of_pair(model: Any, scene: Any, *, bearings: bool) -> Iterator[tupl
     members, given = list(scene.gears.toothed), model.supports.given
     for stranger in given:
         if stranger not in members:
-            yield (
-                f"dynamics.supports.{stranger}",
-                f"no member of this gear set; there are {', '.join(members)}",
-            )
+            there = f"no member of this gear set; there are {', '.join(members)}"
+            yield f"dynamics.supports.{stranger}", there
     if bearings:
         reason = "required: bearings, such as radial_stiffness = '1150 N/um' with 'damping'"
         yield from ((f"dynamics.supports.{member}", reason) for member in members if member not in given)

@@ -67,9 +67,8 @@ class System(NamedTuple):
     ) -> "System":
         """Return the system of masses (n,) on supports, which make up its C and K."""
         damping, stiffness = (of(supports, len(coordinates)) for of in (damping_of, stiffness_of))
-        return cls(
-            coordinates, np.diag(np.array(mass, float)), damping, stiffness, **given, supports=supports
-        )
+        inertia = np.diag(np.array(mass, float))
+        return cls(coordinates, inertia, damping, stiffness, **given, supports=supports)
 
     def __hash__(self) -> int:
         """Systems are told apart by identity, they do not change: caches remember what is asked of one."""

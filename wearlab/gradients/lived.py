@@ -152,14 +152,10 @@ class LivedSteps:
         except (GearError, limits.StopWear) as error:
             raise GradientError(f"the gears cannot run: {error}") from error
         if life is not None and life.jumps:
-            raise GradientError(
-                "the wear rate jumps to another branch on the way: no derivative leads across"
-            )
+            raise GradientError("the wear rate jumps to another branch: no derivative leads across")
         self.steps = () if life is None else life.steps
         if any(step.by is None for step in self.steps):
-            raise GradientError(
-                "the motion does not repeat or its work is short: steps hold part of the rate"
-            )
+            raise GradientError("motion does not repeat or its work is short: steps hold part of the rate")
         self.cycle = 0.0 if life is None else float(life.cycle[-1])
         self.reached = life is not None and life.worn_out
         self.ends = self._ends(parts, rate)

@@ -131,9 +131,8 @@ class _FormulaReader:
             case ast.UnaryOp(ast.USub(), inner):
                 return partial(_joined, "-", partial(_number, 0.0), self.read(inner, depth + 1))
             case ast.BinOp(left, sign, right) if type(sign) in SIGNS:
-                return partial(
-                    _joined, SIGNS[type(sign)], self.read(left, depth), self.read(right, depth + 1)
-                )
+                sides = self.read(left, depth), self.read(right, depth + 1)
+                return partial(_joined, SIGNS[type(sign)], *sides)
             case ast.Subscript(inner, places):
                 listed = places.elts if isinstance(places, ast.Tuple) else [places]
                 return partial(_placed, self.read(inner, depth + 1), dict(map(self.place, listed)))

@@ -313,11 +313,9 @@ def compile_ahead(
     jobs = jobs_of(kinds)
     with local_client(workers, dashboard=False) as client, bars.watched(progress) as bar:
         bar.start(len(jobs), "compiled")
-        futures = {
-            client.submit(quietly, do, job, pure=False, priority=-n): job for n, job in enumerate(jobs)
-        }
-        for future in as_completed(futures):
+        sent = {client.submit(quietly, do, job, pure=False, priority=-n): job for n, job in enumerate(jobs)}
+        for future in as_completed(sent):
             future.result()
             bar.done += 1
-            bar.step(named[id(futures[future][1])])
+            bar.step(named[id(sent[future][1])])
     return len(kinds), time.perf_counter() - clock

@@ -222,9 +222,7 @@ class Database:
         if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
             return Damaged(f"{said}; 'wearlab reindex' makes it anew from the run files")
         busy = name.startswith("SQLITE_BUSY")
-        return StoreError(
-            f"{said}: another process holds it; try again when that has ended" if busy else said
-        )
+        return StoreError(f"{said}: another process holds it; try again when it has ended" if busy else said)
 
 
 def make_tables(connection: sqlite3.Connection) -> None:

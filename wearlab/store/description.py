@@ -204,9 +204,8 @@ def outcome_of(path: Path) -> outcome.Outcome:
     with files.readable(f"{path}:", "is no run of wearlab"):
         for dim, size in dataset.sizes.items():
             if dim in dataset.coords and size > MOST_LABELS:
-                raise files.StoreError(
-                    f"{path}: the dimension {str(dim)[:40]} has {size} labels, more than any run"
-                )
+                said = f"the dimension {str(dim)[:40]} has {size} labels, more than any run"
+                raise files.StoreError(f"{path}: {said}")
         if netcdf.is_intact(dataset) is False:
             raise files.StoreError(f"{path}: its content is not what was sealed in it")
         if (name := str(dataset.attrs.get("id", path.stem))) != path.stem:

@@ -70,9 +70,7 @@ def indicators(signal: Array) -> dict[str, Array]:
 
 
 STATE = "update"
-NAMED = frozenset(
-    ("flank", "member", "mesh", "harmonic", "order", "mode", "axis", "duty", "stage", "multiplier", "part")
-)
+NAMED = frozenset("flank member mesh harmonic order mode axis duty stage multiplier part".split())
 """Dimensions whose labels become part of a column's name."""
 ALONG = ("mesh_period", "phase")
 LEFT_OUT = ("run_time", "count", "residual", "error_weight", "secant_stiffness", "excitation")

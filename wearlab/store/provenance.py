@@ -109,10 +109,7 @@ SENTENCES = {
     "reference": " After {}.",
     "licence": " Licence: {}.",
 }
-NOTED = {
-    **{"reference": "after", "lineage": "goes on from"},
-    **{"calibration": "calibrated by run", "licence": "licence"},
-}
+NOTED = dict(reference="after", lineage="goes on from", calibration="calibrated by run", licence="licence")
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 

@@ -99,9 +99,8 @@ def remarks_on(catalogue: Catalogue, subjects: Iterable[str] | None = None) -> l
     if not catalogue.exists():
         return []
     told = f"SELECT {COLUMNS} FROM remarks WHERE stands AND what != 'untag'"
-    rows = (
-        catalogue.read(told) if subjects is None else catalogue.read_many(f"{told} AND subject IN", subjects)
-    )
+    of_some = f"{told} AND subject IN"
+    rows = catalogue.read(told) if subjects is None else catalogue.read_many(of_some, subjects)
     texts = [Remark(*(str(value or "") for value in row)) for row in rows]  # type: ignore[arg-type]
     return sorted(texts, key=lambda remark: (remark.when, remark.text))
 

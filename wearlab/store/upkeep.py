@@ -295,10 +295,8 @@ def prunable(store: KeptRuns, kept: Iterable[str] = ()) -> list[Prunable]:
     known = {member.run for member in store.catalogue.members()}
     left = [e for e in entries.values() if e.id not in wanted and (e.state != "running" or store.is_stale(e))]
     reasons = {e.id: "an earlier version of a" if e.id in known else "no" for e in left}
-    return [
-        Prunable(e.id, e.state, store.files.size(e.id) or 0, f"{reasons[e.id]} campaign asked for it")
-        for e in left
-    ]
+    why = {run: f"{reason} campaign asked for it" for run, reason in reasons.items()}
+    return [Prunable(e.id, e.state, store.files.size(e.id) or 0, why[e.id]) for e in left]
 
 
 def referred(store: KeptRuns) -> set[str]:

@@ -126,10 +126,8 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
             key = next(iter(study.costly))
             raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
         if study.costly:
-            drawn = draw(
-                SampleTable(method="sobol", n=spec.draws, seed=spec.seed), study.costly, "update.unknown"
-            )
-            study = replace(study, drawn=drawn)
+            table = SampleTable(method="sobol", n=spec.draws, seed=spec.seed)
+            study = replace(study, drawn=draw(table, study.costly, "update.unknown"))
         made.append(study)
     return tuple(made)
 
@@ -206,9 +204,8 @@ def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
             'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
         )
     if spec.limit is None and until.depth is None:
-        raise UpdateError(
-            f'{about}update.limit: required: wear.until has no depth; such as limit = {{ depth = "200 um" }}'
-        )
+        such = 'such as limit = { depth = "200 um" }'
+        raise UpdateError(f"{about}update.limit: required: wear.until has no depth; {such}")
     return spec.limit or Limit("max_wear_depth", float(until.depth or 0.0), until.flank)
 
 

@@ -93,9 +93,7 @@ class UnitState:
         own = run.start + since * factor
         mean = np.maximum((run.limit.first_above(run.level - w) - own) / factor, 1e-300)
         lanes = (weight, run.level - w - run.limit.at(own), mean, rate)
-        return lives.Passage(
-            self.unit.now, lanes, lambda cycle: np.tile(self._equal(cycle), len(nodes)) - since
-        )
+        return lives.Passage(self.unit.now, lanes, lambda at: np.tile(self._equal(at), len(nodes)) - since)
 
 
 def _below(value: Array, mean: Array, sd: Array) -> Array:
@@ -331,9 +329,8 @@ def _observed(found: Population, blanks: list[UnitState], rng: Random) -> xr.Dat
     told |= {"first": first, "flagged": told["check_p"] < sampling.ALARM / len(rows), "by_a_line": line * at}
     told["by_the_rate"] = np.where(first, np.nan, worn + rate * (at - before))
     si = found.units[0].blocks[_main(block)].data.si
-    labelled = {
-        n: layout.variable("fleet", n, v, **({"units": si} if n in IN_SI else {})) for n, v in told.items()
-    }
+    in_si = {name: {"units": si} for name in IN_SI}
+    labelled = {n: layout.variable("fleet", n, v, **in_si.get(n, {})) for n, v in told.items()}
     return layout.dataset("fleet", labelled, quantile=layout.P)
 
 

@@ -217,9 +217,7 @@ def with_gain(
     if not error.relative or not inspections:
         return filtered(value, variance, inspections, known, 0.0, loading=model, steps=True)
     v = np.broadcast_to(variance, np.broadcast_shapes(variance.shape, model.shape))
-    until = [
-        np.concatenate([each.values for each in inspections[:n]]) for n in range(1, len(inspections) + 1)
-    ]
+    until = [np.concatenate([one.values for one in inspections[:n]]) for n in range(1, len(inspections) + 1)]
     laws = [_over_gain(value[..., n], model[..., n], v[..., n], error) for n in until]
     v = v + (error.relative * laws[-1][1][..., None] * model) ** 2
     seen = filtered(value, v, inspections, known, 0.0, loading=model, steps=True)

@@ -88,11 +88,8 @@ def places_of(calendar: Calendar, start: float) -> dict[str, Any]:
 
 def limit_of(limit: Limit) -> xr.Variable:
     """Return the wear that ends the life."""
-    named = {
-        "quantity": limit.quantity,
-        "where": limit.where or "",
-        "units": schema.VARIABLES[limit.quantity].units,
-    }
+    units = schema.VARIABLES[limit.quantity].units
+    named = {"quantity": limit.quantity, "where": limit.where or "", "units": units}
     return variable("predictions", "limit", limit.value, **named)
 
 

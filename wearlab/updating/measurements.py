@@ -65,9 +65,8 @@ class MeasuredColumns:
             if column is not None:
                 found = self.table.find(column)
                 if found is None:
-                    strange = next(
-                        (n for n in self.table.names if n.startswith((f"{column} [", f"{column} ("))), ""
-                    )
+                    begins = f"{column} [", f"{column} ("
+                    strange = next((n for n in self.table.names if n.startswith(begins)), "")
                     unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
                     own = f" as {strange!r}, and its unit in units"
                     raise UpdateError(
@@ -222,10 +221,8 @@ def read_observations(
         below = np.where(np.isnan(below), columns.numbers("below", data.si, empty=True), below)
     place = nothing if place_kind is None else columns.numbers("place", PLACE_UNITS[place_kind])
     columns.refuse(time < 0.0, "time", "is before the first cycle", time)
-    said = (
-        "is empty, and no limit of detection: write the value, name its limit of detection (columns.below, "
-    )
-    said += "or <0.1 in the cell), or delete the row"
+    said = "is empty, and no limit of detection: write the value, name its limit of detection "
+    said += "(columns.below, or <0.1 in the cell), or delete the row"
     columns.refuse(np.isnan(value) & np.isnan(below), "value", said)
     columns.refuse(sd < 0.0, "sd", "is no standard error", sd)
     sd = np.nan_to_num(sd)

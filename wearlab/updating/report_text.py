@@ -278,9 +278,7 @@ def fleet_tables(tree: xr.DataTree) -> list[tuple[str, tuple[str, ...], list[tup
     for name, words in (("predictions", ""), ("predictions_without", f"{IF_WRONG}:")):
         if name in tree.children and "unit" in tree[name].dims:
             predictions = tree[name].to_dataset()
-            heads: tuple[str, ...] = (
-                (*HEADS, "change at least cost") if "best_change" in predictions else HEADS
-            )
+            heads = (*HEADS, *(["change at least cost"] if "best_change" in predictions else []))
             found.append((words, heads, _rows(predictions)))
     return found
 
@@ -316,9 +314,8 @@ def ends_of(predictions: xr.Dataset) -> tuple[np.ndarray, Array, bool]:
     hour = predictions["seconds_per_cycle"].values[:, None] / HOUR
     rest = hour * predictions["remaining_useful_life_quantile"].values
     over = (rest <= 0.0) & (predictions["now"].values[:, None] > 0.0)
-    texts = np.array(
-        [[f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest], dtype=object
-    )
+    told = [[f"{h:,.0f} h more" if np.isfinite(h) else NEVER for h in row] for row in rest]
+    texts = np.array(told, dtype=object)
     days = np.full(rest.shape, "")
     if "end_of_life_quantile" in predictions:
         days = predictions["end_of_life_quantile"].values.astype(str)

@@ -21,6 +21,7 @@ from wearlab.campaign.update_options import THICKNESS, Limit
 from wearlab.scene import Scene
 from wearlab.store.files import StoreError
 from wearlab.updating import calendar, measurements
+from wearlab.updating.measurements import UpdateError
 
 if TYPE_CHECKING:
     from wearlab.store import Store
@@ -248,7 +249,7 @@ def refuse_stages(scene: Scene) -> None:
     UpdateError : it has stages of operation
     """
     if scene.operation is not None and scene.operation.stage:
-        raise measurements.UpdateError(
+        raise UpdateError(
             "operation.stage: stages begin at given cycles, so that the wear is no function of k·N and one "
             "run does not serve every k; update a campaign with operation.duty, mixed within each cycle"
         )
@@ -272,7 +273,7 @@ def history_of(
     """
     refuse_stages(scene)
     if "cycle" not in run or run["cycle"].size < 2:
-        raise measurements.UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
+        raise UpdateError("the stored run has one wear state: wear.until is required, and k > 0")
     run = distinct(run)
     ended = curve_of(run, limit.quantity, limit.where, {}, "update.limit")
     factor = float(getattr(scene.wear and scene.wear.coefficient, "factor", 1.0))
@@ -307,9 +308,7 @@ def cycles_of(run: xr.Dataset, seen: measurements.Observed) -> Array:
         cycle = start + cycle / per_cycle(run, "operating_hours" if seen.clock == "hours" else "mesh_cycles")
     if len(cycle) and cycle.min() < start:
         row = seen.row[int(np.argmin(cycle))]
-        raise measurements.UpdateError(
-            f"{seen.data.file}: line {row}: is before the cycle at which the run starts"
-        )
+        raise UpdateError(f"{seen.data.file}: line {row}: is before the cycle at which the run starts")
     return cycle
 
 
@@ -336,9 +335,7 @@ def curve_of(
 ) -> RunCurve:
     """Return a scalar over the cycles; every dimension with several labels needs one."""
     if name not in run:
-        raise measurements.UpdateError(
-            f"{place}: the stored run has no {name}: ask for it in store.variables"
-        )
+        raise UpdateError(f"{place}: the stored run has no {name}: ask for it in store.variables")
     values, labels = run[name], dict(select)
     own = next((dim for dim in ("flank", "member") if dim in values.dims), None)
     if own is not None and where is not None:
@@ -346,14 +343,14 @@ def curve_of(
     if own == "flank" and own not in labels and name == "max_wear_depth":
         values = values.max("flank")
     if unknown := [dim for dim in select if dim not in values.dims]:
-        raise measurements.UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
+        raise UpdateError(f"{place}.select.{unknown[0]}: {name} has no such dimension")
     for dim in [str(dim) for dim in values.dims if dim != "update"]:
         known, key = values[dim].values.tolist(), dim if dim in ("flank", "member") else f"select.{dim}"
         listed = ", ".join(map(str, known[:8]))
         if dim not in labels and len(known) > 1:
-            raise measurements.UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
+            raise UpdateError(f"{place}.{key}: required for {name}: one of {listed}")
         if dim in labels and labels[dim] not in known:
-            raise measurements.UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
+            raise UpdateError(f"{place}.{key}: {labels[dim]!r} is not one of {listed}")
         values = values.isel({dim: known.index(labels[dim]) if dim in labels else 0})
     cycle, y = (np.asarray(each.values, float) for each in (run["cycle"], values))
     if name == "max_wear_depth" and "wear_rate" in run and "wear_depth" in run:
@@ -380,16 +377,14 @@ def _profile(run: xr.Dataset, seen: measurements.Observed, places: Array) -> Run
     """Return the wear at places on a flank over the cycles; of a thickness, what the arc has lost."""
     data, flanks = seen.data, run["flank"].astype(str).values.tolist()
     if data.where not in flanks:
-        raise measurements.UpdateError(
-            f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}"
-        )
+        raise UpdateError(f"{data.place}.flank: {data.where!r} is not one of {', '.join(flanks)}")
     flank = run.isel(flank=flanks.index(data.where)).sortby(str(seen.place_kind))
     flank = flank.isel(profile=np.isfinite(flank[seen.place_kind].values))
     x = flank[seen.place_kind].values
     outside = (seen.place < x[0] - TINY) | (seen.place > x[-1] + TINY)
     if outside.any():
         i = int(np.argmax(outside))
-        raise measurements.UpdateError(
+        raise UpdateError(
             f"{data.file}: line {seen.row[i]}, {seen.place_kind} {seen.place[i]:g}: outside the active "
             f"flank, which goes from {x[0]:g} to {x[-1]:g} (SI)"
         )
@@ -417,7 +412,7 @@ def _beside(run: xr.Dataset, limit: Limit, ended: RunCurve) -> dict[str, RunCurv
         if name == limit.quantity and where == limit.where:
             curves[name] = ended
         elif name in run and (where is None or where in run.get(dim, ())):
-            with suppress(measurements.UpdateError):
+            with suppress(UpdateError):
                 curves[name] = curve_of(run, name, where, {}, "")
     return curves
 

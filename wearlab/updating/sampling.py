@@ -53,9 +53,8 @@ class Draws:
 
     def inspections(self, number: int, most: float = np.inf) -> list[kalman.Inspection]:
         """Return the inspections of a block, of more neighbouring ones together."""
-        return likelihood.inspections_of(
-            self.posterior.blocks[number], self.posterior.histories[0], number, most
-        )
+        block, run = self.posterior.blocks[number], self.posterior.histories[0]
+        return likelihood.inspections_of(block, run, number, most)
 
     def seen(self, number: int, steps: kalman.Inspections = ()) -> kalman.Filtered:
         """Return how probable a block is, and what is known of its drift or gain, of each draw."""

@@ -184,9 +184,8 @@ def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
         parts = [draws[some] for some in np.array_split(np.arange(len(draws)), pieces)]
         whole = np.concatenate([part.seen(number).log_likelihood for part in parts])
         return layout.sample({name: layout.variable("sample", "log_likelihood_of_all", whole)}, len(draws))
-    values = np.stack(
-        [step.log_likelihood for step in draws.seen(number, draws.inspections(number)).steps], axis=-1
-    )
+    steps = draws.seen(number, draws.inspections(number)).steps
+    values = np.stack([step.log_likelihood for step in steps], axis=-1)
     found = layout.sample({name: layout.variable("sample", "log_likelihood", values, name)}, len(draws))
     return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
 

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
     from wearlab.store import catalogue
     from wearlab.store import table as tables
 
-HEADS = (
-    *("id", "campaign", "case", "differs by", "state", "result", "error", "time", "note"),
-    *("expected", "measured"),
-)
+HEADS = tuple("id,campaign,case,differs by,state,result,error,time,note,expected,measured".split(","))
 NONE = "no such runs"
 USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
 

@@ -257,9 +257,8 @@ def plan(
     planned = planned_of(campaign, store, workers=workers, retry=retry)
     further = () if campaign.update is None else _for_the_update(campaign, store, workers)
     warnings = [f"warning: {warning}" for warning in planned.warnings]
-    return output.Findings(
-        partial(_content, planned), chain(_planned(planned), further), not warnings, warnings
-    )
+    told = chain(_planned(planned), further)
+    return output.Findings(partial(_content, planned), told, not warnings, warnings)
 
 
 def _content(planned: "Plan") -> dict[str, Any]:

@@ -74,10 +74,8 @@ def _text(campaign: "Campaign", report: "Report") -> output.Text:
         for expected in report.expected:
             *said, met = (expected.label, output.place(expected.position), *expected.comparison)
             rows.append((*said, "yes" if met else "NO"))
-        yield from (
-            "",
-            output.ShownTable(("case", "differs by", "verdict", "expected", "measured", "met"), rows),
-        )
+        heads = ("case", "differs by", "verdict", "expected", "measured", "met")
+        yield from ("", output.ShownTable(heads, rows))
         missed = sum(not expected.comparison.met for expected in report.expected)
         yield f"{len(rows) - missed} of {len(rows)} as expected"
 

@@ -97,9 +97,8 @@ class PlanetaryTorsionalDynamics(DynamicModel):
             return system
         carrier = of.torques(motion, {}).given["carrier"] / rigid.bodies["carrier"].radius
         names = np.array(system.coordinates)
-        return system._replace(
-            load=np.where(names == "carrier.u", carrier, 0.0), balance=(names == "sun.u").astype(float)
-        )
+        balance = (names == "sun.u").astype(float)
+        return system._replace(load=np.where(names == "carrier.u", carrier, 0.0), balance=balance)
 
     def problems(self, scene: Any) -> Iterator[tuple[str, str]]:
         """The ring is at rest, and the load torque balances."""
@@ -110,7 +109,5 @@ class PlanetaryTorsionalDynamics(DynamicModel):
                 "fixed = 'ring' or dynamics.model = 'planetary'",
             )
         if scene.operation.output_loaded is False:
-            yield (
-                "operation.load_torque",
-                "the torsional model turns freely and needs the load torque: 'balance'",
-            )
+            needed = "the torsional model turns freely and needs the load torque: 'balance'"
+            yield "operation.load_torque", needed

@@ -232,9 +232,8 @@ class Shooting:
         attracting = bool(abs(multipliers[0]) < 1.0 - self.wanted.margin)
         verdict = Verdict(True, attracting, unique and (self.loaded or self.grounded), True)
         closure = self.distance(strobe[-1], strobe[0]) / (size or 1.0)
-        return self._response(
-            periods, split_periods(path, periods), multipliers, verdict, closure, derivative
-        )
+        state = split_periods(path, periods)
+        return self._response(periods, state, multipliers, verdict, closure, derivative)
 
     def distance(self, state: Array, other: Array | float = 0.0) -> float:
         """Return the largest difference of states (…, 2n), velocities measured in units of ``rate``."""
