@@ -140,12 +140,8 @@ def runs(store: Store, place: Any, asked: Asked) -> dict[str, Any]:
     """Return a page of runs."""
     told = listing.listed(store, figures.first(asked))
     beside = [row[0] for row in told.rows]
-    return {
-        "told": told,
-        "signs": listing.SIGNS,
-        "back": urlencode(told.asked),
-        "beside": beside if 1 < len(beside) <= MOST_BESIDE else [],
-    }
+    beside = beside if 1 < len(beside) <= MOST_BESIDE else []
+    return {"told": told, "signs": listing.SIGNS, "back": urlencode(told.asked), "beside": beside}
 
 
 def run(store: Store, place: Any, asked: Asked) -> dict[str, Any]:

@@ -175,11 +175,8 @@ class Source:
         """Return name and meaning of results that a sweep can be drawn of: a number a state, or a run."""
         dims = {*map(str, self.grid.run_id.dims), "update", "flank", "mesh", "member"}
         known = {name: v for name, v in self.grid.variables.items() if v.dtype.kind in "fiu"}
-        found = [
-            name
-            for name in VARIABLES
-            if name in known and dims.issuperset(known[name].dims) and not name.startswith(FOR_MACHINES)
-        ]
+        told = (name for name in VARIABLES if name in known and not name.startswith(FOR_MACHINES))
+        found = [name for name in told if dims.issuperset(known[name].dims)]
         return [(name, VARIABLES[name].long_name) for name in put_first(FIRST_NUMBERS, found)]
 
     def over_axes(self) -> list[Question]:

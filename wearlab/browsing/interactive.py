@@ -23,10 +23,8 @@ from wearlab.figures.wording import SUPERSCRIPTS
 from wearlab.store.table import guarded
 
 DASHES = {"-": "solid", "--": "dashed", "-.": "dashdot", ":": "dotted", "": "solid"}
-MARKERS = {
-    **{"o": "circle", "s": "square", "^": "triangle", "D": "diamond", "v": "inverted_triangle"},
-    **{"P": "cross", "X": "x", "": "circle"},
-}
+MARKERS = {"o": "circle", "s": "square", "^": "triangle", "D": "diamond", "v": "inverted_triangle"}
+MARKERS |= {"P": "cross", "X": "x", "": "circle"}
 MILLISECONDS = 86_400_000.0  # of a day
 SHADES = 64
 """Colours of a map."""

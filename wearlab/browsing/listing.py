@@ -18,10 +18,8 @@ USUAL = (
     *("case", "operation.torque", "operation.speed", "life", "service_life", "max_wear_depth", "verdict"),
     *("tag", "campaign", "started"),
 )
-SIGNS = {
-    **{">=": "at least", "<=": "at most", "=": "is", "!=": "is not", ">": "more than", "<": "less than"},
-    "contains": "contains",
-}
+SIGNS = {">=": "at least", "<=": "at most", "=": "is", "!=": "is not", ">": "more than", "<": "less than"}
+SIGNS |= {"contains": "contains"}
 TEXTS = {
     **{"id": "identity of the run", "status": "state of the run", "campaign": "title of its campaign"},
     **{"case": "label of its case", "tag": "a tag on it, or on its campaign", "note": "a note on it"},

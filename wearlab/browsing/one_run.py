@@ -164,11 +164,8 @@ def by_life(runs: Sequence[Lived]) -> list[Lived]:
 
 
 ALONG = {"update", "flank", "profile"}
-FACTORS = {
-    "tooth_force": "force on the tooth",
-    "specific_sliding": "specific sliding",
-    "effective_wear_coefficient": "wear coefficient",
-}
+FACTORS = {"tooth_force": "force on the tooth", "specific_sliding": "specific sliding"}
+FACTORS |= {"effective_wear_coefficient": "wear coefficient"}
 """What a depth is the product of, at a place of a flank."""
 MOST_TOLD = 4  # keys by which runs differ
 MUCH = 5e-3  # of a rate, that the means of its factors leave

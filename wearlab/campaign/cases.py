@@ -72,10 +72,8 @@ def _selected(campaign: campaign.Campaign, select: Any) -> case.Case:
         if case.label == label and all(case.position.get(name, at) == at for name, at in wanted.items())
     }
     if len(selected) != 1:
-        raise CampaignError(
-            f"start.select: {shown(select)} means {len(selected)} runs of {campaign.title!r}; name one: "
-            f"{', '.join(valid)}"
-        )
+        named = f"{len(selected)} runs of {campaign.title!r}"
+        raise CampaignError(f"start.select: {shown(select)} means {named}; name one: {', '.join(valid)}")
     return next(iter(selected.values()))
 
 

@@ -398,10 +398,8 @@ class Decision(Strict):
     @classmethod
     def _dearer(cls, failure: float, info: ValidationInfo) -> float:
         if failure <= (planned := info.data.get("planned", 0.0)):
-            raise ValueError(
-                f"{failure:g} is not more than the planned change, {planned:g}: then nothing is gained by "
-                "changing before"
-            )
+            why = "then nothing is gained by changing before"
+            raise ValueError(f"{failure:g} is not more than the planned change, {planned:g}: {why}")
         return failure
 
 

@@ -199,11 +199,8 @@ def _campaigns(a: Side, b: Side, on: str, tolerance: float) -> xr.Dataset:
     ids = [[left.id, other.id] for left, other in matched]
     names: dict[str, Any] = {"pair": [left.name for left, _ in matched], "run_id": (("pair", "run"), ids)}
     whole = whole.assign_coords(names | runs.described(whole["quantity"].values))
-    title = {
-        "title": f"comparison of {a.title!r} and {b.title!r}",
-        "campaign_a": a.title,
-        "campaign_b": b.title,
-    }
+    words = f"comparison of {a.title!r} and {b.title!r}"
+    title = {"title": words, "campaign_a": a.title, "campaign_b": b.title}
     left = {f"only_{side}": json.dumps(o, ensure_ascii=False) for side, o in (("a", only_a), ("b", only_b))}
     alike = _shared([str(compared["scene_differences"].values) for compared in made])
     aligned = {"aligned_on": on, "tolerance": tolerance}

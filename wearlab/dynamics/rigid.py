@@ -196,10 +196,8 @@ def balance_of(system: System, period: float) -> Balance:
         none, rows = np.empty(0), np.empty((0, len(system.load)))
         return Balance(np.empty(0, np.int64), rows, none, none, rows, rows, none)
     if system.balance is not None and len(shapes) > 1:
-        raise ValueError(
-            f"{len(shapes)} rotations are free and one load cannot balance them: ground a member, the ring "
-            "or the carrier"
-        )
+        remedy = "ground a member, the ring or the carrier"
+        raise ValueError(f"{len(shapes)} rotations are free and one load cannot balance them: {remedy}")
     loads = shapes @ system.mass if system.balance is None else system.balance[None, :]
     accelerations = loads @ np.linalg.inv(system.mass).T
     scale = max(period, 1e-9) ** 2 * np.abs(accelerations).max(axis=1, keepdims=True)

@@ -115,10 +115,8 @@ def transverse(spec: GearSpec, turned: Helix) -> GearSpec:
     given |= {} if spec.root_diameter else {"dedendum_coefficient": 1.25}
     given |= {key: value for key, value in vars(spec).items() if value is not None}
     # what is counted in modules
-    coefficients = (
-        f"{word}_coefficient"
-        for word in ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
-    )
+    words = ("profile_shift", "addendum", "dedendum", "tip_alteration", "fillet_radius")
+    coefficients = (f"{word}_coefficient" for word in words)
     changed = {key: given[key] * cosine for key in coefficients if key in given}
     changed |= {key: given[key] / normal for key in ("profile_crowning", "profile_slope") if key in given}
     for key in ("tip_relief", "root_relief"):

@@ -84,10 +84,8 @@ class Train:
 
     def __post_init__(self) -> None:
         if {self.input, self.output, self.fixed} != set(get_args(Central)):
-            raise GearError(
-                f"input {self.input!r}, output {self.output!r} and fixed {self.fixed!r} must be sun, ring "
-                "and carrier, each once"
-            )
+            given = f"input {self.input!r}, output {self.output!r} and fixed {self.fixed!r}"
+            raise GearError(f"{given} must be sun, ring and carrier, each once")
 
     def _weight(self, member: Central) -> float:
         """Return w with Σ w ω = 0 over the central members; torques are in the same ratio."""

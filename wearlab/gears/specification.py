@@ -131,10 +131,8 @@ class ReliefFrom:
             assert self.radius is not None
             square, said = self.radius**2 - base_radius**2, f"{2e3 * self.radius:.6g} mm"
             if square <= 0.0:
-                raise GearError(
-                    f"{name}: tip_relief cannot start at {said}, inside the base circle of "
-                    f"{2e3 * base_radius:.6g} mm"
-                )
+                said += f", inside the base circle of {2e3 * base_radius:.6g} mm"
+                raise GearError(f"{name}: tip_relief cannot start at {said}")
             start = math.sqrt(square)
         if not (start > tip if internal else start < tip):
             raise GearError(f"{name}: tip_relief starts at {said}, which is not between root and tip")

@@ -13,10 +13,7 @@ from wearlab.units import convert
 
 MOST_ROWS = 1_048_575  # of a sheet, below its head
 UPDATE = "update"
-FIRST = (
-    *("status", "cycle", "operating_hours", "max_wear_depth"),
-    *("life", "service_life", "end_reason", "verdict"),
-)
+FIRST = tuple("status cycle operating_hours max_wear_depth life service_life end_reason verdict".split())
 
 
 def workbook(grid: xr.Dataset, attributes: Mapping[str, str]) -> bytes:

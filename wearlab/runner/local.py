@@ -287,9 +287,7 @@ def quiet_logs() -> Iterator[None]:
 
 
 def compile_ahead(
-    campaigns: "Sequence[Campaign]",
-    workers: int | None = None,
-    progress: bool = False,
+    campaigns: "Sequence[Campaign]", workers: int | None = None, progress: bool = False
 ) -> tuple[int, float]:
     """Compile what the runs of campaigns will call, and keep it on disk.
 

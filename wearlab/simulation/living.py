@@ -91,10 +91,7 @@ def taking_turns(parts: Sequence[build.Parts], weight: Array) -> coupled.Coupled
     return coupling.DutyCoupling(first.kinds, (first, *others), weight) if others else first
 
 
-OF_THE_FLANKS = (
-    *("contact_ratio", "mesh_phase_offset", "slow_error", "error_weight", "specific_sliding"),
-    "mode_kind",
-)
+OF_THE_FLANKS = "contact_ratio mesh_phase_offset slow_error error_weight specific_sliding mode_kind".split()
 """Variables that no torque or speed changes."""
 PADDED = ("mesh_period", "rival")
 """Dimensions that one condition may have more of than another."""

@@ -190,10 +190,8 @@ class Database:
         if version > VERSION:
             raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
         if version == 0 and (not create or _count(connection, "table")):
-            raise Damaged(
-                f"{self.path}: not a catalogue of wearlab; 'wearlab reindex' sets it aside and makes "
-                "one from the run files"
-            )
+            remedy = "'wearlab reindex' sets it aside and makes one from the run files"
+            raise Damaged(f"{self.path}: not a catalogue of wearlab; {remedy}")
         return int(version)
 
     def is_sound(self) -> bool:

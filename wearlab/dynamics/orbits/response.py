@@ -253,11 +253,7 @@ def dashpot_of(system: System, mesh: int | slice = slice(None)) -> Dashpot:
 
 
 def motion_at(
-    response: Response,
-    step: Index,
-    fraction: Array,
-    kept: slice = slice(None),
-    meshes: slice = slice(None),
+    response: Response, step: Index, fraction: Array, kept: slice = slice(None), meshes: slice = slice(None)
 ) -> Deflections:
     """Return the motion of some meshes at fractions of steps (n,), (n_kept, n, n_mesh)."""
     approach = response.approach

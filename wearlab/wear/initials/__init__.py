@@ -45,10 +45,8 @@ class InitialModel(Variant):
         if self.sides == "both":
             yield "initial wear of back flanks is not part of the back contact"
         if self.sides == "both" and self.by_law:
-            yield (
-                f"wear.initial.{flank}: back flanks worn by the wear law do not thin the teeth; give a "
-                "shape or a file"
-            )
+            said = "back flanks worn by the wear law do not thin the teeth; give a shape or a file"
+            yield f"wear.initial.{flank}: {said}"
 
     def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
         """Return its depth along the flank normal, (n,) [m].
