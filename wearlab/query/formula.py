@@ -83,7 +83,8 @@ def parse_formula(text: str) -> Formula:
         reason = f"no formula: {getattr(error, 'msg', 'too deep')}"
         raise keys.QueryError(reason, text, min(at, len(text))) from None
     reader = _FormulaReader(text, lead)
-    return Formula(tuple(reader.names), reader.read(tree, 0))
+    worked_out = reader.read(tree, 0)  # which finds the names
+    return Formula(tuple(reader.names), worked_out)
 
 
 def _in_python(found: re.Match[str]) -> str:
