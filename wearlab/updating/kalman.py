@@ -139,8 +139,7 @@ def filtered(
             if not len(told):
                 first = variance[..., 0 if variance.shape[-1] == 1 else under[0]]
                 off = (shared - before) / np.sqrt(wide[1] + first)
-        with np.errstate(invalid="ignore"):
-            gain = np.where(whole > 0.0, before_spread / whole, 0.0)
+        gain = before_spread / np.maximum(whole, 1e-300)  # 0 where nothing is unknown before
         total = total + gained
         mean = (before + gain * (shared - before)) / scale
         spread = (before_spread * (1.0 - gain) + gain**2 * shared_spread) / scale**2

@@ -263,9 +263,10 @@ def masses(
     _, first, which = np.unique(np.round(theta[:, :-2], 10), axis=0, return_index=True, return_inverse=True)
     u, logs = _table(unit, law.shared(theta[first]), (low, high), cycles)
     z = (u - median[:, None]) / spread[:, None]
-    logs = logs[..., which.ravel(), :] - 0.5 * z * z - np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
+    logs = logs[..., which.ravel(), :]
+    logs -= 0.5 * z * z + np.log(spread * np.sqrt(2.0 * np.pi))[:, None]
     top = logs.max(axis=-1)
-    mass = np.exp(logs - top[..., None])
+    mass = np.exp(np.subtract(logs, top[..., None], out=logs), out=logs)  # large: no copies of it
     return u, mass, top + np.log(mass.sum(axis=-1))
 
 
