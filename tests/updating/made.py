@@ -7,7 +7,7 @@ import numpy as np
 
 from wearlab.campaign.distributions import read_distribution
 from wearlab.campaign.update_options import Data, ErrorModel, Limit, UpdateSpec
-from wearlab.updating.cases import FACTOR, MeasuredCase
+from wearlab.updating.cases import FACTOR, Subject
 from wearlab.updating.likelihood import block_of
 from wearlab.updating.measurements import Observed
 from wearlab.updating.run_curves import Asked, RunCurve, RunHistory
@@ -70,7 +70,7 @@ def spec(prior, discrepancy="none", **more):
 
 
 def study(prior, seen, discrepancy="none", **more):
-    return MeasuredCase("base", None, spec(prior, discrepancy, **more), LIMIT, tuple(seen), {})
+    return Subject("base", None, spec(prior, discrepancy, **more), LIMIT, tuple(seen))
 
 
 def blocks(seen, *, accumulating=False):

@@ -28,7 +28,7 @@ def test_revolutions_in_a_record_are_read_as_they_are_written(tmp_path, unit):
     path = tmp_path / "record.csv"
     path.write_text(f"h;Moment [Nm];Drehzahl [{unit}]\n0;420;980\n9;300;980\n20;;\n", encoding="utf-8")
     columns = RecordColumns(hours="h", torque="Moment", speed="Drehzahl")
-    record = read_record(RecordBlock(file=path, columns=columns))
+    record = read_record(RecordBlock(file=path, columns=columns), None, None)
     assert record.speed == pytest.approx([980 * 0.10471975511965977] * 2)
 
 

@@ -98,7 +98,7 @@ def block(folder, text, **columns):
 
 def test_dates_tell_the_hours_in_operation(tmp_path):
     rows = "date,torque,speed\n2026-01-01,100,1000\n2026-01-11,0,0\n2026-01-21,200,1000\n2026-01-31,,\n"
-    record = read_record(block(tmp_path, rows, date="date"))
+    record = read_record(block(tmp_path, rows, date="date"), None, None)
     assert record.time / 3600.0 == pytest.approx([0.0, 240.0, 240.0, 480.0])
     at = np.array(["2026-01-06", "2026-01-16", "2026-01-26"], "datetime64[D]")
     days = record.calendar(None)
@@ -112,7 +112,7 @@ def test_dates_tell_the_hours_in_operation(tmp_path):
 
 def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
     bins = "duration,torque,speed\n" + "".join(f"10,{t},{n}\n" for t in range(0, 100, 5) for n in (500, 900))
-    record = read_record(block(tmp_path, bins, duration="duration"))
+    record = read_record(block(tmp_path, bins, duration="duration"), None, None)
     conditions, which = record.conditions()
     assert record.mixed and record.time[-1] == 400 * 3600.0 and len(conditions) <= 12
     cycles = np.diff(record.time) * record.speed * (which >= 0)
@@ -134,7 +134,7 @@ def test_bins_have_no_order_and_many_conditions_are_classed(tmp_path):
 )
 def test_a_wrong_record_is_one_line(tmp_path, rows, said):
     with pytest.raises(UpdateError, match=said):
-        read_record(block(tmp_path, rows, hours="hours"))
+        read_record(block(tmp_path, rows, hours="hours"), None, None)
 
 
 def test_what_a_record_cannot_go_with_is_refused(tmp_path):
@@ -158,8 +158,8 @@ def test_hours_between_dates_are_those_of_the_calendar_or_a_note_says_that_all_c
     made = block(tmp_path, two_years.format(""), date="date")
     record = read_record(made, None, a_year)
     assert record.time[-1] / 3600.0 == pytest.approx(731 / 365.2425 * 6200.0)
-    assert record.excess(a_year) is None and read_record(made).excess(None) is None
-    assert read_record(made).time[-1] == 731 * 86400.0
+    assert record.excess(a_year) is None and read_record(made, None, None).excess(None) is None
+    assert read_record(made, None, None).time[-1] == 731 * 86400.0
     stood = block(tmp_path, two_years.format("2025-07-01,0,0\n2025-07-15,200,1000\n"), date="date")
     record = read_record(stood, None, a_year)
     assert record.excess(a_year) == pytest.approx((717 * 24.0, 731 / 365.2425 * 6200.0))

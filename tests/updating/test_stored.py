@@ -11,7 +11,7 @@ import wearlab as wl
 from wearlab.campaign.update_options import Limit
 from wearlab.store.updates import kept_updates, seal_of, update_files, verify_updates
 from wearlab.updating import UpdateError, update
-from wearlab.updating.cases import MeasuredCase, needed, studies
+from wearlab.updating.cases import Subject, needed, studies
 from wearlab.updating.report_text import _unknowns, answers, text_of
 from wearlab.updating.run_curves import history_of
 
@@ -38,7 +38,7 @@ def test_a_run_made_longer_ends_later_by_all_that_ends_it():
     scene = (
         wl.load(BASE.parents[1] / "update_spur_twin.toml").cases[0].scene.replace("wear.until.cycles", 3e8)
     )
-    wear = MeasuredCase("base", scene, None, Limit("max_wear_depth", 3e-5), (), {}, longer=2.0).first.wear
+    wear = Subject("base", scene, None, Limit("max_wear_depth", 3e-5), (), longer=2.0).first.wear
     assert wear.until.cycles == 6e8 and wear.until.depth == pytest.approx(8e-5)
     assert wear.until.flank == "pinion" and wear.snapshots.depth[:8] == scene.wear.snapshots.depth
     assert np.diff(wear.snapshots.depth[7:]) == pytest.approx(3.5e-6) and wear.snapshots.depth[-1] > 6.5e-5

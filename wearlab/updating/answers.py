@@ -10,8 +10,9 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from wearlab.arrays import Array, Index, Random
-from wearlab.updating import cases, grids, layout, likelihood, measurements, sampling
-from wearlab.updating.grids import Posterior
+from wearlab.updating import grids, layout, likelihood, sampling
+from wearlab.updating.cases import Subject, UpdateError
+from wearlab.updating.likelihood import Block, Blocks
 from wearlab.updating.lives import Answer
 from wearlab.updating.run_curves import RunHistory, Runs
 
@@ -24,11 +25,12 @@ HARDLY = 0.01  # prior predictive probability below which the prior excludes the
 FALSE_ALARM = 0.001  # probability of a note on sound values, of a file
 ENDS = (0.05, 0.5, 0.95)
 WITHIN = 30  # cycles that a point of the grid is spread over when their interval is told
+Larger = tuple[str, float]  # an error, and how many times its prior's median it came out at
 WORN = ("worn_mass", "max_wear_depth", "wear_depth", "tooth_thickness")
 
 
 @dataclass(frozen=True)
-class UpdateOutcome:
+class Finding:
     """What an update comes to.
 
     Parameters
@@ -44,12 +46,12 @@ class UpdateOutcome:
     stats : numbers about the update itself
     """
 
-    study: cases.MeasuredCase
+    study: Subject
     answer: Answer
     draws: sampling.Draws
     prior: Answer
     prior_draws: sampling.Draws
-    checks: tuple[sampling.Check, ...]
+    checks: Sequence[sampling.Check]
     courses: dict[int, float]
     sources: dict[int, Answer]
     which: Index
@@ -57,12 +59,12 @@ class UpdateOutcome:
     stats: dict[str, float]
 
     @property
-    def posterior(self) -> Posterior:
+    def posterior(self) -> grids.Posterior:
         """The answer's."""
         return self.answer.posterior
 
 
-def blocks_of(study: cases.MeasuredCase, runs: Runs) -> tuple[likelihood.Block, ...]:
+def blocks_of(study: Subject, runs: Runs) -> tuple[Block, ...]:
     """Return the observations of a study with their errors; the runs' own error where it counts.
 
     Raises
@@ -72,12 +74,11 @@ def blocks_of(study: cases.MeasuredCase, runs: Runs) -> tuple[likelihood.Block, 
     blocks = []
     for n, seen in enumerate(study.seen):
         block = likelihood.block_of(seen, accumulating=study.spec.discrepancy == ACCUMULATING)
-        counts = len(seen) > 0 and likelihood.numerical_share(block, runs[0]) > likelihood.MATTERS
-        blocks.append(replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0))
-        if len(seen) > MOST_ONE_BY_ONE and (
-            study.spec.fleet or likelihood.one_by_one(blocks[-1], runs[0], n)
-        ):
-            raise measurements.UpdateError(
+        counts = likelihood.numerical_share(block, runs[0]) > likelihood.MATTERS
+        block = replace(block, numerical=runs[0].numerical_of(seen.data.quantity) if counts else 0.0)
+        blocks.append(block)
+        if len(seen) > MOST_ONE_BY_ONE and (study.spec.fleet or likelihood.one_by_one(block, runs[0], n)):
+            raise UpdateError(
                 f"{seen.data.place}: {len(seen):,} values that share an error, or have each its own besides "
                 f"another, are compared one by one, at most {MOST_ONE_BY_ONE:,}: take the mean of each "
                 "inspection, or thin them out"
@@ -85,38 +86,29 @@ def blocks_of(study: cases.MeasuredCase, runs: Runs) -> tuple[likelihood.Block, 
     return tuple(blocks)
 
 
-def answered(
-    study: cases.MeasuredCase, runs: Runs, blocks: likelihood.Blocks, log_proposal: Array | None = None
-) -> Answer:
+def answered(study: Subject, runs: Runs, blocks: Blocks, log_proposal: Array | None = None) -> Answer:
     """Return what is known after the observations that count in these blocks."""
     now = float(max(likelihood.cycles_of(blocks, runs[0]), default=runs[0].start))
     drift = (n for n, b in enumerate(blocks) if b.drift is not None and b.measures(study.limit))
-    post = Posterior(runs, blocks, study.prior, log_proposal)
+    post = grids.Posterior(runs, blocks, study.prior, log_proposal)
     answer = Answer(post, now, next(drift, None))
-    told = [n for n, block in enumerate(blocks) if len(block.rows)]
+    told = likelihood.told(blocks)
     if len(told) < 2 or study.prior is None:
         return answer
     each = [post.by(unseen(blocks, but=[n])) for n in told]
     apart, *pair = contradiction(each)
     answer = replace(answer, contradiction=apart, at_odds=tuple(told[n] for n in pair))
-    if answer.contradiction > TENSION and _widens(answer, runs):
-        return replace(answer, posterior=post.widened(each))
-    return answer
+    return replace(answer, posterior=post.widened(each)) if apart > TENSION and _widens(answer) else answer
 
 
-def unseen(blocks: likelihood.Blocks, but: Collection[int] = ()) -> tuple[likelihood.Block, ...]:
+def unseen(blocks: Blocks, but: Collection[int] = ()) -> tuple[Block, ...]:
     """Return blocks of which nothing counts, but of those with such numbers; of none: the prior."""
-    none = np.zeros(0, np.intp)
-    return tuple(b if n in but else replace(b, rows=none) for n, b in enumerate(blocks))
+    return tuple(b if n in but else replace(b, rows=b.rows[:0]) for n, b in enumerate(blocks))
 
 
 def outcome(
-    study: cases.MeasuredCase,
-    runs: Runs,
-    which: Index,
-    log_proposal: Array | None = None,
-    known: Answer | None = None,
-) -> UpdateOutcome:
+    study: Subject, runs: Runs, which: Index, log_proposal: Array | None = None, known: Answer | None = None
+) -> Finding:
     """Update one case.
 
     Parameters
@@ -133,64 +125,56 @@ def outcome(
     before = answered(study, runs, unseen(blocks), log_proposal)
     prior_draws = sampling.drawn(before, study.spec.draws, rng)
     each, courses = sampling.checks(draws)
-    told = [n for n, block in enumerate(blocks) if len(block.rows)]
-    sources = {}
+    told, sources = likelihood.told(blocks), {}
     for n in told if len(told) > 1 else ():
         rest = unseen(blocks, but={*told} - {n})
         sources[n] = replace(answered(study, runs, rest, log_proposal), now=answer.now)
-    stats = _stats(study, answer)
-    stats["prior_predictive_p"] = _prior_p(before, prior_draws, blocks, rng)
+    stats = _stats(study, answer) | {"prior_predictive_p": _prior_p(before, prior_draws, blocks, rng)}
     notes = _notes(study, answer, stats, tuple(_larger_errors(blocks, draws, prior_draws)))
-    return UpdateOutcome(
-        study, answer, draws, before, prior_draws, tuple(each), courses, sources, which, notes, stats
-    )
+    return Finding(study, answer, draws, before, prior_draws, each, courses, sources, which, notes, stats)
 
 
-def _stats(study: cases.MeasuredCase, answer: Answer) -> dict[str, float]:
-    post, blocks = answer.posterior, answer.posterior.blocks
-    seen = [block for block in blocks if len(block.seen)]
-    run = post.histories[0]
+def _stats(study: Subject, answer: Answer) -> dict[str, float]:
+    post, blocks, run = answer.posterior, answer.posterior.blocks, answer.posterior.histories[0]
     stats = {
         "log_evidence": post.evidence,
         "effective_runs": post.effective_runs,
         "runs": float(len({run.id for run in post.histories})),
         "beyond_the_runs": answer.beyond,
         "end_passed": answer.passed,
-        "numerical_error": max((run.numerical_of(b.data.quantity) for b in seen), default=0.0),
-        "numerical_share": max((likelihood.numerical_share(b, run) for b in seen), default=0.0),
+        "numerical_error": max(
+            [run.numerical_of(b.data.quantity) for b in blocks if len(b.seen)], default=0.0
+        ),
+        "numerical_share": max([likelihood.numerical_share(b, run) for b in blocks], default=0.0),
         "contradiction": answer.contradiction,
-    }
-    stats |= facts_of(post)
+    } | facts_of(post)
     if any(block.data.error.drift is not None for block in blocks):
         gain = post.evidence - post.by([block.drifting(block.drift is None) for block in blocks]).evidence
         stats["log_evidence_of_drift"] = gain if study.spec.discrepancy == ACCUMULATING else -gain
     return stats
 
 
-def facts_of(post: Posterior) -> dict[str, float]:
+def facts_of(post: grids.Posterior) -> dict[str, float]:
     """Return how much the data prefer a change, and its ratio and cycle, with 90 %, given one."""
     changed = np.array([run.change is not None for run in post.histories])
     if not changed.any():
         return {}
     relative = post.log_evidence - post.log_proposal
-    gain = float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))
     at, ratio, width = np.array([run.change for run in post.histories if run.change is not None]).T
-    found = {"log_evidence_of_change": gain}
+    found = {"log_evidence_of_change": float(logsumexp(relative[changed]) - logsumexp(relative[~changed]))}
     inside = at + np.outer((np.arange(WITHIN) + 0.5) / WITHIN - 0.5, width)
     for name, values in (("change_cycle", inside), ("change_ratio", ratio)):
         weight = np.broadcast_to(post.weight[changed], values.shape).ravel()
-        for p, value in zip((5, 50, 95), grids.weighted_quantiles(values.ravel(), weight, ENDS), strict=True):
-            found[f"{name}_{p}"] = float(value)
+        ends = grids.weighted_quantiles(values.ravel(), weight, ENDS).tolist()
+        found |= {f"{name}_{p}": value for p, value in zip((5, 50, 95), ends, strict=True)}
     return found
 
 
-def _prior_p(before: Answer, draws: sampling.Draws, blocks: likelihood.Blocks, rng: Random) -> float:
+def _prior_p(before: Answer, draws: sampling.Draws, blocks: Blocks, rng: Random) -> float:
     """Return how probable values as far out as each block's last were before: the least, two-sided."""
     least, run = 1.0, before.posterior.histories[0]
-    for number, block in enumerate(blocks):
-        if not len(block.rows) or block.seen.censored.any():
-            continue
-        cycle = run.asked[number].cycle[block.rows]
+    for number in (n for n in likelihood.told(blocks) if not blocks[n].seen.censored.any()):
+        block, cycle = blocks[number], run.asked[number].cycle[blocks[number].rows]
         latest = block.rows[np.flatnonzero(cycle == cycle.max())[-1:]]
         alone = [replace(b, rows=latest if n == number else b.rows[:0]) for n, b in enumerate(blocks)]
         prior = replace(draws, posterior=before.posterior.but(blocks=alone))
@@ -200,7 +184,7 @@ def _prior_p(before: Answer, draws: sampling.Draws, blocks: likelihood.Blocks, r
     return float(least)
 
 
-def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
+def contradiction(each: Sequence[grids.Posterior]) -> tuple[float, int, int]:
     """Return by how many standard deviations of ln k the two sources most at odds differ, and which."""
     means = [float(np.sum(post.mass * post.log_factor)) for post in each]
     both = zip(each, means, strict=True)
@@ -209,53 +193,38 @@ def contradiction(each: Sequence[Posterior]) -> tuple[float, int, int]:
     return max((abs(means[i] - means[j]) / max(np.hypot(sds[i], sds[j]), 1e-12), i, j) for i, j in pairs)
 
 
-def _widens(answer: Answer, runs: Runs) -> bool:
+def _widens(answer: Answer) -> bool:
     """Whether sources that contradict each other widen the interval: without drift, and in few runs."""
-    return answer.drifting is None and len(runs) <= MOST_WIDENED
+    return answer.drifting is None and len(answer.posterior.histories) <= MOST_WIDENED
 
 
 def _notes(
-    study: cases.MeasuredCase, answer: Answer, stats: dict[str, float], larger: Sequence[tuple[str, float]]
+    study: Subject, answer: Answer, stats: dict[str, float], larger: Sequence[Larger]
 ) -> tuple[str, ...]:
     """Return what a reader must know, most important first."""
     blocks, runs = answer.posterior.blocks, answer.posterior.histories
-    a_year = study.calendar and study.calendar.a_year
     silent = study.spec.discrepancy == ACCUMULATING and answer.drifting is None
     few = stats["effective_runs"] < min(FEWEST, max(CARRIED * len(runs), 20.0))
-    bounds = {"hardly": HARDLY, "tension": TENSION, "matters": likelihood.MATTERS}
-    values = {
-        **bounds,
-        "stats": stats,
-        "larger": larger,
-        "nothing": not any(len(block.rows) for block in blocks),
-        "at_odds": [blocks[n].data for n in answer.at_odds],
-        "widened": _widens(answer, runs),
-        "endless": np.isinf(runs[0].limit_cycle),
-        "study": study,
-        "posterior": answer.posterior,
-        "oddities": [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])],
-        "hours": study.record and study.record.excess(a_year),
-        "no_drift": study.limit.quantity if silent else "",
-        "record_off": 0.0 if runs[0].clock is None else runs[0].clock.off,
-        "few": stats["runs"] > 1.0 and few,
-    }
+    values = {"study": study, "posterior": answer.posterior, "stats": stats, "larger": larger}
+    values |= {"hardly": HARDLY, "tension": TENSION, "matters": likelihood.MATTERS}
+    values |= {"nothing": not likelihood.told(blocks), "few": stats["runs"] > 1.0 and few}
+    values |= {"at_odds": [blocks[n].data for n in answer.at_odds], "widened": _widens(answer)}
+    values["oddities"] = [one for n, block in enumerate(blocks) for one in oddities(n, block, runs[0])]
+    values["hours"] = study.record and study.record.excess(study.calendar and study.calendar.a_year)
+    values["no_drift"] = study.limit.quantity if silent else ""
     return tuple(layout.rendered("notes.txt", values))
 
 
-def _larger_errors(
-    blocks: likelihood.Blocks, draws: sampling.Draws, before: sampling.Draws
-) -> Iterator[tuple[str, float]]:
+def _larger_errors(blocks: Blocks, draws: sampling.Draws, before: sampling.Draws) -> Iterator[Larger]:
     """Yield which unknown errors came out far from what was thought, and how many times that."""
-    for n, block in enumerate(blocks):
-        for spread, side in ((block.sd, "sd"), (block.drift, "drift")):
-            if spread is None or spread.prior is None:
-                continue
-            prior, middle = getattr(before, side)[n], float(np.median(getattr(draws, side)[n]))
-            if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
-                yield spread.name.replace("_", " "), middle / float(np.median(prior))
+    for n, side, spread, _ in likelihood.unknown(blocks):
+        prior, after = ((each.sd, each.drift)[side][n] for each in (before, draws))
+        middle = float(np.median(after))
+        if not np.quantile(prior, HARDLY) <= middle <= np.quantile(prior, 1.0 - HARDLY):
+            yield spread.name.replace("_", " "), middle / float(np.median(prior))
 
 
-def oddities(number: int, block: likelihood.Block, run: RunHistory) -> Iterator[dict[str, Any]]:
+def oddities(number: int, block: Block, run: RunHistory) -> Iterator[dict[str, Any]]:
     """Yield what is odd about the values of a block: none, copies, below nothing, falling."""
     seen, data, error = block.seen, block.data, block.data.error
     if not len(seen):

@@ -43,17 +43,18 @@ class Calendar(NamedTuple):
     day : (n,) days since 1970 that are known
     time : (n,) operating hours then, not falling; NaN: those of the last inspection
     a_year : hours in a year before and after them
+    recorded : whether a record of what ran tells them
     """
 
     day: Array
     time: Array
     a_year: float
+    recorded: bool = False
 
     @classmethod
     def of(cls, days: Days) -> "Calendar":
         """Return the calendar of one day as a file gives it."""
-        hours = np.nan if days.hours is None else days.hours
-        return cls(np.atleast_1d(day_number(days.date)), np.array([hours]), days.hours_per_year)
+        return cls(np.atleast_1d(day_number(days.date)), np.array([days.hours], float), days.hours_per_year)
 
     def joined(self, others: "Sequence[Calendar]") -> "Calendar":
         """Return the calendar of all days that some know; it goes on as this one."""

@@ -1,7 +1,7 @@
 """What of a campaign is updated: for every case its runs, its observations, its unknowns."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,7 @@ ALWAYS = ("verdict", "end_reason", *ERRORS)
 
 
 @dataclass(frozen=True)
-class MeasuredCase:
+class Subject:
     """One case with what was measured of it.
 
     Parameters
@@ -42,9 +42,9 @@ class MeasuredCase:
     spec : the campaign's [update]
     limit : what ends the life
     seen : the observations that belong to this case
-    drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
     record : what really ran until now
     calendar : which day it was after how many operating hours
+    drawn : values of the unknowns that cost runs, by key, as a campaign file would write them
     longer : times its own limits at which the runs end
     renewals : which gears were replaced when, in words
     """
@@ -54,9 +54,9 @@ class MeasuredCase:
     spec: UpdateSpec
     limit: Limit
     seen: tuple[Observed, ...]
-    drawn: Mapping[str, tuple[Any, ...]]
     record: OperatingRecord | None = None
     calendar: Calendar | None = None
+    drawn: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     longer: float = 1.0
     renewals: str = ""
 
@@ -101,7 +101,10 @@ class MeasuredCase:
         return Campaign(f"{title}: {self.label}", None, {}, cases, (Axis(DRAW, tuple(range(len(cases)))),))
 
 
-def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
+Known = tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]
+
+
+def studies(campaign: Campaign) -> tuple[Subject, ...]:
     """Return what a campaign's [update] asks for, case by case.
 
     Raises
@@ -113,19 +116,17 @@ def studies(campaign: Campaign) -> tuple[MeasuredCase, ...]:
         raise UpdateError("update: the campaign has no [update] section: nothing was measured")
     if spec.fleet is not None:
         return _units(campaign.cases[0].scene, spec, spec.fleet)
-    measured = _measured(spec, None, spec.calendar)
-    made = []
+    (seen, record, calendar), made = _measured(spec, None, spec.calendar), []
     for case in campaign.cases:
-        own = tuple(one for one in measured[0] if not one.data.cases or case.label in one.data.cases)
+        own = tuple(one for one in seen if not one.data.cases or case.label in one.data.cases)
         label = ", ".join([case.label, *(f"{k}={v}" for k, v in place(campaign, case).items())])
-        about = "" if len(campaign.cases) == 1 else f"case {label!r}: "
-        limit = _limit(case.scene, spec, about)
+        limit = _limit(case.scene, spec, "" if len(campaign.cases) == 1 else f"case {label!r}: ")
         refuse_too_deep(case.scene, own, limit)
-        study = MeasuredCase(label, case.scene, spec, limit, own, {}, *measured[1:])
-        if study.costly and study.record is not None:
-            key = next(iter(study.costly))
-            raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
+        study = Subject(label, case.scene, spec, limit, own, record, calendar)
         if study.costly:
+            if record is not None:
+                key = next(iter(study.costly))
+                raise UpdateError(f"update.record: goes with the unknown {FACTOR} alone, not {key}")
             table = SampleTable(method="sobol", n=spec.draws, seed=spec.seed)
             study = replace(study, drawn=draw(table, study.costly, "update.unknown"))
         made.append(study)
@@ -154,7 +155,7 @@ def refuse_too_deep(scene: Scene, seen: Sequence[Observed], limit: Limit) -> Non
             raise UpdateError(f"{said.format(f'{1e3 * value:.4g}')} {thick}: {remedy}")
 
 
-def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, ...]:
+def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[Subject, ...]:
     """Return what is asked of a fleet, unit by unit: those that the files name, and those named besides."""
     if FACTOR not in spec.unknown:
         raise UpdateError(f"update.unknown.{FACTOR}: required of a fleet: what is known of its median before")
@@ -167,45 +168,41 @@ def _units(scene: Scene, spec: UpdateSpec, fleet: Fleet) -> tuple[MeasuredCase, 
         limit = _limit(changed, spec, f"unit {name!r}: ")
         measured = _measured(spec, name, unit.calendar or spec.calendar)
         refuse_too_deep(changed, measured[0], limit)
-        made.append(MeasuredCase(name, changed, spec, limit, measured[0], {}, *measured[1:]))
+        made.append(Subject(name, changed, spec, limit, *measured))
     return tuple(made)
 
 
-def _measured(
-    spec: UpdateSpec, unit: str | None, days: Days | None
-) -> tuple[tuple[Observed, ...], OperatingRecord | None, Calendar | None]:
+def _measured(spec: UpdateSpec, unit: str | None, days: Days | None) -> Known:
     """Return the observations, the record and the calendar of an [update], or of one unit."""
     given, a_year = (None, None) if days is None else (Calendar.of(days), days.hours_per_year)
     record = None if spec.record is None else measurements.read_record(spec.record, unit, a_year)
-    own = None if record is None else record.calendar(a_year)
-    counted: Calendar | None
-    if recorded := own is not None:  # of what follows it nothing is told without hours of a year
-        counted = own._replace(a_year=np.nan if a_year is None else a_year)
+    if own := record and record.calendar(a_year):
+        # of what follows it nothing is told without hours of a year
+        counted: Calendar | None = own._replace(a_year=np.nan if a_year is None else a_year)
     else:
         tables = [*filter(None, (measurements.calendar_of(data, unit, days) for data in spec.data))]
         own = tables[0].joined(tables[1:]) if tables else given
         counted = own if days is None or days.hours is None else given
-    seen = tuple(measurements.read_observations(data, counted, unit, recorded=recorded) for data in spec.data)
-    return seen, record, own
+    return tuple(measurements.read_observations(data, counted, unit) for data in spec.data), record, own
 
 
 def _limit(scene: Scene, spec: UpdateSpec, about: str) -> Limit:
     """Return what ends the life of a scene; refuse one from which no coefficient can be inferred."""
-    until = None if scene.wear is None else scene.wear.until
-    if scene.wear is None or until is None:
+    if scene.wear is None or (until := scene.wear.until) is None:
         raise UpdateError(f"{about}wear.until: required: a run that wears is what k is inferred from")
     try:
         run_curves.refuse_stages(scene)
     except UpdateError as error:
         raise UpdateError(f"{about}{error}") from None
     if FACTOR in spec.unknown and isinstance(scene.wear.coefficient, dict):
-        raise UpdateError(
-            f"{about}update.unknown.{FACTOR}: the members have coefficients of their own: name one, such "
-            'as "wear.coefficient.sun.factor"; it costs runs, as the other flanks go on as they are'
+        said = (
+            'the members have coefficients of their own: name one, such as "wear.coefficient.sun.factor"; it '
         )
+        said += "costs runs, as the other flanks go on as they are"
+        raise UpdateError(f"{about}update.unknown.{FACTOR}: {said}")
     if spec.limit is None and until.depth is None:
-        such = 'such as limit = { depth = "200 um" }'
-        raise UpdateError(f"{about}update.limit: required: wear.until has no depth; {such}")
+        said = 'required: wear.until has no depth; such as limit = { depth = "200 um" }'
+        raise UpdateError(f"{about}update.limit: {said}")
     return spec.limit or Limit("max_wear_depth", float(until.depth or 0.0), until.flank)
 
 
@@ -232,7 +229,7 @@ def needed(seen: Sequence[Observed], limit: Limit) -> set[str]:
     return (quantities - {THICKNESS}) | {"max_wear_depth", "effective_wear_coefficient", *ALWAYS} | rates
 
 
-def wanted_of(study: MeasuredCase) -> set[str]:
+def wanted_of(study: Subject) -> set[str]:
     """Return the variables that the histories of a study are made of."""
     wanted = needed(study.seen, study.limit) | {"cycle", "operating_hours"}
     wanted |= {block.place_kind for block in study.seen if block.place_kind}
@@ -242,37 +239,33 @@ def wanted_of(study: MeasuredCase) -> set[str]:
     return wanted - {"verdict", "end_reason"}  # those are for people
 
 
-def histories(study: MeasuredCase, store: "Store") -> tuple[run_curves.Runs, Index]:
+def histories(study: Subject, store: "Store") -> tuple[run_curves.Runs, Index]:
     """Return what the stored runs of a study say, and which draw each is.
 
     Raises
     ------
     UpdateError : none of them is there
     """
-    scenes, wanted = study.scenes, wanted_of(study)
-    ids = [scene.id for scene in scenes]
+    wanted, ids = wanted_of(study), [scene.id for scene in study.scenes]
     runs = run_curves.read_runs(store, dict.fromkeys(ids), wanted - ERRORS, ERRORS)
     if len(ids) == 1 and not runs:
         entry = store.heads(ids).get(ids[0])
-        why = None if entry is None else store.find(ids[0]).reason
-        state = "is not there" if entry is None else entry.state
-        raise UpdateError(f"{study.label}: its run {state} {last_line(why)}".strip())
-    read, which = [], []
-    for i, (run_id, scene) in enumerate(zip(ids, scenes, strict=True)):
-        if run_id not in runs:
-            continue
+        told = "is not there " if entry is None else f"{entry.state} {last_line(store.find(ids[0]).reason)}"
+        raise UpdateError(f"{study.label}: its run {told}".strip())
+    read = {}
+    for i, (run_id, scene) in enumerate(zip(ids, study.scenes, strict=True)):
         try:
-            read.append(run_curves.history_of(runs[run_id], scene, study.seen, study.limit))
-            which.append(i)
+            if run_id in runs:
+                read[i] = run_curves.history_of(runs[run_id], scene, study.seen, study.limit)
         except UpdateError:
             if i == 0:
                 raise
     if not read:
-        raise UpdateError(f"{study.label}: none of its {len(scenes)} runs has data")
-    return tuple(read), np.array(which, np.intp)
+        raise UpdateError(f"{study.label}: none of its {len(ids)} runs has data")
+    return tuple(read.values()), np.array([*read], np.intp)
 
 
-def stored(study: MeasuredCase, scenes: Mapping[str, Scene], store: "Store") -> list[xr.Dataset]:
+def stored(study: Subject, scenes: Mapping[str, Scene], store: "Store") -> list[xr.Dataset]:
     """Return what is stored of scenes, each under what it is called.
 
     Raises

@@ -74,7 +74,7 @@ def clock_of(
     return Clock(own.start + np.append(at, at[-1] + ahead), own.start + np.append(equal, equal[-1] + ahead))
 
 
-def clocked_run(study: cases.MeasuredCase, own: RunHistory, conditions: Runs) -> RunHistory:
+def clocked_run(study: cases.Subject, own: RunHistory, conditions: Runs) -> RunHistory:
     """Return a run with the clock of its record, at the factor that the measurements tell with it."""
     assert study.record is not None
     factors = np.ones(3)
@@ -161,8 +161,8 @@ class Era(NamedTuple):
 
 
 def renewed(
-    study: cases.MeasuredCase, first: xr.Dataset, compute: Callable[[Scene], xr.Dataset]
-) -> tuple[cases.MeasuredCase, RunHistory]:
+    study: cases.Subject, first: xr.Dataset, compute: Callable[[Scene], xr.Dataset]
+) -> tuple[cases.Subject, RunHistory]:
     """Return a study whose measurements are parted by the gears they are of, and its history.
 
     Parameters
@@ -216,7 +216,7 @@ def _gear_of(where: str | None, gears: list[str], place: str) -> str:
     return _gear(where)
 
 
-def _events(study: cases.MeasuredCase, first: xr.Dataset, gears: list[str]) -> list[tuple[Replaced, float]]:
+def _events(study: cases.Subject, first: xr.Dataset, gears: list[str]) -> list[tuple[Replaced, float]]:
     """Return when gears were replaced, in order: what was said, cycle."""
     found = []
     for number, event in enumerate(study.spec.replaced):
@@ -241,8 +241,8 @@ def _events(study: cases.MeasuredCase, first: xr.Dataset, gears: list[str]) -> l
 
 
 def _history(
-    study: cases.MeasuredCase, scene: Scene, eras: Mapping[str, list[Era]]
-) -> tuple[cases.MeasuredCase, RunHistory]:
+    study: cases.Subject, scene: Scene, eras: Mapping[str, list[Era]]
+) -> tuple[cases.Subject, RunHistory]:
     """Return the study with its measurements parted, and its history; what is in service comes first."""
     gears = list(eras)
     last = eras[_gear_of(study.limit.where, gears, "update.limit")][-1]

@@ -40,7 +40,7 @@ DEARER = (0.5, 1.0, 2.0)  # times the cost of a failure, for the sensitivity
 STEPS = 300  # of a horizon
 
 
-def virtual_inspection(outcome: answers.UpdateOutcome, rng: Random) -> xr.Dataset | None:
+def virtual_inspection(outcome: answers.Finding, rng: Random) -> xr.Dataset | None:
     """Return the expected width of the remaining life's 90 % interval over the time of one more inspection.
 
     The inspection is one of the first block that has no places on the flank. None where there is no such
@@ -76,7 +76,7 @@ def before_change(ahead: xr.Dataset, change: float) -> xr.Dataset:
     return ahead.assign(recommended=ahead["recommended"].copy(data=best))
 
 
-def virtual_block(outcome: answers.UpdateOutcome) -> int | None:
+def virtual_block(outcome: answers.Finding) -> int | None:
     """Return the first block that has no places on the flank: what one would measure again.
 
     None where sources contradict each other: the next value would not tell which of them is right.
@@ -140,7 +140,7 @@ def virtual_weights(value: Array, sd: Array, rng: Random) -> NDArray[np.float32]
     return np.exp(np.float32(-0.5) * off * off) * (share * np.float32(sd.min()))
 
 
-def decided(outcome: answers.UpdateOutcome, costs: Decision, rng: Random) -> xr.Dataset | None:
+def decided(outcome: answers.Finding, costs: Decision, rng: Random) -> xr.Dataset | None:
     """Return the cost per hour of changes and looks, None where no end is to be expected."""
     answer, run = outcome.answer, outcome.posterior.histories[0]
     found, number = changes(answer, run, costs), virtual_block(outcome)

@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from wearlab.arrays import Array, Random
 from wearlab.updating import answers, decision, layout, likelihood, lives, population, run_curves, sampling
-from wearlab.updating.cases import MeasuredCase
+from wearlab.updating.cases import Subject
 from wearlab.updating.grids import along, equally
 from wearlab.updating.population import FleetMember, Population
 from wearlab.updating.scores import held_by
@@ -168,9 +168,7 @@ FEWEST = 3  # other units from which one is compared with them
 IN_SI = ("value", "crps", "foreseen", "by_the_rate", "by_a_line")
 
 
-def fleet_groups(
-    studies: Sequence[MeasuredCase], runs: run_curves.Runs, *, replay: bool
-) -> dict[str, xr.Dataset]:
+def fleet_groups(studies: Sequence[Subject], runs: run_curves.Runs, *, replay: bool) -> dict[str, xr.Dataset]:
     """Return the groups of a fleet's tree.
 
     Parameters
@@ -239,7 +237,7 @@ def _names(found: Population) -> np.ndarray:
 
 
 def _predictions(
-    studies: Sequence[MeasuredCase], found: Population, states: list[UnitState], blanks: list[UnitState]
+    studies: Sequence[Subject], found: Population, states: list[UnitState], blanks: list[UnitState]
 ) -> xr.Dataset:
     """Return each unit's life, remaining life, day, wear now, and whether it is like the others."""
     middle = np.array([float(np.median(state.factor)) for state in states])
@@ -365,7 +363,7 @@ def _scores(rows: xr.Dataset) -> dict[str, float]:
     }
 
 
-def _notes(studies: Sequence[MeasuredCase], found: Population) -> list[str]:
+def _notes(studies: Sequence[Subject], found: Population) -> list[str]:
     """Return what a reader must know of the whole fleet, most important first."""
     units = []
     for one, unit in zip(studies, found.units, strict=True):

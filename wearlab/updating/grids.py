@@ -21,6 +21,7 @@ from scipy.special import logsumexp
 
 from wearlab.arrays import Array, Flags, Index, Random
 from wearlab.campaign.distributions import SMALLEST, Distribution
+from wearlab.updating import likelihood
 from wearlab.updating.kalman import Filtered
 from wearlab.updating.likelihood import Block, Blocks, Lanes, Spread, log_density, log_likelihood
 from wearlab.updating.run_curves import Runs, risen
@@ -35,7 +36,7 @@ SCALE = 0.5  # of what sources that contradict each other may be off by, in ln k
 FORETOLD = 2e-6  # of the largest density, by which every other node may be off from what the rest foretell
 ROUNDS = 60
 
-SpreadGrids = tuple[Array, Array]
+Grids = tuple[Array, Array]
 
 
 class Range(NamedTuple):
@@ -63,13 +64,14 @@ class Posterior:
 
     Parameters
     ----------
-    histories : stored runs, each with a draw of the unknowns that cost runs
+    runs : stored runs, each with a draw of the unknowns that cost runs
     blocks : the observations that count
     prior : of the factor on the wear coefficient; None: it is what the runs have
-    log_proposal : (runs,) log of how much more often each was drawn than its prior has it [0]
+    often : (runs,) log of how much more often each was drawn than its prior has it [0]
 
     Attributes
     ----------
+    histories, log_proposal : the runs, and that of each
     nodes : (runs, n) ln factor where the likelihood is known
     spreads : for each block the grids over ln of its errors, (sd, drift), each (runs, n); (runs, 1) of known
     centre, width : (runs,) of the map ln factor = c + w sinh s
@@ -82,26 +84,20 @@ class Posterior:
     resolved : whether the grids are fine enough
     """
 
-    def __init__(
-        self, histories: Runs, blocks: Blocks, prior: Distribution | None, log_proposal: Array | None = None
-    ) -> None:
-        self.histories, self.blocks, self.prior = tuple(histories), tuple(blocks), prior
-        self.log_proposal = np.zeros(len(self.histories)) if log_proposal is None else log_proposal
+    def __init__(self, runs: Runs, blocks: Blocks, prior: Distribution | None, often: Array | None = None):
+        self.histories, self.blocks, self.prior = tuple(runs), tuple(blocks), prior
+        self.log_proposal = np.zeros(len(runs)) if often is None else often
         self._all, self.resolved = np.arange(len(self.histories)), True
-        self._axes = {
-            (number, side): range_of(spread.prior, len(self._all), spread.scale)
-            for number, block in enumerate(self.blocks)
-            for side, spread in enumerate((block.sd, block.drift))
-            if spread is not None and spread.prior is not None
-        }
+        each = likelihood.unknown(self.blocks)
+        self._axes = {(n, side): range_of(prior, len(self._all), own.scale) for n, side, own, prior in each}
         self.centre, self.width = np.log([run.factor for run in self.histories]), np.ones(len(self._all))
         if prior is not None:
             self._factor = range_of(prior, len(self._all))
         self._narrow()
         self.spreads = self._spreads(SPREADS)
         if prior is None:
-            self.nodes, place = self.centre[:, None], np.zeros((len(self._all), 1))
-            self._norm(place, self._log_likelihood(self.nodes, self._all))
+            self.nodes = self.centre[:, None]
+            self._norm(np.zeros_like(self.nodes), self._log_likelihood(self.nodes, self._all))
         else:
             self._norm(*self._resolve(prior))
 
@@ -128,7 +124,7 @@ class Posterior:
     def smaller(self, log_factor: Array) -> Array:
         """Return each run's probability of smaller factors than (runs, q), (runs, q)."""
         if self.prior is None:
-            return np.asarray((log_factor > self.centre[:, None]).astype(float))
+            return (log_factor > self.centre[:, None]).astype(float)
         s = np.arcsinh((log_factor - self.centre[:, None]) / self.width[:, None])
         step, n = self.place[:, 1:2] - self.place[:, :1], self.place.shape[1]
         t = np.clip((s - self.place[:, :1]) / step, 0.0, n - 1.0)
@@ -139,17 +135,17 @@ class Posterior:
 
     def factor(self, p: Array) -> Array:
         """Return quantiles of the factor."""
-        ends = self.log_factor[:, [0, -1]]
+        low, high = self.log_factor[:, 0].min() - 1e-9, self.log_factor[:, -1].max() + 1e-9
 
         def smaller(u: Array) -> Array:
-            return np.asarray(self.weight @ self.smaller(np.broadcast_to(u, (len(self.weight), len(u)))))
+            return self.weight @ self.smaller(np.broadcast_to(u, (len(self.weight), len(u))))
 
-        return np.exp(risen(smaller, np.asarray(p, float), ends.min() - 1e-9, ends.max() + 1e-9))
+        return np.exp(risen(smaller, np.asarray(p, float), low, high))
 
     def conditional(self, i: int, number: int) -> tuple[Array, Filtered]:
         """Return log p(y_b, ln sd, ln drift | factor) of a run's block at its nodes, and what is filtered."""
-        sd, drift = (grid[i : i + 1] for grid in self.spreads[number])
-        runs, nodes = self.histories[i : i + 1], self.nodes[i][None]
+        sd, drift = (grid[[i]] for grid in self.spreads[number])
+        runs, nodes = self.histories[i : i + 1], self.nodes[[i]]
         found, seen = conditional(runs, self.blocks[number], number, nodes, (sd, drift))
         mean, variance = (np.broadcast_to(part, found.shape)[0] for part in (seen.mean, seen.variance))
         return found[0], Filtered(found[0], mean, variance, seen.cycle)
@@ -157,15 +153,14 @@ class Posterior:
     def _norm(self, place: Array, logs: Array) -> None:
         """Set densities, evidences and weights by logs at places; one place where the factor is known."""
         n, top = logs.shape[1], logs.max(axis=1, keepdims=True)
-        self.place, self.log_factor = place, self._at(place)
-        density = np.exp(logs - top)
-        below, total = density, np.ones(len(logs))
+        self.place, self.log_factor, density = place, self._at(place), np.exp(logs - top)
+        below, total = density, np.ones((len(logs), 1))
         if n > 1:
-            step = (place[:, -1] - place[:, 0]) / (n - 1)
-            below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step[:, None]
-            total = below[:, -1]
-        self.density, self.below = density / total[:, None], below / total[:, None]
-        self.log_evidence = top[:, 0] + np.log(total)
+            step = (place[:, -1:] - place[:, :1]) / (n - 1)
+            below = CubicSpline(np.arange(n), density, axis=1).antiderivative()(np.arange(n)) * step
+            total = below[:, -1:]
+        self.density, self.below = density / total, below / total
+        self.log_evidence = (top + np.log(total))[:, 0]
         often = self.log_evidence - self.log_proposal
         self.weight = np.exp(often - logsumexp(often))
         mass = self.density * even_weights(n)
@@ -180,7 +175,7 @@ class Posterior:
         """Return ln factor at s, (some, n)."""
         return np.asarray(self.centre[some, None] + self.width[some, None] * np.sinh(s))
 
-    def _spreads(self, n: int) -> tuple[SpreadGrids, ...]:
+    def _spreads(self, n: int) -> tuple[Grids, ...]:
         """Return grids over the errors: n points of an unknown one."""
 
         def grid(number: int, side: int, spread: Spread | None) -> Array:
@@ -194,8 +189,8 @@ class Posterior:
     def _tables(self, points: Array, some: Index) -> dict[int, Array]:
         """Return the conditional of each block at points (some, n), as many runs at once as memory allows."""
         tables = {}
-        for number, block in ((n, block) for n, block in enumerate(self.blocks) if len(block.rows)):
-            (sd, drift), parts = (grid[some] for grid in self.spreads[number]), []
+        for number in likelihood.told(self.blocks):
+            block, (sd, drift), parts = self.blocks[number], (grid[some] for grid in self.spreads[number]), []
             size = points.shape[1] * len(block.rows) * sd.shape[1] * drift.shape[1]
             for mine in np.array_split(np.arange(len(some)), min(len(some), 1 + len(some) * size // AT_ONCE)):
                 runs = [self.histories[i] for i in some[mine]]
@@ -346,21 +341,19 @@ def along(u: Array, mass: Array, rows: Index, rng: Random) -> Array:
     return np.asarray(u[i] + share * (u[i + 1] - u[i]))
 
 
-def conditional(
-    runs: Runs, block: Block, number: int, log_factor: Array, spreads: SpreadGrids
-) -> tuple[Array, Filtered]:
+def conditional(runs: Runs, block: Block, number: int, u: Array, grids: Grids) -> tuple[Array, Filtered]:
     """Return log p(y_b, ln sd, ln drift | factor) weighted by the grids, (runs, factors, sds, drifts).
 
     Parameters
     ----------
     runs, block, number : stored runs, what was measured, the block's place
-    log_factor : (runs, factors)
-    spreads : (runs, n) grids over ln of the errors
+    u : (runs, factors) ln factor
+    grids : (runs, n) over ln of the errors
     """
-    sd, drift = map(np.exp, spreads)
-    lanes = Lanes(np.exp(log_factor)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :])
+    sd, drift = map(np.exp, grids)
+    lanes = Lanes(np.exp(u)[:, :, None, None], sd[:, None, :, None], drift[:, None, None, :])
     seen = log_likelihood(block, [(run, [i]) for i, run in enumerate(runs)], number, lanes)
-    priors = [_log_prior(s, grid) for s, grid in zip((block.sd, block.drift), spreads, strict=True)]
+    priors = [_log_prior(s, grid) for s, grid in zip((block.sd, block.drift), grids, strict=True)]
     return seen.log_likelihood + priors[0][:, None, :, None] + priors[1][:, None, None, :], seen
 
 
@@ -368,9 +361,8 @@ def _log_prior(spread: Spread | None, grid: Array) -> Array:
     """Return the logs of an error's prior times the weights of its grid, (runs, n); 0 of a known one."""
     if spread is None or spread.prior is None:
         return np.zeros((1, 1))
-    step = grid[:, 1:2] - grid[:, :1]
-    logs = log_density(spread.prior, grid, spread.scale)
-    return np.asarray(logs + np.log(even_weights(grid.shape[1]) * step))
+    weights = even_weights(grid.shape[1]) * (grid[:, 1:2] - grid[:, :1])
+    return log_density(spread.prior, grid, spread.scale) + np.log(weights)
 
 
 def peak(logs_at: Callable[[Array, Index], Array], low: Array, high: Array) -> tuple[Array, Array]:

@@ -115,7 +115,7 @@ class Runner(NamedTuple):
     progress: bool = True
     workers: int | None = None
 
-    def run(self, wanted: Sequence[cases.MeasuredCase]) -> list[tuple[run_curves.Runs, Index]]:
+    def run(self, wanted: Sequence[cases.Subject]) -> list[tuple[run_curves.Runs, Index]]:
         """Return the histories of each study, and which draw each one is; what is missing is run together."""
         conditions = [study.conditions for study in wanted]
         asked = [*(study.scenes for study in wanted), *(scenes.values() for scenes in conditions)]
@@ -130,12 +130,12 @@ class Runner(NamedTuple):
             found.append((runs, which))
         return found
 
-    def stored(self, study: cases.MeasuredCase, scenes: Mapping[str, Scene]) -> "list[xr.Dataset]":
+    def stored(self, study: cases.Subject, scenes: Mapping[str, Scene]) -> "list[xr.Dataset]":
         """Return what is stored of scenes, each under what it is called; those that are missing are run."""
         self._compute([study], tuple(scenes.values()))
         return cases.stored(study, scenes, self.store)
 
-    def _compute(self, wanted: Sequence[cases.MeasuredCase], scenes: Sequence[Scene]) -> None:
+    def _compute(self, wanted: Sequence[cases.Subject], scenes: Sequence[Scene]) -> None:
         from wearlab import runner
 
         campaign = wanted[0].campaign(self.title, list({scene.id: scene for scene in scenes}.values()))
@@ -143,7 +143,7 @@ class Runner(NamedTuple):
         runner.run(campaign, self.store, progress=self.progress, workers=self.workers)
 
 
-def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
+def updated(study: cases.Subject, runner: Runner) -> answers.Finding:
     """Update one case: run what is missing, make runs longer, draw once more where few carry the weight."""
     ((runs, which),) = runner.run([study])
     if study.spec.replaced:
@@ -182,8 +182,8 @@ def updated(study: cases.MeasuredCase, runner: Runner) -> answers.UpdateOutcome:
 
 
 def _again(
-    study: cases.MeasuredCase, weight: Array, which: Index, runner: Runner
-) -> tuple[cases.MeasuredCase, run_curves.Runs, Index, Array]:
+    study: cases.Subject, weight: Array, which: Index, runner: Runner
+) -> tuple[cases.Subject, run_curves.Runs, Index, Array]:
     """Return the study with a second round of draws, its runs, and how they were drawn."""
     from scipy.stats import multivariate_normal, norm, qmc
 
@@ -206,7 +206,7 @@ def _again(
     return both, runs, which, np.logaddexp(0.0, log_ratio) - np.log(2.0)
 
 
-def scores_of(study: cases.MeasuredCase) -> Array:
+def scores_of(study: cases.Subject) -> Array:
     """Return the standard scores of a study's draws, (draws, keys), 0 at the prior's median."""
     columns = [
         prior.below(np.array([*map(cases.plain, study.drawn[key])])) for key, prior in study.costly.items()
@@ -219,7 +219,7 @@ def identity(about: str, *, replay: bool, check: int) -> str:
     return _hash([FORMAT, code(), replay, check, about])
 
 
-def subject(wanted: Sequence[cases.MeasuredCase]) -> str:
+def subject(wanted: Sequence[cases.Subject]) -> str:
     """Return the identity of what an update is of: its runs, the files' contents, its words.
 
     A campaign's title is none of it: what is kept belongs to whatever asks the same, and to nothing else.
@@ -256,7 +256,7 @@ def code() -> str:
 
 
 def kept(
-    wanted: Sequence[cases.MeasuredCase], store: "Store", *, replay: bool, check: int
+    wanted: Sequence[cases.Subject], store: "Store", *, replay: bool, check: int
 ) -> "xr.DataTree | None":
     """Return the update when it was made before, None otherwise."""
     from wearlab.store import updates

@@ -73,7 +73,7 @@ def lives(
     return found if calendar is None else found | {"end_of_life_quantile": calendar.texts(known.now + rest)}
 
 
-def calendar_of(study: cases.MeasuredCase, run: run_curves.RunHistory, now: float) -> Calendar | None:
+def calendar_of(study: cases.Subject, run: run_curves.RunHistory, now: float) -> Calendar | None:
     """Return the calendar of a unit in cycles of its run."""
     return study.calendar and study.calendar.in_cycles(run.start, now, run.seconds_per_cycle)
 

@@ -12,7 +12,7 @@ tenth. A bin in which it changes by more, or in which a state of the run falls, 
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -48,8 +48,7 @@ class Spread(NamedTuple):
 def log_density(prior: Distribution, log_value: Array, scale: float = 1.0) -> Array:
     """Return the log of a prior's density per unit of ln value, in so much of its unit; however far out."""
     own = log_value - math.log(scale)
-    found: Array = prior.log_density(np.exp(own)) + own
-    return found
+    return np.asarray(prior.log_density(np.exp(own)) + own)
 
 
 OfRuns = Sequence[tuple[RunHistory, Any]]  # each run with the lanes that are its own
@@ -120,14 +119,25 @@ class Block:
 Blocks = Sequence[Block]
 
 
+def told(blocks: Blocks) -> list[int]:
+    """Return the numbers of the blocks of which any value counts."""
+    return [n for n, block in enumerate(blocks) if len(block.rows)]
+
+
+def unknown(blocks: Blocks) -> Iterator[tuple[int, int, Spread, Distribution]]:
+    """Yield the unknown errors: number of the block, 0 of its sd or 1 of its drift, it, and its prior."""
+    for n, block in enumerate(blocks):
+        for side, spread in enumerate((block.sd, block.drift)):
+            if spread is not None and spread.prior is not None:
+                yield n, side, spread, spread.prior
+
+
 def cycles_of(blocks: Blocks, run: RunHistory) -> Array:
     """Return the times of values that count in any block, rising [cycles]."""
     return np.unique([at for n, b in enumerate(blocks) for at in run.asked[n].cycle[b.rows]])
 
 
-def held(
-    blocks: Blocks, run: RunHistory, holds: Callable[[Array, float], Any], cycle: float
-) -> tuple[Block, ...]:
+def held(blocks: Blocks, run: RunHistory, holds: Callable[..., Any], cycle: float) -> tuple[Block, ...]:
     """Return blocks of which those values count that did and whose cycles compare so with one."""
     both = zip(blocks, run.asked, strict=True)
     return tuple(replace(b, rows=b.rows[holds(asked.cycle[b.rows], cycle)]) for b, asked in both)
@@ -156,14 +166,12 @@ def numerical_share(block: Block, history: RunHistory) -> float:
     return float(history.numerical_of(block.data.quantity) * value / own) if own > 0.0 else 0.0
 
 
-def inspections_of(
-    block: Block, history: RunHistory, number: int, most: float = math.inf
-) -> list[kalman.Inspection]:
+def inspections_of(block: Block, run: RunHistory, number: int, most: float = math.inf) -> kalman.Inspections:
     """Return the times of a block's values that count, each with the places of its values among those.
 
     Of more than ``most`` times whose values share no error, neighbouring ones are one, in their middle.
     """
-    cycle, offset = history.asked[number].cycle[block.rows], block.data.error.offset_sd**2
+    cycle, offset = run.asked[number].cycle[block.rows], block.data.error.offset_sd**2
     times, first = np.unique(np.sort(cycle), return_index=True)
     if not len(times):
         return []

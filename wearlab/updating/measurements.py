@@ -61,20 +61,19 @@ class MeasuredColumns:
         ------
         UpdateError : a column is not there
         """
-        for role, column in wanted.items():
-            if column is not None:
-                found = self.table.find(column)
-                if found is None:
-                    begins = f"{column} [", f"{column} ("
-                    strange = next((n for n in self.table.names if n.startswith(begins)), "")
-                    unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
-                    own = f" as {strange!r}, and its unit in units"
-                    raise UpdateError(
-                        f"{self.path}: line {self.table.header_line}: no column {column!r} for {role}; there "
-                        f"are {', '.join(self.table.names)}: {unit_of if strange else ''}name it in "
-                        f"{self.block.place}.columns{own if strange else ''}"
-                    )
-                self.names[role] = found
+        for role, column in ((role, column) for role, column in wanted.items() if column is not None):
+            if (found := self.table.find(column)) is None:
+                strange = next(
+                    (n for n in self.table.names if n.startswith((f"{column} [", f"{column} ("))), ""
+                )
+                unit_of = f"{strange[len(column) :].strip()} in its header is no unit that is known: "
+                own = f" as {strange!r}, and its unit in units"
+                raise UpdateError(
+                    f"{self.path}: line {self.table.header_line}: no column {column!r} for {role}; there are "
+                    f"{', '.join(self.table.names)}: {unit_of if strange else ''}name it in "
+                    f"{self.block.place}.columns{own if strange else ''}"
+                )
+            self.names[role] = found
         if unit is not None and "unit" in self.names:
             self.table = self.table.where(self.names["unit"], unit)
         self.lines = np.array(self.table.lines, np.int64)
@@ -89,9 +88,8 @@ class MeasuredColumns:
         own = given.get(column) or self.table.units[column] or ("h" if unit == "s" else None)
         if own is None and unit not in ("1", ""):
             bare = re.fullmatch(r"[A-Za-z0-9_-]+", column)
-            key = column if bare else json.dumps(column, ensure_ascii=False)
-            said = f'column {column!r} needs its unit: units = {{ {key} = "…" }}'
-            raise UpdateError(f"{self.block.place}.units: {said}")
+            said = f'units = {{ {column if bare else json.dumps(column, ensure_ascii=False)} = "…" }}'
+            raise UpdateError(f"{self.block.place}.units: column {column!r} needs its unit: {said}")
         try:
             numbers = self.table.numbers(column, empty=empty)
             return numbers if own is None else in_unit(numbers, own, unit, column)
@@ -100,11 +98,10 @@ class MeasuredColumns:
 
     def censored(self, role: str, unit: str) -> tuple[Array, Array]:
         """Return the numbers of a role in SI, NaN where a cell is empty or ``<0.1``, and the limits told."""
-        column = self.names[role]
-        texts = self.table.cells[column]
+        texts = self.table.cells[self.names[role]]
         less = np.array([text.startswith("<") for text in texts], bool)
-        bare = tuple(text.lstrip("< ") for text in texts)
-        self.table = replace(self.table, cells={**self.table.cells, column: bare})
+        bare = {self.names[role]: tuple(text.lstrip("< ") for text in texts)}
+        self.table = replace(self.table, cells={**self.table.cells, **bare})
         numbers = self.numbers(role, unit, empty=True)
         return np.where(less, np.nan, numbers), np.where(less, numbers, np.nan)
 
@@ -179,22 +176,19 @@ def columns_of(data: Data, unit: str | None = None) -> tuple[MeasuredColumns, st
     UpdateError : the file cannot be read, or a column is not there
     """
     own, columns = data.columns, MeasuredColumns(data)
-    roles = {name: name for name in ("cycle", "hours", "date")} | {"value": data.quantity}
-    usual = {role: columns.table.meant(name, {}) for role, name in roles.items()}
+    usual = {name: columns.table.meant(name, {}) for name in ("cycle", "hours", "date", data.quantity)}
     when = {name: column for name in WHEN if (column := getattr(own, name)) is not None}
     when = when or {name: column for name in WHEN if (column := usual.get(name)) is not None}
     clock = next(iter(when), "cycle")
     place = next((name for name in WHERE if getattr(own, name) is not None), None)
-    wanted = {"time": when.get(clock, clock), "value": own.value or usual["value"] or data.quantity}
+    wanted = {"time": when.get(clock, clock), "value": own.value or usual[data.quantity] or data.quantity}
     wanted |= {"sd": own.sd, "below": own.below, "unit": own.unit}
     wanted |= {"date": when.get("date") if clock == "hours" else None}
     columns.find(wanted | {"place": getattr(own, place) if place else None}, unit)
     return columns, clock, place
 
 
-def read_observations(
-    data: Data, calendar: Calendar | None = None, unit: str | None = None, *, recorded: bool = False
-) -> Observed:
+def read_observations(data: Data, calendar: Calendar | None = None, unit: str | None = None) -> Observed:
     """Return the observations of a block's file, in its order.
 
     Parameters
@@ -202,7 +196,6 @@ def read_observations(
     data : the block
     calendar : which day it was after how many operating hours, for a column of dates
     unit : of a fleet, whose rows are meant; None: all
-    recorded : whether that is of a record of what ran
 
     Raises
     ------
@@ -215,7 +208,7 @@ def read_observations(
     nothing, has = np.full(len(columns), np.nan), columns.names
     value, below = columns.censored("value", data.si)
     dated = clock == "date"
-    time = _seconds(columns, calendar, recorded) if dated else columns.numbers("time", CLOCKS[clock])
+    time = _seconds(columns, calendar) if dated else columns.numbers("time", CLOCKS[clock])
     sd = columns.numbers("sd", data.si, empty=True) if "sd" in has else nothing
     if "below" in has:
         below = np.where(np.isnan(below), columns.numbers("below", data.si, empty=True), below)
@@ -233,23 +226,22 @@ def read_observations(
     if data.error.gain_sd:
         said = "is empty: with error.gain_sd no value may be below a limit of detection"
         columns.refuse(np.isnan(value), "value", said)
-    when = "hours" if dated else clock
     held = (place_kind, place, columns.lines, columns.fingerprint)
-    return Observed(data, when, time, value, sd, below, *held)
+    return Observed(data, "hours" if dated else clock, time, value, sd, below, *held)
 
 
-def _seconds(columns: MeasuredColumns, calendar: Calendar | None, recorded: bool) -> Array:
+def _seconds(columns: MeasuredColumns, calendar: Calendar | None) -> Array:
     """Return the operating seconds at dates, by a record, or by the hours of a year in operation."""
-    dates, place = columns.dates("time"), columns.block.place
+    dates = columns.dates("time")
     if calendar is None or np.isnan(calendar.time[-1]):
-        raise UpdateError(
-            f"{place}.columns.date: dates need update.calendar = {{ date, hours, hours_per_year }}: "
-            "a day, the operating hours on it, and how they go on"
+        said = (
+            "dates need update.calendar = { date, hours, hours_per_year }: a day, the operating hours on it, "
         )
+        raise UpdateError(f"{columns.block.place}.columns.date: {said}and how they go on")
     hours = calendar.hours(dates)
     said = f"is before the first operating hour: {calendar.time[-1]:g} h on {day_text(calendar.day[-1])}, "
     said += f"{calendar.a_year:g} h a year, by update.calendar"
-    if recorded:
+    if calendar.recorded:
         said = "lies outside update.record: let it begin earlier, or give update.calendar for what follows"
     columns.refuse(~(hours >= 0.0), "time", said, hours)
     return hours * units.HOUR
@@ -284,18 +276,15 @@ def calendar_of(data: Data, unit: str | None, days: Days | None) -> Calendar | N
     order = np.lexsort((day, hours))
     day, hours, lines = day[order], hours[order], columns.lines[order]
     if (back := np.diff(day) < 0.0).any():
-        sooner, later = lines[int(np.argmax(back)) :][:2]
-        said = f"line {later} has more hours than line {sooner}, and an earlier date: look at both"
-        raise UpdateError(f"{data.file}: {said}")
+        both = "line {1} has more hours than line {0}, and an earlier date: look at both"
+        raise UpdateError(f"{data.file}: {both.format(*lines[int(np.argmax(back)) :])}")
     if days is not None:
         return Calendar(day, hours, days.hours_per_year)
     rate = float(np.ptp(hours) / np.ptp(day)) * DAYS_A_YEAR if np.ptp(day) > 0.0 else 0.0
     if rate > 1.01 * HOURS_A_YEAR:
-        raise UpdateError(
-            f"{data.file}: line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran "
-            f"{rate:.0f} hours a year since its first inspection, more than a year has: look at its "
-            "dates and hours"
-        )
+        said = f"line {lines[-1]}: {'it' if unit is None else f'unit {unit!r}'} ran {rate:.0f} hours a year "
+        said += "since its first inspection, more than a year has: look at its dates and hours"
+        raise UpdateError(f"{data.file}: {said}")
     return Calendar(day, hours, rate) if rate > 0.0 else None
 
 
@@ -353,7 +342,7 @@ class OperatingRecord:
         if self.dates is None:
             return None
         day, hours = day_number(self.dates), self.time / units.HOUR
-        return Calendar(day, hours, a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR)
+        return Calendar(day, hours, a_year or float(hours[-1] / np.ptp(day)) * DAYS_A_YEAR, recorded=True)
 
     def excess(self, a_year: float | None) -> tuple[float, float] | None:
         """Return its hours, every one between its dates, and those at so many a year, where they differ."""
@@ -364,9 +353,7 @@ class OperatingRecord:
         return None if abs(hours - told) <= UNLIKE * told else (hours, told)
 
 
-def read_record(
-    block: RecordBlock, unit: str | None = None, a_year: float | None = None
-) -> OperatingRecord | None:
+def read_record(block: RecordBlock, unit: str | None, a_year: float | None) -> OperatingRecord | None:
     """Return what ran, of one unit where the file has many; None where it has no row of it.
 
     Between its dates are the hours of a year that it says; else, without a row of a standstill, those
@@ -376,11 +363,9 @@ def read_record(
     ------
     UpdateError : with row and column of what cannot be read
     """
-    own = block.columns
+    own, columns = block.columns, MeasuredColumns(block)
     (when,) = (name for name in ("hours", "date", "duration") if getattr(own, name) is not None)
-    wanted = {"time": getattr(own, when), "torque": own.torque, "speed": own.speed, "unit": own.unit}
-    columns = MeasuredColumns(block)
-    columns.find(wanted, unit)
+    columns.find({"time": getattr(own, when), **own.model_dump(include={"torque", "speed", "unit"})}, unit)
     if not len(columns):
         return None
     torque, speed = (columns.numbers(n, si, empty=True) for n, si in (("torque", "N m"), ("speed", "rad/s")))
@@ -396,16 +381,15 @@ def read_record(
         ends = np.append(0.0, np.cumsum(time))
     else:
         if len(time) < 2:
-            said = "a row holds until the next: at least two are needed"
-            raise UpdateError(f"{columns.path}: line {columns.lines[0]}: {said}")
+            alone = f"{columns.path}: line {columns.lines[0]}"
+            raise UpdateError(f"{alone}: a row holds until the next: at least two are needed")
         columns.refuse(np.append(False, np.diff(time) <= 0.0), "time", "is not after the row before it")
         columns.refuse(time < 0.0, "time", "is before the first hour")
         begins = f"the record begins after {time[0] / units.HOUR:g} h: begin at 0 with what ran until then"
         columns.refuse((time > 0.0) & (np.arange(len(time)) == 0), "time", begins)
         torque, speed = torque[:-1], speed[:-1]
         # hours in operation: a standstill has none
-        stands = bool((speed == 0.0).any())
-        a_year = block.hours_per_year or (None if stands else a_year)
+        a_year = block.hours_per_year or (None if (speed == 0.0).any() else a_year)
         share = 1.0 if dates is None or a_year is None else a_year / HOURS_A_YEAR
         ends = time if dates is None else np.append(0.0, np.cumsum(share * np.diff(time) * (speed > 0.0)))
     if not (np.diff(ends) * speed).any():

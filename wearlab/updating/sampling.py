@@ -51,7 +51,7 @@ class Draws:
         runs = self.posterior.histories
         return [(runs[int(i)], np.flatnonzero(self.run == i)) for i in np.unique(self.run)]
 
-    def inspections(self, number: int, most: float = np.inf) -> list[kalman.Inspection]:
+    def inspections(self, number: int, most: float = np.inf) -> kalman.Inspections:
         """Return the inspections of a block, of more neighbouring ones together."""
         block, run = self.posterior.blocks[number], self.posterior.histories[0]
         return likelihood.inspections_of(block, run, number, most)
@@ -251,9 +251,7 @@ def checks(draws: Draws) -> tuple[list[Check], dict[int, float]]:
     """
     each: list[Check] = []
     courses: dict[int, float] = {}
-    for number, block in enumerate(draws.posterior.blocks):
-        if not len(block.rows):
-            continue
+    for number in likelihood.told(draws.posterior.blocks):
         cycles, counts, z, chi, hidden = _innovations(draws, number)
         for t, (cycle, count) in enumerate(zip(cycles, counts, strict=True)):
             if count:

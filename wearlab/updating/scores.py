@@ -51,7 +51,7 @@ def held_by(q: Array, truth: Array) -> dict[str, float]:
     return {f"replay_in_{width}": float(held.sum()) for width, held in inside.items()}
 
 
-def simple_rules(study: cases.MeasuredCase, post: grids.Posterior, now: float) -> tuple[float, float]:
+def simple_rules(study: cases.Subject, post: grids.Posterior, now: float) -> tuple[float, float]:
     """Return the remaining life by the ratio of wear to cycles, and by a line through three values."""
     limit, run, ratio, line = study.limit, post.histories[0], np.nan, np.nan
     number = next((n for n, b in enumerate(post.blocks) if b.measures(limit)), None)
@@ -71,7 +71,7 @@ def simple_rules(study: cases.MeasuredCase, post: grids.Posterior, now: float) -
     return ratio, line
 
 
-def replayed(study: cases.MeasuredCase, post: grids.Posterior, end: float = np.nan) -> xr.Dataset:
+def replayed(study: cases.Subject, post: grids.Posterior, end: float = np.nan) -> xr.Dataset:
     """Return quantiles of factor, life and remaining life after each inspection, and its check.
 
     Parameters
@@ -137,7 +137,7 @@ MOST_LEFT_OUT = 3000  # runs times inspections up to which inspections are left 
 Model = tuple[str, grids.Posterior, likelihood.Blocks]  # name, a posterior of its runs, observations
 
 
-def models_of(outcome: answers.UpdateOutcome) -> Iterator[Model]:
+def models_of(outcome: answers.Finding) -> Iterator[Model]:
     """Yield the model that was asked for, and those that differ from it in one thing."""
     post, study = outcome.posterior, outcome.study
     accumulates, changes = study.spec.discrepancy == answers.ACCUMULATING, study.spec.change != "none"
@@ -166,7 +166,7 @@ def left_out(post: grids.Posterior) -> Array:
     return post.evidence - np.array([one.evidence for one in others])
 
 
-def compared(outcomes: Sequence[answers.UpdateOutcome]) -> xr.Dataset | None:
+def compared(outcomes: Sequence[answers.Finding]) -> xr.Dataset | None:
     """Return the models beside each other, the most probable first; None of a single one."""
     each = [model for outcome in outcomes for model in models_of(outcome)]
     if len(each) < 2 or not any(len(block.rows) for block in each[0][2]):

@@ -20,7 +20,7 @@ AHEAD = 1.25  # times the 95 % quantile of the life up to which it is
 
 
 def tree_of(
-    campaign: Campaign, outcomes: Sequence[answers.UpdateOutcome], *, replay: bool, check: int
+    campaign: Campaign, outcomes: Sequence[answers.Finding], *, replay: bool, check: int
 ) -> xr.DataTree:
     """Return the tree of an update; several cases stand along the dimension ``case``.
 
@@ -49,7 +49,7 @@ def tree_of(
 
 
 def tree_of_groups(
-    campaign: Campaign, studies: Sequence[cases.MeasuredCase], groups: Mapping[str, xr.Dataset]
+    campaign: Campaign, studies: Sequence[cases.Subject], groups: Mapping[str, xr.Dataset]
 ) -> xr.DataTree:
     """Return the tree of groups by name, with what it says of itself."""
     spec, now = studies[0].spec, datetime.now(UTC).isoformat(timespec="seconds")
@@ -79,7 +79,7 @@ def tree_of_groups(
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=told), **groups})
 
 
-def _groups(outcome: answers.UpdateOutcome, replay: bool, check: int) -> dict[str, xr.Dataset]:
+def _groups(outcome: answers.Finding, replay: bool, check: int) -> dict[str, xr.Dataset]:
     spec, post, now = outcome.study.spec, outcome.posterior, outcome.answer.now
     rng = np.random.default_rng([spec.seed, 1])
     groups = {
@@ -89,7 +89,7 @@ def _groups(outcome: answers.UpdateOutcome, replay: bool, check: int) -> dict[st
         "observed_data": _observed_data(outcome),
         "sample_stats": _statistics(outcome),
     }
-    if told := [n for n, block in enumerate(post.blocks) if len(block.rows)]:
+    if told := likelihood.told(post.blocks):
         groups["posterior_predictive"] = xr.merge([_replicas(outcome, n, rng) for n in told], **layout.MERGED)
         groups["log_likelihood"] = xr.merge([_pointwise(outcome, n) for n in told], **layout.MERGED)
     days = layout.calendar_of(outcome.study, post.histories[0], now)
@@ -117,7 +117,7 @@ def names_of(keys: Sequence[str]) -> dict[str, str]:
     return {key: word if last.count(word) == 1 else key.replace(".", "_") for key, word in both}
 
 
-def block_name(outcome: answers.UpdateOutcome, number: int) -> str:
+def block_name(outcome: answers.Finding, number: int) -> str:
     """Return what the values of a block are called: quantity and place, and its number where two share it."""
     names = [block.data.label.replace("-", "_") for block in outcome.posterior.blocks]
     return names[number] if names.count(names[number]) == 1 else f"{names[number]}_{number + 1}"
@@ -130,7 +130,7 @@ def _units(block: likelihood.Block) -> dict[str, str]:
     return {"units": block.data.si, "display_units": shown}
 
 
-def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Dataset:
+def _sample(outcome: answers.Finding, *, before: bool = False) -> xr.Dataset:
     """Return equally probable draws of everything unknown, and of the life, after or before."""
     known, draws = (outcome.prior, outcome.prior_draws) if before else (outcome.answer, outcome.draws)
     post = known.posterior
@@ -163,7 +163,7 @@ def _sample(outcome: answers.UpdateOutcome, *, before: bool = False) -> xr.Datas
     return layout.sample(found, len(draws))
 
 
-def _replicas(outcome: answers.UpdateOutcome, number: int, rng: Random) -> xr.Dataset:
+def _replicas(outcome: answers.Finding, number: int, rng: Random) -> xr.Dataset:
     """Return measurements of a block as they could have come out, of every draw; of fewer for very many."""
     block, name = outcome.posterior.blocks[number], block_name(outcome, number)
     most = max(len(each.rows) for each in outcome.posterior.blocks)
@@ -173,7 +173,7 @@ def _replicas(outcome: answers.UpdateOutcome, number: int, rng: Random) -> xr.Da
     return layout.sample({name: made}, len(draws))
 
 
-def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
+def _pointwise(outcome: answers.Finding, number: int) -> xr.Dataset:
     """Return the log likelihood of each inspection given those before it; their sum is that of the block."""
     post, draws, name = outcome.posterior, outcome.draws, block_name(outcome, number)
     block = post.blocks[number]
@@ -190,7 +190,7 @@ def _pointwise(outcome: answers.UpdateOutcome, number: int) -> xr.Dataset:
     return found.assign_coords({f"cycle_{name}": layout.variable("statistics", "cycle_*", cycles, name)})
 
 
-def _predictions(outcome: answers.UpdateOutcome, rng: Random) -> xr.Dataset:
+def _predictions(outcome: answers.Finding, rng: Random) -> xr.Dataset:
     """Return exact quantiles of life and remaining life, and those of draws of depth and mass over cycles."""
     post, answer, limit = outcome.posterior, outcome.answer, outcome.study.limit
     run, life = post.histories[0], answer.life(layout.P)
@@ -215,7 +215,7 @@ def _predictions(outcome: answers.UpdateOutcome, rng: Random) -> xr.Dataset:
     return layout.dataset("predictions", found, quantile=layout.P, cycle=cycles)
 
 
-def _observed_data(outcome: answers.UpdateOutcome) -> xr.Dataset:
+def _observed_data(outcome: answers.Finding) -> xr.Dataset:
     """Return what was measured, with its errors as the posterior has them."""
     parts, run = [], outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
@@ -240,7 +240,7 @@ def _observed_data(outcome: answers.UpdateOutcome) -> xr.Dataset:
     return xr.merge(parts, **layout.MERGED)
 
 
-def _observed_life(outcome: answers.UpdateOutcome) -> float:
+def _observed_life(outcome: answers.Finding) -> float:
     """Return the cycle at which measurements of the limit's own quantity reach it, NaN where they do not."""
     limit, run = outcome.study.limit, outcome.posterior.histories[0]
     for number, block in enumerate(outcome.posterior.blocks):
@@ -253,7 +253,7 @@ def _observed_life(outcome: answers.UpdateOutcome) -> float:
     return float("nan")
 
 
-def _statistics(outcome: answers.UpdateOutcome) -> xr.Dataset:
+def _statistics(outcome: answers.Finding) -> xr.Dataset:
     """Return what is known about the update itself: evidence, checks of the inspections, notes."""
     values: dict[str, Any] = {**outcome.stats, "notes": " | ".join(outcome.notes)}
     values |= {"replaced": outcome.study.renewals} if outcome.study.renewals else {}

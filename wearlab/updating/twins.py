@@ -29,7 +29,7 @@ SKILLS = ("life_skill", "life_interval_skill")
 
 
 def calibrated(
-    study: cases.MeasuredCase, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()
+    study: cases.Subject, post: grids.Posterior, n: int, *, told: likelihood.Blocks = ()
 ) -> xr.Dataset:
     """Return the ranks of the truths of synthetic twins, and how often intervals hold them.
 

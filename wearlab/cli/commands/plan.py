@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
     from wearlab.campaign.claims import Checked
     from wearlab.runner.plan import Plan
-    from wearlab.updating.cases import MeasuredCase
+    from wearlab.updating.cases import Subject
 
 
 MOST_VALUES = 20
@@ -177,7 +177,7 @@ def _update(campaign: "Campaign") -> output.Text:
             yield f"  limit: {unit.long_name}{where}, {level:.4g} {unit.display_units}"
 
 
-def _told_together(wanted: "Sequence[MeasuredCase]") -> "list[Sequence[MeasuredCase]]":
+def _told_together(wanted: "Sequence[Subject]") -> "list[Sequence[Subject]]":
     """Return what is said at once: the units of a fleet, and each case by itself."""
     return [wanted] if wanted[0].spec.fleet is not None else [(study,) for study in wanted]
 
