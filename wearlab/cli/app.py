@@ -1,6 +1,5 @@
 """The command line application: the register of its commands, options that several share, the exit status."""
 
-import inspect
 import os
 import pkgutil
 import re
@@ -8,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import cache, wraps
 from importlib import import_module
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, getdoc, signature
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
@@ -21,12 +20,7 @@ from wearlab.store import Store
 from wearlab.version import __version__
 
 app = typer.Typer(
-    name="wearlab",
-    help="Experiments and datasets of coupled gear wear and dynamics.",
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
+    add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None
 )
 
 
@@ -36,23 +30,35 @@ def _tell_version(asked: bool) -> None:
         raise typer.Exit
 
 
+VERSION = typer.Option("--version", help="Print the version.", callback=_tell_version, is_eager=True)
+TRUST = "--plugins"
+PLUGINS = typer.Option(TRUST, help="Run the plug-ins that campaign files name; also after a command.")
+
+
 @app.callback()
-def every_command(
-    version: Annotated[
-        bool, typer.Option("--version", help="Print the version.", callback=_tell_version, is_eager=True)
-    ] = False,
-    plugins: Annotated[
-        bool,
-        typer.Option("--plugins", help="Run the plug-ins that campaign files name; also after a command."),
-    ] = False,
-) -> None:
+def for_all(version: Annotated[bool, VERSION] = False, plugins: Annotated[bool, PLUGINS] = False) -> None:
     """Experiments and datasets of coupled gear wear and dynamics."""
     output.TRUSTED.set(plugins)
     output.ASKED.set(Path(os.environ.get("WEARLAB_STORE") or output.STORE))  # unless an option names another
 
 
+def _asked(folder: str) -> Store:
+    output.ASKED.set(Path(folder))
+    return Store(Path(folder))
+
+
 Function = TypeVar("Function", bound=Callable[..., Any])
-Json = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+WRITTEN = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+JSON = Parameter("json", Parameter.KEYWORD_ONLY, default=False, annotation=WRITTEN)
+STORED: dict[str, Any] = {"parser": _asked, "envvar": "WEARLAB_STORE"}
+SHARED = {
+    "file": "FILE: A campaign file (TOML).",
+    "run": 'RUN: An id, its beginning, or a condition that one run meets: "speed = 900 rpm".',
+    "store": "DIR: The folder of the runs.",
+    "where": 'EXPR: Such as "torque > 100 N*m and life < 2e7".',
+    "workers": "N from 1 [the cores]: Worker processes.",
+}
+"""What several commands take, told as by `command`; ``store`` is a `Store` and needs no default."""
 LISTED = "\n\nParameters\n----------\n"
 OPTION = re.compile(r"(?:(\[?[A-Z]\S*)(?: from (\d+)(?: to (\d+))?)?(?: \[(.+?)\])?: )?(.*)")
 
@@ -62,25 +68,26 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
 
     A line of its ``Parameters`` is ``name : METAVAR from 0 to 9 [default in words]: help``, with what it
     needs of all before the help. What has no default, or a METAVAR in brackets, is an argument; an option
-    that is a word of Python bears an underline behind it. Annotated parameters tell of themselves. What
+    that is a word of Python bears an underline behind it. Of parameters without a line, `SHARED` tells. What
     returns `Findings` takes ``--json``.
     """
 
     def register(function: Function) -> Function:
-        text, _, listed = str(inspect.getdoc(function)).partition(LISTED)
-        hints = get_type_hints(function, include_extras=True)
-        parameters = inspect.signature(function).parameters
-        for line in listed.splitlines():
-            option, _, words = line.partition(" : ")
-            named, least, most, default, told = OPTION.fullmatch(words).groups()  # type: ignore[union-attr]
+        text, _, listed = str(getdoc(function)).partition(LISTED)
+        told = SHARED | dict(line.split(" : ", 1) for line in listed.splitlines())
+        hints, options = get_type_hints(function), []
+        for key, parameter in signature(function).parameters.items():
+            named, least, most, default, words = OPTION.fullmatch(told[key]).groups()  # type: ignore[union-attr]
             metavar = named and named.strip("[]")
-            shown: dict[str, Any] = {"metavar": metavar, "help": told, "show_default": default or True}
+            shown: dict[str, Any] = {"metavar": metavar, "help": words, "show_default": default or True}
             shown |= {"min": least and int(least), "max": most and int(most)}
-            if parameters[option].default is inspect.Parameter.empty or metavar != named:
+            if key == "store":
+                shown, parameter = shown | STORED, parameter.replace(default=output.STORE)
+            if parameter.default is Parameter.empty or metavar != named:
                 declared: Any = typer.Argument(**shown | {"show_default": False})
             else:
-                declared = typer.Option(f"--{option.rstrip('_').replace('_', '-')}", **shown)
-            hints[option] = Annotated[hints[option], declared]
+                declared = typer.Option(f"--{key.rstrip('_').replace('_', '-')}", **shown)
+            options.append(parameter.replace(annotation=Annotated[hints[key], declared], kind=JSON.kind))
 
         @wraps(function)
         def run(json: bool = False, **given: Any) -> Any:
@@ -88,9 +95,7 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
             found = function(**given)
             return output.tell(found) if isinstance(found, Findings) else found
 
-        options = [parameter.replace(annotation=hints[name]) for name, parameter in parameters.items()]
-        if Findings in (hints["return"], *get_args(hints["return"])):
-            options.append(Parameter("json", Parameter.KEYWORD_ONLY, default=False, annotation=Json))
+        options += [JSON] if Findings in (hints["return"], *get_args(hints["return"])) else []
         run.__signature__ = Signature(options)  # type: ignore[attr-defined]
         app.command(name, help=text)(run)
         return function
@@ -98,40 +103,10 @@ def command(name: str | None = None) -> Callable[[Function], Function]:
     return register
 
 
-def _asked(folder: str) -> Store:
-    output.ASKED.set(Path(folder))
-    return Store(Path(folder))
-
-
-File = Annotated[str, typer.Argument(metavar="FILE", help="A campaign file (TOML).", show_default=False)]
-STORE: Any = output.STORE
-
-StoreFolder = Annotated[
-    Store,
-    typer.Option(
-        "--store", parser=_asked, metavar="DIR", envvar="WEARLAB_STORE", help="The folder of the runs."
-    ),
-]
-Workers = Annotated[
-    int | None, typer.Option(metavar="N", min=1, help="Worker processes.", show_default="the cores")
-]
-Run = Annotated[
-    str,
-    typer.Argument(
-        metavar="RUN",
-        help='An id, its beginning, or a condition that one run meets: "speed = 900 rpm".',
-        show_default=False,
-    ),
-]
-Condition = Annotated[
-    str, typer.Option("--where", metavar="EXPR", help='Such as "torque > 100 N*m and life < 2e7".')
-]
-
 FIRST = ("plan", "run", "ls", "figures", "compare", "accuracy", "schema", "share")
 """The order in which help lists the files of ``commands``; others follow by name."""
 
 
-TRUST = "--plugins"
 OURS = re.compile(r"wearlab\..*Error")
 """What wearlab refuses with a message; anything else is a fault."""
 
@@ -166,36 +141,25 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         output.nowhere(sys.stdout)
         return Status.TROUBLE
     except OSError as error:
-        return _unwritten(error)
+        if error.filename is not None or error.errno not in output.FULL:  # that has a name: a fault of ours
+            raise
+        output.nowhere(sys.stdout)
+        complain(f"wearlab: cannot write to standard output or to the disk: {error.strerror}")
+        return Status.TROUBLE
     except Exception as error:
-        return _misuse(error)
+        ours = any(OURS.fullmatch(f"{kind.__module__}.{kind.__name__}") for kind in type(error).__mro__)
+        tell = str if ours else getattr(type(error), "format_message", None)
+        if tell is None:
+            raise
+        before = "" if type(error).__name__ == "NoArgsIsHelpError" else "wearlab: "
+        complain(f"{before}{tell(error)}")
+        return Status.REFUSED
 
 
 @cache
 def _commands() -> Any:
     """Return all commands, which take typer longer to read than most take to run."""
     return get_command(app)
-
-
-def _unwritten(error: OSError) -> int:
-    """Tell in one message what is full; a file that has a name, or another error, is a fault of ours."""
-    if error.filename is not None or error.errno not in output.FULL:
-        raise error
-    output.nowhere(sys.stdout)
-    complain(f"wearlab: cannot write to standard output or to the disk: {error.strerror}")
-    return Status.TROUBLE
-
-
-def _misuse(error: Exception) -> int:
-    """Tell what wearlab refuses, or a wrong command, in one message; a fault of ours keeps its traceback."""
-    if any(OURS.fullmatch(f"{kind.__module__}.{kind.__name__}") for kind in type(error).__mro__):
-        complain(f"wearlab: {error}")
-        return Status.REFUSED
-    tell = getattr(error, "format_message", None)
-    if tell is None:
-        raise error
-    complain(tell() if type(error).__name__ == "NoArgsIsHelpError" else f"wearlab: {tell()}")
-    return Status.REFUSED
 
 
 def main() -> None:

@@ -17,7 +17,7 @@ FILE = "accuracy.nc"
 
 
 @app.command()
-def accuracy(file: app.File, out: Path = Path("accuracy"), error: float | None = None) -> output.Findings:
+def accuracy(file: str, out: Path = Path("accuracy"), error: float | None = None) -> output.Findings:
     """Measure error against run time of FILE's scenes, beside other integrators.
 
     Parameters

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
+from wearlab.store import Store
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from wearlab.store import Store
 
 
 ENDINGS = (".png", ".svg", ".pdf")
@@ -26,7 +25,7 @@ NUMBERS = (
 def compare(
     a: str,
     b: str,
-    store: app.StoreFolder = app.STORE,
+    store: Store,
     on: str = "cycle",
     tolerance: float = 0.01,
     out: Path | None = None,
@@ -53,7 +52,7 @@ def compare(
     return output.Findings(partial(_content, comparison, written), chain(_text(comparison), written))
 
 
-def _meant(word: str, store: "Store") -> Any:
+def _meant(word: str, store: Store) -> Any:
     """Return the campaign of a file, or else the full id of a run."""
     if Path(word).is_file() or word.endswith(".toml"):
         return output.read_campaign(word)

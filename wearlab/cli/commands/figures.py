@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 @app.command()
 def figures(
     file: str | None = None,
-    store: app.StoreFolder = app.STORE,
+    *,
+    store: Store,
     out: Path = Path("figures"),
     format: str = "png",
     from_: list[Path] | None = None,
@@ -64,7 +65,7 @@ def _text(drawn: "Sequence[drawing.Redrawn]") -> output.Text:
 
 
 @app.command()
-def report(file: app.File, store: app.StoreFolder = app.STORE, out: Path | None = None) -> output.Findings:
+def report(file: str, store: Store, out: Path | None = None) -> output.Findings:
     """Write one self-contained page about FILE and its stored runs: HTML, or PDF by the name of OUT.
 
     Parameters
@@ -132,8 +133,9 @@ def _pairs(given: Sequence[str], option: str) -> dict[str, str]:
 
 @app.command()
 def browse(
-    store: Path | None = None,
-    folder: app.StoreFolder = app.STORE,
+    folder: Path | None = None,
+    *,
+    store: Store,
     port: int = 0,
     no_open: bool = False,
     static: Path | None = None,
@@ -143,7 +145,7 @@ def browse(
 
     Parameters
     ----------
-    store : [STORE]: The folder of the runs.
+    folder : [STORE]: The folder of the runs.
     port : N from 0 to 65535 [any free]: Where it answers.
     no_open : Print the address, and open no browser.
     static : DIR: Write a copy of one campaign instead.
@@ -151,7 +153,7 @@ def browse(
     """
     from wearlab.browsing import window
 
-    own = open_store(folder.path if store is None else store)
+    own = open_store(folder or store.path)
     if static is not None:
         from wearlab.browsing import pages
 

@@ -24,9 +24,9 @@ USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "st
 
 @app.command()
 def ls(
-    store: app.StoreFolder = app.STORE,
+    store: Store,
     state: str | None = None,
-    where: app.Condition = "",
+    where: str = "",
     columns: str | None = None,
     sort: str | None = None,
     limit: int | None = None,
@@ -99,7 +99,7 @@ def _in_state(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[An
     return tuple(state if at in places else value for at, value in enumerate(row))
 
 
-def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
+def _rows(store: Store, ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
     from wearlab.store import catalogue
 
     entries = store.entries(ids)
@@ -116,7 +116,7 @@ def _rows(store: "Store", ids: Sequence[str] | None = None) -> list[dict[str, An
     return [_row(store, member, entries[member.run]) for member in members + alone]
 
 
-def _row(store: "Store", member: "catalogue.Member", entry: "catalogue.Entry") -> dict[str, Any]:
+def _row(store: Store, member: "catalogue.Member", entry: "catalogue.Entry") -> dict[str, Any]:
     first = next(iter(outcome.headlines(entry.summary)), None)
     errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
     return {
@@ -164,7 +164,7 @@ def _note(row: Mapping[str, Any]) -> str:
 
 
 @app.command()
-def show(run: app.Run, store: app.StoreFolder = app.STORE, variables: bool = False) -> output.Findings:
+def show(run: str, store: Store, variables: bool = False) -> output.Findings:
     """Show one run: results, what they are worth, its scene, what is stored.
 
     Parameters
@@ -229,11 +229,7 @@ ENDINGS = (".csv", ".nc")
 
 @app.command()
 def features(
-    store: app.StoreFolder = app.STORE,
-    where: app.Condition = "",
-    variables: str | None = None,
-    out: Path | None = None,
-    si: bool = False,
+    store: Store, where: str = "", variables: str | None = None, out: Path | None = None, si: bool = False
 ) -> output.Findings:
     """Write one row for each wear state of each run: harmonics, indicators, orders as columns.
 
@@ -262,7 +258,8 @@ def tag(
     tags: list[str] | None = None,
     remove: list[str] | None = None,
     campaign: bool = False,
-    store: app.StoreFolder = app.STORE,
+    *,
+    store: Store,
 ) -> output.Findings:
     """Put tags on RUN, take some off, and tell those that it has: ls --where "tag = good" finds it.
 
@@ -278,9 +275,7 @@ def tag(
 
 
 @app.command()
-def note(
-    run: str, text: str | None = None, campaign: bool = False, store: app.StoreFolder = app.STORE
-) -> output.Findings:
+def note(run: str, text: str | None = None, campaign: bool = False, *, store: Store) -> output.Findings:
     """Write a note on RUN, and tell those that it has.
 
     Parameters

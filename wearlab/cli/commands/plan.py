@@ -67,9 +67,7 @@ def first_of_each_label(campaign: "Campaign") -> dict[str, "Case"]:
 
 
 @app.command()
-def check(
-    file: app.File, claims: bool = False, measured: Path | None = None, store: app.StoreFolder = app.STORE
-) -> output.Findings:
+def check(file: str, claims: bool = False, measured: Path | None = None, *, store: Store) -> output.Findings:
     """Show what FILE asks for: parts, cases, and which of them cannot be; or whether its claims hold.
 
     Parameters
@@ -242,9 +240,7 @@ SHOWN = 6
 
 
 @app.command()
-def plan(
-    file: app.File, store: app.StoreFolder = app.STORE, workers: app.Workers = None, retry: bool = False
-) -> output.Findings:
+def plan(file: str, store: Store, workers: int | None = None, retry: bool = False) -> output.Findings:
     """Show what run would do with FILE: new, cached, excluded, failed before; time and disk space.
 
     Parameters
@@ -304,7 +300,7 @@ def _planned(planned: "Plan") -> output.Text:
     yield f"  from {planned.basis}"
 
 
-def _for_the_update(campaign: "Campaign", store: "Store", workers: int | None) -> output.Text:
+def _for_the_update(campaign: "Campaign", store: Store, workers: int | None) -> output.Text:
     """Yield which runs `wearlab update` would need, and whether its answer is there already."""
     from wearlab.runner.plan import WORDS, plan
     from wearlab.updating.cases import studies
@@ -326,7 +322,7 @@ def _for_the_update(campaign: "Campaign", store: "Store", workers: int | None) -
 
 
 @app.command("compile")
-def compile_command(files: list[str], workers: app.Workers = None) -> None:
+def compile_command(files: list[str], workers: int | None = None) -> None:
     """Compile what the runs of FILEs will call, ahead of them: for an image, or before nodes begin.
 
     Parameters
@@ -340,7 +336,7 @@ def compile_command(files: list[str], workers: app.Workers = None) -> None:
 
 
 @app.command()
-def modes(file: app.File, case: str | None = None) -> output.Findings:
+def modes(file: str, case: str | None = None) -> output.Findings:
     """Show natural frequencies and critical speeds of FILE's gears.
 
     Parameters

@@ -4,20 +4,21 @@ from typing import TYPE_CHECKING, Any
 
 from wearlab.cli import app, output
 from wearlab.cli.commands import plan as before
+from wearlab.store import Store
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.campaign import Campaign
     from wearlab.runner import Report
-    from wearlab.store import Store, updates
+    from wearlab.store import updates
 
 
 @app.command()
 def run(
-    file: app.File,
-    store: app.StoreFolder = app.STORE,
-    workers: app.Workers = None,
+    file: str,
+    store: Store,
+    workers: int | None = None,
     scheduler: str | None = None,
     retry: bool = False,
     recompute: str | None = None,
@@ -83,7 +84,7 @@ def _text(campaign: "Campaign", report: "Report") -> output.Text:
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")
 
 
-def list_updates(store: "Store") -> output.Findings:
+def list_updates(store: Store) -> output.Findings:
     """Return the updates of a store, a line a case, the latest last."""
     from wearlab.store import updates
 
@@ -99,7 +100,7 @@ def list_updates(store: "Store") -> output.Findings:
     return output.Findings([one._asdict() for one in kept], [table])
 
 
-def show_update(store: "Store", update: "updates.KeptUpdate") -> output.Findings:
+def show_update(store: Store, update: "updates.KeptUpdate") -> output.Findings:
     """Return what a kept update says, and what it was made from."""
     from wearlab.store import updates
     from wearlab.updating import report_text
@@ -133,11 +134,7 @@ def content(tree: "xr.DataTree") -> dict[str, Any]:
 
 @app.command()
 def update(
-    file: app.File,
-    store: app.StoreFolder = app.STORE,
-    replay: bool = False,
-    check: int = 0,
-    workers: app.Workers = None,
+    file: str, store: Store, replay: bool = False, check: int = 0, workers: int | None = None
 ) -> output.Findings:
     """Infer wear coefficient and remaining life from FILE's measurements, with intervals.
 

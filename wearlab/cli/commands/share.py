@@ -11,7 +11,7 @@ EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
 
 
 @app.command()
-def export(file: app.File, out: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
+def export(file: str, out: Path, store: Store) -> output.Findings:
     """Write all runs of FILE as one file that needs no wearlab to be read; a crate holds its figures too.
 
     Parameters
@@ -50,7 +50,7 @@ def export(file: app.File, out: Path, store: app.StoreFolder = app.STORE) -> out
 
 
 @app.command()
-def merge(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
+def merge(other: Path, store: Store) -> output.Findings:
     """Take the runs of the store OTHER into this one, each verified.
 
     Parameters
@@ -78,7 +78,7 @@ def _merged(theirs: Store, store: Store) -> output.Findings:
 
 
 @app.command()
-def pull(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
+def pull(other: Path, store: Store) -> output.Findings:
     """Bring here what the store OTHER has and this one has not, each run verified; the same as merge.
 
     Parameters
@@ -89,7 +89,7 @@ def pull(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
 
 
 @app.command()
-def push(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
+def push(other: Path, store: Store) -> output.Findings:
     """Bring to the store OTHER what this one has and that one has not, each run verified.
 
     Parameters
@@ -100,9 +100,7 @@ def push(other: Path, store: app.StoreFolder = app.STORE) -> output.Findings:
 
 
 @app.command()
-def prune(
-    store: app.StoreFolder = app.STORE, keep: list[str] | None = None, yes: bool = False
-) -> output.Findings:
+def prune(store: Store, keep: list[str] | None = None, yes: bool = False) -> output.Findings:
     """Show the runs that no campaign refers to, and remove them with --yes.
 
     Parameters
@@ -128,7 +126,7 @@ def prune(
 
 
 @app.command()
-def reindex(store: app.StoreFolder = app.STORE) -> output.Findings:
+def reindex(store: Store) -> output.Findings:
     """Make the catalogue anew from the run files."""
     if not store.files.folder.is_dir():
         raise output.Stop(f"{store.path}: there is no store here")
@@ -149,7 +147,7 @@ def _plain(problems: list[Any]) -> list[dict[str, str]]:
 
 
 @app.command()
-def cite(run: app.Run, store: app.StoreFolder = app.STORE) -> output.Findings:
+def cite(run: str, store: Store) -> output.Findings:
     """Print how to cite a run, and where it comes from."""
     from wearlab.store import provenance
 
@@ -160,7 +158,7 @@ def cite(run: app.Run, store: app.StoreFolder = app.STORE) -> output.Findings:
 
 
 @app.command()
-def verify(store: app.StoreFolder = app.STORE) -> output.Findings:
+def verify(store: Store) -> output.Findings:
     """Compare every run file with the hash of what was written."""
     problems = store.verify()
     done = sum(entry.state == "done" for entry in store.entries().values())
