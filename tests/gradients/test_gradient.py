@@ -9,8 +9,7 @@ import wearlab as wl
 from wearlab.dynamics.forces.extremes import extremes
 from wearlab.dynamics.orbits.shooting import Shooting
 from wearlab.gradients.derivatives import VALUES
-from wearlab.gradients.lived import LivedSteps, frozen
-from wearlab.gradients.numbers import number
+from wearlab.gradients.lived import LivedSteps, frozen, number
 from wearlab.scene import Scene
 from wearlab.scene.build import build
 from wearlab.simulation import simulate

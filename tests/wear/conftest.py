@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from made_path import path_of
 
-from wearlab.wear.path import contact_modulus, wear_path
+from wearlab.wear.path import contact_modulus
 
 STEEL = contact_modulus([206e9, 206e9], [0.3, 0.3])
 
@@ -16,13 +17,13 @@ def involute_path(z1=50, z2=50, n=201, speed=100.0, reference=0):
     start = rb2 * np.tan(alpha) - np.sqrt((r2 + m) ** 2 - rb2**2)
     s = np.linspace(start, end, n)
     rho = np.stack([rb1 * np.tan(alpha) + s, rb2 * np.tan(alpha) - s])
-    path = wear_path(
+    path = path_of(
         rho,
         base_radius=[rb1, rb2],
         teeth=[z1, z2],
-        driving_speed=speed,
+        speed=speed,
         face_width=width,
-        contact_modulus=STEEL,
+        modulus=STEEL,
         passes=[(z1, z2)[reference] / z1, (z1, z2)[reference] / z2],
     )
     return s, path

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from made_path import path_of
 from scipy.integrate import quad
 
-from wearlab.wear.path import rolling_velocity, sliding_velocity, wear_path
+from wearlab.wear.path import rolling_velocity, sliding_velocity
 
 
 def test_velocities_from_the_rotation_of_both_gears(make_path):
@@ -30,15 +31,15 @@ def test_sliding_vanishes_at_the_pitch_point_only_and_is_negative_on_the_roots(m
 
 def test_the_smaller_curvature_of_a_ring_is_the_difference(make_path):
     _, path = make_path(25, 40)
-    inside = wear_path(
+    inside = path_of(
         path.curvature * np.array([[1.0], [3.0]]),
         base_radius=[0.035, 0.17],
         teeth=[25, 120],
-        driving_speed=1.0,
+        speed=1.0,
         passes=[1.0, 25 / 120],
         face_width=20e-3,
-        contact_modulus=path.contact_modulus,
-        concave=True,
+        modulus=path.contact_modulus,
+        internal=True,
     )
     first, second = inside.curvature
     assert 1.0 / inside.equivalent_radius == pytest.approx(np.abs(1.0 / first - 1.0 / second))
@@ -58,12 +59,11 @@ def test_flank_arc_against_quadrature_of_the_involute(l16):
 
 def test_contact_on_the_base_circle_is_refused():
     with pytest.raises(ValueError, match="base circle"):
-        wear_path(
+        path_of(
             [[0.0, 1e-3], [2e-3, 1e-3]],
             passes=[1.0, 1.0],
             base_radius=[0.05, 0.05],
             teeth=[20, 20],
-            driving_speed=1.0,
+            speed=1.0,
             face_width=0.01,
-            contact_modulus=1e11,
         )

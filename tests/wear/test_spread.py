@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
+from made_path import path_of
 from scipy.integrate import quad
 
 from wearlab.wear.patch import cell_edges, spreading
-from wearlab.wear.path import wear_path
 
 
 @pytest.fixture
@@ -12,14 +12,13 @@ def uneven(make_path):
     s, path = make_path(25, 40)
     curve = path.curvature
     keep = np.sort(np.append(np.union1d(np.arange(0, 201, 3), np.arange(60, 110)), [90, 120]))
-    return s[keep], wear_path(
+    return s[keep], path_of(
         curve[:, keep],
         base_radius=np.array([25, 40]) * 1.5e-3 * np.cos(np.radians(20.0)),
         teeth=[25, 40],
-        driving_speed=100.0,
         passes=path.passes,
         face_width=20e-3,
-        contact_modulus=path.contact_modulus,
+        modulus=path.contact_modulus,
     )
 
 

@@ -1,6 +1,6 @@
 """Derivatives of what a run says with respect to the numbers of its scene."""
 
 from wearlab.gradients.derivatives import gradient
-from wearlab.gradients.numbers import GradientError
+from wearlab.gradients.lived import GradientError
 
 __all__ = ["GradientError", "gradient"]

@@ -8,8 +8,7 @@ import xarray as xr
 
 from wearlab.arrays import Array
 from wearlab.dynamics.forces.extremes import extremes
-from wearlab.gradients.lived import Ends, LivedSteps
-from wearlab.gradients.numbers import GradientError, number
+from wearlab.gradients.lived import Ends, GradientError, LivedSteps, Number, number
 from wearlab.life.coupled import WearState
 from wearlab.scene import Scene, build
 from wearlab.simulation import static, vibration
@@ -23,6 +22,7 @@ NOT_COMPARED = {"phase", "profile"}
 
 MOTION, WEAR = "[dynamics]", "a wear law"
 Reading = Callable[[build.Parts, WearState], Array]
+Names = str | Sequence[str]
 
 
 class Value(NamedTuple):
@@ -56,8 +56,7 @@ def _force(parts: build.Parts, state: WearState) -> Array:
 
 
 def _deflection(parts: build.Parts, state: WearState) -> Array:
-    assert parts.vibration is not None
-    motions = parts.vibration.motions(state.responses[0], parts.vibration.look(parts.phase))
+    motions = parts.moving.motions(state.responses[0], parts.moving.look(parts.phase))
     return motions.deflection.transpose(1, 0, 2)
 
 
@@ -114,13 +113,7 @@ def read(value: Value, lived: LivedSteps, ends: Ends) -> Array:
     return np.stack([value.read(ends.parts, state) for state in ends.states])
 
 
-def gradient(
-    scene: Scene | Mapping[str, Any],
-    of: str | Sequence[str],
-    wrt: str | Sequence[str],
-    *,
-    estimate: bool = True,
-) -> xr.Dataset:
+def gradient(scene: Scene | Mapping[str, Any], of: Names, wrt: Names, *, estimate: bool = True) -> xr.Dataset:
     """Return derivatives of what a run says with respect to numbers of its scene.
 
     The scene runs once. Then for every number its accepted steps over cycles are taken again, on the same
@@ -180,30 +173,24 @@ def gradient(
         said = {"units": value.unit, "long_name": f"derivative of {name} by the parameter, in SI"}
         variables[f"d_{name}"] = (("parameter", *dims), own.rows[name], said)
     compared = tuple(name for name, value in own.values.items() if not NOT_COMPARED & set(value.dims))
-    for name, error in (_errors(given, own, compared, keys) if estimate and compared else {}).items():
+    for name, error in (_errors(given, own, compared) if estimate and compared else {}).items():
         dims, _, said = variables[f"d_{name}"]
         words = f"estimated error of the derivative of {name}, in SI"
         variables[f"error_estimate_d_{name}"] = (dims, error, {**said, "long_name": words})
-    numbers = [number(given, key) for key in keys]
-    coordinates: dict[str, Any] = {
-        "parameter": list(keys),
-        "parameter_value": ("parameter", [parameter.value for parameter in numbers]),
-        "parameter_unit": ("parameter", [parameter.unit for parameter in numbers]),
-    }
-    ends = own.lived.ends
-    known = {
-        "cycle": ("update", [0.0, own.lived.cycle][: len(ends.states)]),
-        "mesh": list(ends.parts.gears.mesh_names),
-        "phase": ends.parts.phase,
-        "flank": list(ends.parts.gears.flanks),
-    }
+    coordinates: dict[str, Any] = {"parameter": list(keys)}
+    for what in ("value", "unit"):
+        coordinates[f"parameter_{what}"] = "parameter", [getattr(each, what) for each in own.numbers]
+    parts, known = own.lived.ends.parts, dict[str, Any]()
+    known["cycle"] = "update", [0.0, own.lived.cycle][: len(own.lived.ends.states)]
+    known |= {"mesh": list(parts.gears.mesh_names), "phase": parts.phase, "flank": list(parts.gears.flanks)}
     along = {dim for value in own.values.values() if value.read is not None for dim in ("cycle", *value.dims)}
     return xr.Dataset(variables, coordinates | {dim: labels for dim, labels in known.items() if dim in along})
 
 
 class _Differences(NamedTuple):
-    """The life of a scene, its values, and their derivatives by every number."""
+    """The numbers of a scene, its life and the values of that, and their derivatives by every number."""
 
+    numbers: list[Number]
     lived: LivedSteps
     values: dict[str, Value]
     here: dict[str, Array]
@@ -215,21 +202,20 @@ def _differences(given: Scene, names: tuple[str, ...], keys: tuple[str, ...]) ->
     numbers = [number(given, key) for key in keys]
     lived = LivedSteps(given)
     values = wanted(names, lived)
-    here = {name: read(quantity, lived, lived.ends) for name, quantity in values.items()}
+    here = {name: read(value, lived, lived.ends) for name, value in values.items()}
     rows: dict[str, list[Array]] = {name: [] for name in values}
     for parameter in numbers:
-        scene_there, step = parameter.moved(given, lived.step)
-        ends = lived.moved(scene_there)
+        there, step = parameter.moved(given, lived.step)
+        ends = lived.moved(there)
         for name, value in values.items():
             rows[name].append((read(value, lived, ends) - here[name]) / step)
-    return _Differences(lived, values, here, {name: np.stack(each) for name, each in rows.items()})
+    return _Differences(numbers, lived, values, here, {name: np.stack(each) for name, each in rows.items()})
 
 
-def _errors(
-    given: Scene, own: _Differences, names: tuple[str, ...], keys: tuple[str, ...]
-) -> dict[str, Array]:
+def _errors(given: Scene, own: _Differences, names: tuple[str, ...]) -> dict[str, Array]:
     """Return what derivatives may be off by: the largest difference of those of rougher twins."""
     largest = {name: np.zeros_like(own.rows[name]) for name in names}
+    keys = tuple(each.key for each in own.numbers)
     for factor in COARSER:
         try:
             twin = _differences(own.lived.frozen.rougher(given, factor), names, keys)
@@ -242,7 +228,7 @@ def _errors(
     return {name: WEIGHT * apart for name, apart in largest.items()}
 
 
-def _names(given: str | Sequence[str], what: str) -> tuple[str, ...]:
+def _names(given: Names, what: str) -> tuple[str, ...]:
     names = (given,) if isinstance(given, str) else tuple(given)
     if not names:
         raise GradientError(f"{what}: name at least one")

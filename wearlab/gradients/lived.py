@@ -1,8 +1,8 @@
-"""A life whose accepted steps can be taken again for a scene a little different."""
+"""The numbers of a scene, and a life whose accepted steps can be taken again with one of them moved."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
@@ -10,16 +10,101 @@ from wearlab.arrays import Array
 from wearlab.dynamics.orbits.periodic import Periodic
 from wearlab.dynamics.steps.kernel import is_small
 from wearlab.gears.specification import GearError
-from wearlab.gradients.numbers import STEP, STEP_OF_LARGE, GradientError
 from wearlab.life import coupled, history, limits
 from wearlab.life.coupling import Coupling
 from wearlab.life.step import Node, Step, again, depth_at
 from wearlab.mesh.profile import Extension
-from wearlab.scene import Scene, build
+from wearlab.options import Part, Unit
+from wearlab.scene import Scene, SceneError, build
 from wearlab.simulation.living import initial_wear, life_at_rate
+from wearlab.units import KINDS
+
+STEP, STEP_OF_LARGE = 1e-7, 1e-6
+"""Change of a number over its size: the second order is lost, and round-off is still a millionth of it.
+
+Orbits of many coordinates round off more: wear depths of a planetary set are 7e-4 of the largest derivative
+off by 1e-7, and 4e-5 by 1e-6 (5e-6 and 1e-5 do no better).
+"""
+SIZES = {"": 1.0, "length": 1e-3, "depth": 1e-6, "angle": 0.1}
+"""Least size of a number, by its kind: of one that is 0 or next to it."""
+
+
+class GradientError(ValueError):
+    """A derivative that is not there, or not asked for rightly; the message says why and what to do."""
+
+
+class Number(NamedTuple):
+    """A number of a scene.
+
+    Parameters
+    ----------
+    key : dotted key
+    value : in SI
+    kind : of its unit, "" for a plain number
+    """
+
+    key: str
+    value: float
+    kind: str
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return KINDS[self.kind].unit if self.kind else "1"
+
+    def moved(self, scene: Scene, by: float) -> tuple[Scene, float]:
+        """Return the scene with this number moved by a share of its size, and by how much it moved.
+
+        Raises
+        ------
+        GradientError
+            When no such scene is valid.
+        """
+        step = by * max(abs(self.value), SIZES.get(self.kind, 0.0))
+        if step == 0.0:
+            raise GradientError(f"{self.key}: is 0, and no size of a step is known: give it a small value")
+        value = self.value + step
+        try:
+            changed = scene.replace(self.key, f"{value!r} {self.unit}" if self.kind else value)
+        except SceneError as error:
+            raise GradientError("\n".join(error.problems)) from None
+        moved = number(changed, self.key).value - self.value
+        if not moved > 0.0:
+            raise GradientError(f"{self.key}: {self.value:g} cannot be moved: it is no continuous number")
+        return changed, moved
+
+
+def number(scene: Scene, key: str) -> Number:
+    """Return a number of a scene.
+
+    Raises
+    ------
+    GradientError
+        When there is no number at the key.
+    """
+    value: Any = scene
+    for word in key.split("."):
+        part = value
+        if not isinstance(part, Part | Scene) or word not in type(part).model_fields:
+            known = "(`wearlab schema` lists keys; items of lists have none)"
+            raise GradientError(f"{key}: this scene has no such number {known}")
+        field, value = type(part).model_fields[word], getattr(part, word)
+    if not isinstance(value, float):
+        said = "a count" if isinstance(value, int) and not isinstance(value, bool) else "no number"
+        raise GradientError(f"{key}: {value!r} is {said}: derivatives are with respect to numbers")
+    return Number(key, value, _kind((*field.metadata, field.annotation)))
+
+
+def _kind(marked: Iterable[Any]) -> str:
+    """Return the kind of the first unit among marks and annotations, "" of a plain number."""
+    kinds = (each.kind if isinstance(each, Unit) else _kind(get_args(each)) for each in marked)
+    return next(filter(None, kinds), "")
+
 
 CLOSED = 1e-13
 """Distance of an orbit from closing, over its size, that differences by `STEP` do not see."""
+ROUNDING = 1e-15
+"""Of depths, over the deepest: a hundred-millionth of what derivatives move them by."""
 LOOSEST = 0.5
 """Tolerance of a rougher twin, at most [1]."""
 
@@ -95,13 +180,11 @@ class HeldNumerics(NamedTuple):
         motion ask for more than it does, and their errors would show in no difference.
         """
         share = factor ** (-1.0 / 3.0)
-        changed: dict[str, float] = {
-            "numerics.tolerance": min(LOOSEST, factor * scene.numerics.tolerance),
-            "numerics.profile_points": max(9, round(share * self.profile_points)),
-        }
+        changed: dict[str, float] = {"tolerance": min(LOOSEST, factor * scene.numerics.tolerance)}
+        changed["profile_points"] = max(9, round(share * self.profile_points))
         if self.steps_per_period is not None:
-            changed["numerics.steps_per_period"] = max(4, round(share * self.steps_per_period))
-        return scene.replace(changed)
+            changed["steps_per_period"] = max(4, round(share * self.steps_per_period))
+        return scene.replace({f"numerics.{name}": value for name, value in changed.items()})
 
 
 def frozen(scene: Scene) -> HeldNumerics:
@@ -132,6 +215,13 @@ class Ends(NamedTuple):
     states: tuple[coupled.WearState, ...]
     steps: tuple[Step, ...]
     evaluated: Sequence[coupled.WearState]
+
+
+def _places(parts: build.Parts) -> list[Array]:
+    """Return how many nodes there are, where they lie, and in which segments the steps, to be compared."""
+    grids = [kind.analysis.grid for kind in parts.kinds]
+    steps = [] if parts.vibration is None else [parts.vibration.sampling.grid.segment]
+    return [np.append(grid.intervals, len(grid.position)) for grid in grids] + steps
 
 
 class LivedSteps:
@@ -166,24 +256,10 @@ class LivedSteps:
         moves = self.ends.parts.vibration
         return STEP if moves is None or is_small(moves.system) else STEP_OF_LARGE
 
-    @property
-    def counts(self) -> limits.Flanks:
-        """Which entries of the flat wear a depth limit looks at."""
-        return build.wear.build_limits(self.scene, self.ends.parts.gears, self.ends.parts.coupling).flank
-
     def moved(self, scene: Scene) -> Ends:
         """Return the ends of the same steps for a scene that differs a little."""
         _, parts = self.frozen.built(scene)
-        own = self.ends.parts
-        same = all(
-            len(kind.analysis.grid.position) == len(other.analysis.grid.position)
-            and np.array_equal(kind.analysis.grid.intervals, other.analysis.grid.intervals)
-            for kind, other in zip(own.kinds, parts.kinds, strict=True)
-        )
-        if own.vibration is not None and parts.vibration is not None:
-            ours, theirs = own.vibration.sampling.grid.segment, parts.vibration.sampling.grid.segment
-            same = same and np.array_equal(ours, theirs)
-        if not same:
+        if not all(map(np.array_equal, _places(self.ends.parts), _places(parts))):
             raise GradientError("nodes or steps come and go as this number moves: give another value of it")
         return self._ends(parts, self.ends.evaluated)
 
@@ -237,15 +313,11 @@ class LivedSteps:
 
         By the slope of the last step's own curve at the end of the life of the scene itself.
         """
-        steps, counts = self.ends.steps, self.counts
-        here = depth_at(steps[-1], self.cycle)[counts]
-        deepest = int(np.argmax(here))
+        step, known = self.ends.steps[-1], self.ends.parts
+        counts = build.wear.build_limits(self.scene, known.gears, known.coupling).flank
+        here = depth_at(step, self.cycle)[counts]
+        deepest, half = int(np.argmax(here)), 1e-4 * step.size
         change = depth_at(ends.steps[-1], self.cycle)[counts][deepest] - here[deepest]
-        half, step = 1e-4 * steps[-1].size, steps[-1]
         before, after = max(step.start.cycle, self.cycle - half), min(step.end.cycle, self.cycle + half)
         low, high = (depth_at(step, cycle)[counts][deepest] for cycle in (before, after))
         return self.cycle - float(change * (after - before) / (high - low))
-
-
-ROUNDING = 1e-15
-"""Of depths, over the deepest: a hundred-millionth of what derivatives move them by."""

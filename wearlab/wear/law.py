@@ -103,16 +103,10 @@ def prepare(law: WearLaw, path: WearPath) -> PreparedLaw:
     unknown = PowerOfLoad(np.full(path.equivalent_radius.shape, NAN), 0.0)
     given = [flank.coefficient for flank in law.flanks]
     powers = [own if isinstance(own, PowerOfLoad) else unknown for own in given]
-    projection = law.projection.factor(path)
-    return PreparedLaw(
-        law=law,
-        path=path,
-        projection=projection,
-        slide=path.slide_ratio * law.pressure_factor * projection,
-        scale=np.stack([flank.factor * power.scale for flank, power in zip(law.flanks, powers, strict=True)]),
-        exponent=np.array([power.exponent for power in powers]),
-        lightest=lightest_load(path),
-    )
+    scale = np.stack([flank.factor * power.scale for flank, power in zip(law.flanks, powers, strict=True)])
+    exponent, projection = np.array([power.exponent for power in powers]), law.projection.factor(path)
+    slide = path.slide_ratio * law.pressure_factor * projection
+    return PreparedLaw(law, path, projection, slide, scale, exponent, lightest_load(path))
 
 
 def lambda_ratio(law: PreparedLaw, force: Array) -> Array | None:
@@ -163,17 +157,12 @@ def flank_state(law: PreparedLaw, gear: int, force: Array, depth: Array | None =
     """
     path, flank, ratio = law.path, law.law.flanks[gear], lambda_ratio(law, force)
     width = 2.0 * contact_half_width(force, path)
-    return FlankState(
-        load=np.asarray(force, float) / path.face_width,
-        pressure=law.law.pressure_factor * mean_pressure(force, path),
-        sliding_speed=np.abs(sliding_velocity(path)[gear]),
-        sliding_distance=width * path.slide_ratio[gear] * path.passes[gear],
-        lambda_ratio=np.full(len(width), NAN) if ratio is None else ratio,
-        depth=np.zeros(len(width)) if depth is None else depth[gear],
-        hardness=flank.hardness,
-        temperature=flank.temperature,
-        coefficient=np.full(len(width), NAN),
-    )
+    load, pressure = np.asarray(force, float) / path.face_width, mean_pressure(force, path)
+    speed, distance = np.abs(sliding_velocity(path)[gear]), width * path.slide_ratio[gear] * path.passes[gear]
+    ratio = np.full(len(width), NAN) if ratio is None else ratio
+    worn = np.zeros(len(width)) if depth is None else depth[gear]
+    said = speed, distance, ratio, worn, flank.hardness, flank.temperature
+    return FlankState(load, law.law.pressure_factor * pressure, *said, coefficient=np.full(len(width), NAN))
 
 
 def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Array:
@@ -202,8 +191,8 @@ def wear_rate(law: PreparedLaw, force: Array, depth: Array | None = None) -> Arr
 def _checked(values: Array, function: object, what: str) -> Array:
     """Return what a function of the state gave, or refuse what no flank can do."""
     checked = np.asarray(values, float)
-    if not (np.isfinite(checked).all() and (checked >= 0.0).all()):
-        worst = checked[~(checked >= 0.0)] if (~(checked >= 0.0)).any() else checked[~np.isfinite(checked)]
+    worst = np.concatenate([checked[~(checked >= 0.0)], checked[np.isinf(checked)]])
+    if worst.size:
         name = getattr(function, "__qualname__", str(function))
         unsaid = "; what the scene does not say is nan: name it in needs" if np.isnan(worst[0]) else ""
         raise VariantError(f"{name}: a {what} of {worst[0]:g}; it must be finite and not negative{unsaid}")

@@ -1,14 +1,14 @@
 """Flanks worn before the first cycle as measured: from points of a profile to depths at the nodes."""
 
-from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
-from wearlab.gears import helix, specification
-from wearlab.gears.gear import Gear, GearPair
+from wearlab.gears import helix
+from wearlab.gears.gear import GearPair
+from wearlab.gears.specification import GearError
 from wearlab.mesh.stiffness import PiecewiseCurve
 
 Along = Literal["diameter", "roll_angle", "roll_length", "path_position"]
@@ -118,14 +118,12 @@ def over_face(
     """
     zero, continuation = how
     if zero not in ("as-measured", "max"):
-        raise specification.GearError(
-            f"{name}: zero = {zero!r} is a profile's, and this flank was measured over its face: give "
-            "'as-measured' or 'max'"
-        )
+        reason = "is a profile's, and this flank was measured over its face: give 'as-measured' or 'max'"
+        raise GearError(f"{name}: zero = {zero!r} {reason}")
     ends = float(flank.position[0]), float(flank.position[-1])
     slack = SLACK * flank.width
     if continuation == "refuse" and (place[0] > ends[0] + slack or place[-1] < ends[1] - slack):
-        raise specification.GearError(
+        raise GearError(
             f"{name}: what was measured covers face positions {1e3 * place[0]:.4g} to {1e3 * place[-1]:.4g} "
             f"mm, the slices {1e3 * ends[0]:.4g} to {1e3 * ends[1]:.4g} mm; measure all of the face, check "
             "face_position, counted from mid-face, and its unit, or say how it goes on: continuation = "
@@ -152,11 +150,10 @@ def _worn(depth: Array, name: str, zero: Zero, where: tuple[str, Array], instead
     lowest = int(np.argmin(depth))
     above = -float(depth.flat[lowest])
     if above > max(LEAST_NOISE, NOISE * float(depth.max())):
-        standing = where[0].format(where[1][lowest])
-        raise specification.GearError(
-            f"{name}: with zero = {zero!r} the measured flank stands {1e6 * above:.3g} µm above its unworn "
-            f"{standing}, and wear adds no material; check the sign, or choose zero = {instead}"
-        )
+        standing = f"the measured flank stands {1e6 * above:.3g} µm above its unworn"
+        remedy = f"and wear adds no material; check the sign, or choose zero = {instead}"
+        place = where[0].format(where[1][lowest])
+        raise GearError(f"{name}: with zero = {zero!r} {standing} {place}, {remedy}")
     return np.maximum(depth, 0.0)
 
 
@@ -178,29 +175,23 @@ def path_position(pair: GearPair, gear: int, along: Along, abscissa: ArrayLike) 
     ----------
     ISO 21771: roll angle and length of roll of a diameter.
     """
-    x = np.asarray(abscissa, float)
-    if along not in CURVATURES:
-        return x
+    x, body = np.asarray(abscissa, float), pair.gears[gear]
+    match along:  # radii of curvature [m]
+        case "diameter":
+            square = (0.5 * x) ** 2 - body.base_radius**2
+            if square.min() < 0.0:
+                below = f"lies below the base circle, {2e3 * body.base_radius:.6g} mm"
+                found = f"{body.name}: a measured diameter of {1e3 * x.min():.6g} mm {below}"
+                raise GearError(f"{found}; leave out points off the involute")
+            curvature = np.sqrt(square)
+        case "roll_angle":
+            curvature = body.base_radius * x
+        case "roll_length":
+            curvature = x
+        case _:
+            return x
     at_pitch, further = pair.curvature(np.array([0.0, 1.0]))[gear]
-    return np.asarray((CURVATURES[along](pair.gears[gear], x) - at_pitch) / (further - at_pitch))
-
-
-def _at_diameter(body: Gear, diameter: Array) -> Array:
-    square = (0.5 * diameter) ** 2 - body.base_radius**2
-    if square.min() < 0.0:
-        raise specification.GearError(
-            f"{body.name}: a measured diameter of {1e3 * diameter.min():.6g} mm lies below the base circle, "
-            f"{2e3 * body.base_radius:.6g} mm; leave out points off the involute"
-        )
-    return np.sqrt(square)
-
-
-CURVATURES: dict[Along, Callable[[Gear, Array], Array]] = {
-    "diameter": _at_diameter,
-    "roll_angle": lambda body, angle: body.base_radius * angle,
-    "roll_length": lambda body, length: length,
-}
-"""Radius of curvature (n,) [m] of points of a flank, by what tells where they are."""
+    return np.asarray((curvature - at_pitch) / (further - at_pitch))
 
 
 def continued(where: Array, depth: Array, begin: float, end: float, how: Continuation) -> tuple[Array, Array]:
@@ -234,21 +225,19 @@ def _beyond(where: Array, depth: Array, side: int, place: float, how: Continuati
 
 def _check_cover(where: Array, pair: GearPair, gear: int, along: Along) -> None:
     begin, end = pair.path.A, pair.path.E
-    slack = SLACK * (end - begin)
-    inside = np.count_nonzero((where >= begin - slack) & (where <= end + slack))
+    slack, name = SLACK * (end - begin), pair.gears[gear].name
     if where[0] > begin + slack or where[-1] < end - slack:
-        shown = [np.array([where[0], where[-1]]), np.array([begin, end])]
+        shown = where[[0, -1]], np.array([begin, end])
         have, need = ([f"{2e3 * r:.6g}" for r in np.sort(pair.radius(gear, ends))] for ends in shown)
-        raise specification.GearError(
-            f"{pair.gears[gear].name}: the measured profile covers diameters {have[0]} to {have[1]} mm, the "
+        raise GearError(
+            f"{name}: the measured profile covers diameters {have[0]} to {have[1]} mm, the "
             f"active flank {need[0]} to {need[1]} mm; measure all of it, check {along} and its unit, or say "
             "how it goes on: continuation = 'hold', 'slope' or 'zero'"
         )
+    inside = np.count_nonzero((where >= begin - slack) & (where <= end + slack))
     if inside < LEAST_POINTS:
-        raise specification.GearError(
-            f"{pair.gears[gear].name}: {inside} measured points lie on the active flank; give "
-            f"{LEAST_POINTS} or more"
-        )
+        few = f"{inside} measured points lie on the active flank"
+        raise GearError(f"{name}: {few}; give {LEAST_POINTS} or more")
 
 
 def _local_parabola(where: Array, depth: Array, s: float, window: float) -> float:

@@ -27,11 +27,10 @@ collected by cell, exactly for a cell-wise constant d. So the area is conserved 
 as a → 0, and no value turns negative. What would fall off either end of the path is reflected there.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache, wraps
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,7 +44,6 @@ if TYPE_CHECKING:
     from wearlab.wear.law import PreparedLaw
 
 
-Given = ParamSpec("Given")
 Made = TypeVar("Made")
 KEPT, MOST_NODES = 8, 400
 """Matrices of patches that a process remembers, and the nodes beyond which it does not: some 30 MB in all."""
@@ -157,29 +155,29 @@ def two_way(half_width: Array, path: WearPath) -> TwoWay:
     return TwoWay(spread, felt_matrix(spread, path))
 
 
-def remembered(make: Callable[Given, Made]) -> Callable[Given, Made]:
+@dataclass(frozen=True)
+class _Given:
+    """What a function is given, told apart by its bytes."""
+
+    key: tuple[bytes, ...]
+    values: tuple[Any, ...] = field(compare=False)
+
+
+def remembered(make: Callable[..., Made]) -> Callable[..., Made]:
     """Let a function of half widths, other arrays and numbers, and a path return once more what it found.
 
     Of the path only the arc and the modulus may count. What wear coefficient, speed and length of a life do
     not touch is so made once for all runs of a process.
     """
-    kept: OrderedDict[tuple[bytes, ...], Made] = OrderedDict()
+    kept = lru_cache(KEPT)(lambda given: make(*given.values))
 
     @wraps(make)
-    def kept_or_made(*args: Given.args, **kwargs: Given.kwargs) -> Made:
-        given: tuple[Any, ...] = (*args, *kwargs.values())
+    def kept_or_made(*given: Any) -> Made:
         if np.size(given[0]) > MOST_NODES:
-            return make(*args, **kwargs)
-        key: tuple[bytes, ...] = ()
-        for value in given:
-            parts = (value.arc, value.contact_modulus) if isinstance(value, WearPath) else (value,)
-            key += tuple(np.asarray(part, float).tobytes() for part in parts)
-        if key not in kept:
-            kept[key] = make(*args, **kwargs)
-        kept.move_to_end(key)
-        if len(kept) > KEPT:
-            kept.popitem(last=False)
-        return kept[key]
+            return make(*given)
+        each = ((x.arc, x.contact_modulus) if isinstance(x, WearPath) else (x,) for x in given)
+        key = tuple(np.asarray(part, float).tobytes() for parts in each for part in parts)
+        return kept(_Given(key, given))
 
     return kept_or_made
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wearlab.arrays import Array
+from wearlab.gears.gear import GearPair
 
 
 class WearPath(NamedTuple):
@@ -44,31 +45,19 @@ class WearPath(NamedTuple):
         return np.abs(self.specific_sliding)
 
 
-def wear_path(
-    curvature: ArrayLike,
-    *,
-    base_radius: ArrayLike,
-    teeth: ArrayLike,
-    driving_speed: float,
-    passes: ArrayLike,
-    face_width: float,
-    contact_modulus: float,
-    concave: bool = False,
-) -> WearPath:
+def wear_path(pair: GearPair, position: Array, speed: float, passes: ArrayLike, width: float) -> WearPath:
     """Return the constants of the wear law along a path of contact.
 
-    ``v_i = ρ_i ω_i`` with ``ω2 = ω1 z1/z2``, speeds relative to the carrier (PHYSICS §1).
+    ``v_i = ρ_i ω_i`` with ``ω2 = ω1 z1/z2``, speeds relative to the carrier (PHYSICS §1). Beside a ring the
+    smaller curvature is the difference of the two, not their sum.
 
     Parameters
     ----------
-    curvature : (2, n) radii of curvature at the nodes, > 0, (driving, driven) [m]
-    base_radius : (2,) [m]
-    teeth : (2,) [1]
-    driving_speed : angular speed of the driving gear, ≥ 0 [rad/s]
+    pair : the gears, of which radii, teeth and materials count
+    position : (n,) path positions of the nodes [m]
+    speed : angular speed of the driving gear, ≥ 0 [rad/s]
     passes : (2,) passes of one flank per cycle [1]
-    face_width : B [m]
-    contact_modulus : E* of :func:`contact_modulus` [Pa]
-    concave : one gear is a ring: the smaller curvature is the difference of the two, not their sum
+    width : of the face, B [m]
 
     Returns
     -------
@@ -83,26 +72,20 @@ def wear_path(
     ----------
     W23 Eq. 47, for v.
     """
-    rho = np.ascontiguousarray(curvature, float)
-    z, r_b = np.asarray(teeth, float), np.asarray(base_radius, float)
+    rho = np.stack(pair.curvature(position))
+    z, r_b = np.array([(float(gear.teeth), gear.base_radius) for gear in pair.gears]).T[..., None]
     if not rho.min() > 0.0:
         least = f"radius of curvature {rho.min():.3g} m on the path"
         raise ValueError(f"{least}: contact at or below the base circle")
-    omega, per_tooth = driving_speed * z[0] / z, rho / z[:, None]
-    arc = rho**2 / (2.0 * r_b[:, None])
+    arc, per_tooth = rho**2 / (2.0 * r_b), rho / z
     step = np.abs(np.diff(arc, axis=1))
-    return WearPath(
-        curvature=rho,
-        equivalent_radius=1.0 / np.abs(1.0 / rho[0] + (-1.0 if concave else 1.0) / rho[1]),
-        surface_velocity=rho * omega[:, None],
-        specific_sliding=1.0 - per_tooth[::-1] / per_tooth,  # of any speed, also at standstill
-        arc_weight=0.5 * (np.pad(step, ((0, 0), (0, 1))) + np.pad(step, ((0, 0), (1, 0)))),
-        arc=arc,
-        pressure_angle=np.arctan(rho / r_b[:, None]),
-        passes=np.asarray(passes, float),
-        face_width=float(face_width),
-        contact_modulus=float(contact_modulus),
-    )
+    radius = 1.0 / np.abs(1.0 / rho[0] + (-1.0 if pair.internal else 1.0) / rho[1])
+    sliding = 1.0 - per_tooth[::-1] / per_tooth  # of any speed, also at standstill
+    weight = 0.5 * (np.pad(step, ((0, 0), (0, 1))) + np.pad(step, ((0, 0), (1, 0))))
+    along = rho, radius, rho * (speed * z[0] / z), sliding, weight, arc, np.arctan(rho / r_b)
+    steel = [gear.material for gear in pair.gears]
+    modulus = contact_modulus([one.youngs_modulus for one in steel], [one.poisson_ratio for one in steel])
+    return WearPath(*along, np.asarray(passes, float), float(width), modulus)
 
 
 def contact_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> float:

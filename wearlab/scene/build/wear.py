@@ -20,7 +20,7 @@ from wearlab.scene.build import mesh, sets, vibration
 from wearlab.wear import coefficients, films
 from wearlab.wear.law import NAN, FlankLaw, PreparedLaw, WearLaw, prepare
 from wearlab.wear.patch import PatchSetting
-from wearlab.wear.path import WearPath, contact_half_width, contact_modulus, wear_path
+from wearlab.wear.path import WearPath, contact_half_width, wear_path
 from wearlab.wear.setting import Setting
 
 
@@ -53,18 +53,8 @@ def build_kind(
     The face load factor K_Hβ puts the load on as much less of the face: wear is that of its busiest part.
     """
     pair, position = kind.pair, analysis.grid.position
-    first, second = (gear.material for gear in pair.gears)
-    ratios = first.poisson_ratio, second.poisson_ratio
-    path = wear_path(
-        np.stack(pair.curvature(position)),
-        base_radius=[gear.base_radius for gear in pair.gears],
-        teeth=[gear.teeth for gear in pair.gears],
-        driving_speed=kind.speed,
-        passes=kind.passes,
-        face_width=pair.face_width / scene.mesh.of(kind.section).face_load_factor,
-        contact_modulus=contact_modulus((first.youngs_modulus, second.youngs_modulus), ratios),
-        concave=pair.internal,
-    )
+    width = pair.face_width / scene.mesh.of(kind.section).face_load_factor
+    path = wear_path(pair, position, kind.speed, kind.passes, width)
     path = path._replace(equivalent_radius=path.equivalent_radius / gears.helix.cosine)
     law, film = build_law(scene, pair, path), build_film(scene, pair)
     return KindParts(pair, analysis, sets.modifications(pair, position), path, law, film)

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from wearlab.wear.measured_profile import MeasuredProfile
 
 
+Array = arrays.Array
+
+
 class InitialModel(Variant):
     """Any wear of one gear's flanks before the first cycle.
 
@@ -44,11 +47,11 @@ class InitialModel(Variant):
         """Yield what a run must say of it, in words."""
         if self.sides == "both":
             yield "initial wear of back flanks is not part of the back contact"
-        if self.sides == "both" and self.by_law:
-            said = "back flanks worn by the wear law do not thin the teeth; give a shape or a file"
-            yield f"wear.initial.{flank}: {said}"
+            if self.by_law:
+                said = "back flanks worn by the wear law do not thin the teeth; give a shape or a file"
+                yield f"wear.initial.{flank}: {said}"
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return its depth along the flank normal, (n,) [m].
 
         Parameters
@@ -63,9 +66,7 @@ class InitialModel(Variant):
         """
         raise NotImplementedError(f"{type(self).__name__} has no at_nodes")
 
-    def over_face(
-        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
-    ) -> arrays.Array:
+    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
         """Return its depth along the flank normal at all slices of a face, (n_face, n) [m].
 
         Parameters
@@ -77,15 +78,13 @@ class InitialModel(Variant):
         return np.broadcast_to(depth, (len(flank.position), len(depth)))
 
 
+OF_FILES = ("file", "x", "y", "direction", "units", "columns", "zero", "smooth", "continuation")
+
+
 class ShapedWear(InitialModel):
     """Wear of a given depth, whatever its shape."""
 
-    alternatives: ClassVar[Alternatives] = (
-        (
-            ("depth", "shape"),
-            ("file", "x", "y", "direction", "units", "columns", "zero", "smooth", "continuation"),
-        ),
-    )
+    alternatives: ClassVar[Alternatives] = ((("depth", "shape"), OF_FILES),)
 
     depth: Annotated[Depth, NOT_NEGATIVE]
     """largest depth of the initial wear. Source: W23"""
@@ -110,7 +109,7 @@ class UniformWear(ShapedWear):
     shape: Literal["uniform"] = "uniform"
     """the same everywhere. Source: W23"""
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return the depth, (n,) [m]."""
         return np.full(np.shape(position), self.depth)
 
@@ -121,12 +120,12 @@ class QuadraticWear(ShapedWear):
     shape: Literal["quadratic"] = "quadratic"
     """depth·(s/s_far)² from the pitch point. Source: W23"""
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return ``depth (s/s_far)²``, s_far the end of the path farther from the pitch point, (n,) [m]."""
         return quadratic(position, self.depth)
 
 
-def quadratic(position: arrays.Array, depth: float) -> arrays.Array:
+def quadratic(position: Array, depth: float) -> Array:
     """Return ``depth (s/s_far)²`` at path positions (n,) that reach from end to end of the path, (n,) [m]."""
     return np.asarray(depth * (position / np.abs(position).max()) ** 2)
 
@@ -207,15 +206,13 @@ class MeasuredWear(InitialModel):
         """Whether it was measured over the face: a lead or a topography."""
         return self.across is not None or self.x == "face_position"
 
-    def at_nodes(self, pair: "GearPair", gear: int, position: arrays.Array) -> arrays.Array:
+    def at_nodes(self, pair: "GearPair", gear: int, position: Array) -> Array:
         """Return the depth that was measured, less what was taken off on purpose, (n,) [m]."""
         from wearlab.wear.measured_profile import measured
 
         return measured(self._profile(pair, gear, slice(None)), pair, gear, position)
 
-    def over_face(
-        self, pair: "GearPair", gear: int, position: arrays.Array, flank: "SlicedFlank"
-    ) -> arrays.Array:
+    def over_face(self, pair: "GearPair", gear: int, position: Array, flank: "SlicedFlank") -> Array:
         """Return the depth at all slices, less what was taken off on purpose, (n_face, n) [m]."""
         from wearlab.wear.measured_profile import nodal, over_face
 
