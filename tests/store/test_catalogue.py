@@ -6,7 +6,8 @@ from catalogues import make_older
 from fake_campaign import filled, sweep
 
 from wearlab.store import Store, StoreError
-from wearlab.store.catalogue import CHUNK, VERSION, Catalogue, Entry
+from wearlab.store.catalogue import Catalogue, Entry
+from wearlab.store.database import CHUNK, VERSION
 from wearlab.store.outcome import Outcome
 
 DONE = Outcome(

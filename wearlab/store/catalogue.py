@@ -19,10 +19,8 @@ from pydantic_core import ArgsKwargs
 from wearlab.query.keys import flat
 from wearlab.store import database as rows
 from wearlab.store import description, files
-from wearlab.store.database import CHUNK, VERSION, marks, understood
+from wearlab.store.database import VERSION, marks, understood
 from wearlab.store.outcome import CALIBRATION, Comparison, Outcome, State
-
-__all__ = ["CHUNK", "VERSION", "Catalogue", "Entry", "Member"]
 
 OF_RUNS = "id, state, owner, size, sha256, started, seconds, source_hash, wearlab_version, layout"
 OF_DOCUMENTS = "reason, warnings, sizes, digests, summary, scene"
@@ -71,12 +69,10 @@ class Entry:
 
     def without_data(self) -> Outcome:
         """Return the outcome of a case that failed or was refused, to be recorded elsewhere."""
+        told = (self.id, self.state, self.started or "", self.seconds or 0.0, self.scene or "{}")
+        code = (self.source_hash or "", self.wearlab_version or "")
         return Outcome(
-            *(self.id, self.state, self.started or "", self.seconds or 0.0, self.scene or "{}"),
-            reason=self.reason,
-            warnings=self.warnings,
-            source_hash=self.source_hash or "",
-            wearlab_version=self.wearlab_version or "",
+            *told, reason=self.reason, warnings=self.warnings, source_hash=code[0], wearlab_version=code[1]
         )
 
 
@@ -99,6 +95,7 @@ class Member:
 
 
 ENTRY, MEMBER = TypeAdapter(Entry), TypeAdapter(Member)
+Free = Callable[[Entry], bool]
 
 
 class Catalogue(rows.Database):
@@ -116,32 +113,30 @@ class Catalogue(rows.Database):
             self.path.parent.mkdir(parents=True, exist_ok=True)
         with self._transaction(create=True) as connection:
             if connection.execute("PRAGMA user_version").fetchone()[0] == 0:
-                rows.make_tables(connection)
+                rows.run_all(connection, rows.TABLES)
 
     def _prepare(self, connection: sqlite3.Connection, create: bool) -> int:
-        version = super()._prepare(connection, create)
-        if 0 < version < VERSION:
-            self._upgrade(version)
-        return version
-
-    def _upgrade(self, version: int) -> None:
         """Make the runs of an earlier version anew from their files, as `make_anew` does; all else stays."""
+        version = super()._prepare(connection, create)
+        if not 0 < version < VERSION:
+            return version
         said = f"written by an older wearlab (catalogue version {version})"
         if self.address is not None:
             remedy = "'wearlab ls' there, or on a copy of it here, makes it one of today"
             raise files.StoreError(f"{self.address}: {said}; {remedy}")
         remedy = "made anew from the run files; what failed or was refused is computed again"
         logging.getLogger("wearlab").warning("%s: %s: %s", self.path, said, remedy)
-        with self._transaction() as connection:
+        with self._transaction():
             if connection.execute("PRAGMA user_version").fetchone()[0] == VERSION:
-                return  # another process has done it
+                return VERSION  # another process has done it
             if version < 3:
                 connection.execute("ALTER TABLE campaigns ADD COLUMN metadata TEXT")
             for table in OF_RUNS_BEFORE:
                 connection.execute(f"DROP TABLE IF EXISTS {table}")
-            rows.make_tables(connection)
+            rows.run_all(connection, rows.TABLES)
             for outcome in description.outcomes_of(files.RunFiles(self.path.parent / "runs"), []):
                 self._record(connection, outcome)
+        return VERSION
 
     def entries(self, ids: Iterable[str] | None = None, texts: str = OF_DOCUMENTS) -> dict[str, Entry]:
         """Return the known runs among ``ids``, in that order; all, by their start, when it is None.
@@ -153,11 +148,9 @@ class Catalogue(rows.Database):
         """
         told = ", ".join(name if name in texts else "NULL" for name in OF_DOCUMENTS.split(", "))
         question = f"SELECT {OF_RUNS}, {told} FROM runs LEFT JOIN documents USING (number)"
-        if ids is None:
-            found = iter(self.read(f"{question} ORDER BY started, id"))
-        else:
-            ids = list(dict.fromkeys(ids))
-            found = self.read_many(f"{question} WHERE id IN", ids)
+        ids = None if ids is None else list(dict.fromkeys(ids))
+        some = self.read_many(f"{question} WHERE id IN", ids or ())
+        found = self.read(f"{question} ORDER BY started, id") if ids is None else some
         known: dict[str, Entry] = {}
         for row in found:
             what = f"the catalogue's entry of run {str(row[0])[:40]!r}"
@@ -189,7 +182,7 @@ class Catalogue(rows.Database):
         outcomes: Iterable[Outcome],
         wanted: Sequence[str] = (),
         owner: str = "",
-        free: Callable[[Entry], bool] = lambda entry: False,
+        free: Free | None = None,
     ) -> dict[str, str | None]:
         """Write what became of runs and mark others as running here, in one transaction.
 
@@ -211,58 +204,40 @@ class Catalogue(rows.Database):
             for outcome in outcomes:
                 self._record(connection, outcome)
             known = self.entries(wanted, "warnings")
-            free_ids = [run_id for run_id in wanted if run_id not in known or free(known[run_id])]
-            taken = {run_id: known[run_id].owner if run_id in known else None for run_id in free_ids}
-            connection.executemany(
-                "INSERT INTO runs (id, state, owner, started) VALUES (?, 'running', ?, ?) ON CONFLICT (id) "
-                "DO UPDATE SET state = 'running', owner = excluded.owner, started = excluded.started",
-                [(run_id, owner, now()) for run_id in taken],
-            )
-        return taken
+            free_ids = [i for i in wanted if i not in known or (free is not None and free(known[i]))]
+            begun = [(run_id, "running", owner, now()) for run_id in free_ids]
+            connection.executemany(_renewing("id, state, owner, started"), begun)
+        return {run_id: known[run_id].owner if run_id in known else None for run_id in free_ids}
 
     def _record(self, connection: sqlite3.Connection, outcome: Outcome) -> None:
         key = None if outcome.layout is None else key_of(outcome.layout)
         if key:
             connection.execute("INSERT OR IGNORE INTO layouts VALUES (?, ?)", (key, outcome.layout))
         size = None if outcome.image is None else len(outcome.image)
-        row = (
-            *(outcome.id, outcome.state, None, size, outcome.sha256, outcome.started, outcome.seconds),
-            *(outcome.source_hash, outcome.wearlab_version, key),
-        )
-        renewed = ", ".join(f"{name} = excluded.{name}" for name in OF_RUNS.split(", ")[1:])
-        ((number,),) = connection.execute(
-            f"INSERT INTO runs ({OF_RUNS}) VALUES ({marks(10)}) ON CONFLICT (id) DO UPDATE SET {renewed} "
-            "RETURNING number",
-            row,
-        ).fetchall()
-        told = map(json.dumps, (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary))
-        connection.execute(
-            f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})",
-            (number, outcome.reason, *told, outcome.scene),
-        )
+        told = {**vars(outcome), "owner": None, "size": size, "layout": key}
+        row = [told[name] for name in OF_RUNS.split(", ")]
+        ((number,),) = connection.execute(f"{_renewing(OF_RUNS)} RETURNING number", row).fetchall()
+        texts = map(json.dumps, (outcome.warnings, outcome.sizes, outcome.digests, outcome.summary))
+        document = (number, outcome.reason, *texts, outcome.scene)
+        connection.execute(f"INSERT OR REPLACE INTO documents VALUES ({marks(7)})", document)
         facts = description.facts_of(outcome.scene, outcome.summary, outcome.histories)
         description.write_facts(connection, number, facts)
 
     def release(self, owner: str) -> list[str]:
         """Forget the runs that ``owner`` had begun and not finished; return their ids."""
         with self._transaction() as connection:
-            ours = "state = 'running' AND owner = ?"
-            begun = connection.execute(f"SELECT id FROM runs WHERE {ours}", (owner,)).fetchall()
-            self._delete(connection, ours, owner)
-        return [run_id for (run_id,) in begun]
+            return self._delete(connection, "state = 'running' AND owner = ?", owner)
 
     def forget(self, ids: Iterable[str]) -> int:
         """Forget these runs; return how many were known. Campaigns stay."""
         with self._transaction() as connection:
-            return sum(self._delete(connection, "id = ?", run_id) for run_id in ids)
+            return sum(len(self._delete(connection, "id = ?", run_id)) for run_id in ids)
 
-    def _delete(self, connection: sqlite3.Connection, condition: str, *values: str) -> int:
-        numbers = connection.execute(f"SELECT number FROM runs WHERE {condition}", values).fetchall()
-        for (number,) in numbers:
-            description.forget_facts(connection, number)
-        for table in ("runs", "documents"):
-            connection.executemany(f"DELETE FROM {table} WHERE number = ?", numbers)
-        return len(numbers)
+    def _delete(self, connection: sqlite3.Connection, condition: str, *values: str) -> list[str]:
+        runs = connection.execute(f"SELECT number, id FROM runs WHERE {condition}", values).fetchall()
+        for told in (description.FACTS, "runs WHERE number = ?", "documents WHERE number = ?"):
+            connection.executemany(f"DELETE FROM {told}", [(number,) for number, _ in runs])
+        return [run_id for _, run_id in runs]
 
     def make_anew(self, outcomes: Iterable[Outcome], alive: Callable[[str], bool]) -> None:
         """Record the runs of all files, with what can be asked of them, in the place of what is known.
@@ -370,6 +345,13 @@ class Catalogue(rows.Database):
 def key_of(text: str) -> str:
     """Return the key under which a text is kept once."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _renewing(columns: str) -> str:
+    """Return the statement that writes these columns of a run, the id first, whether it is known or not."""
+    told = [f"{name} = excluded.{name}" for name in columns.split(", ")]
+    places = f"({columns}) VALUES ({marks(len(told))})"
+    return f"INSERT INTO runs {places} ON CONFLICT (id) DO UPDATE SET {', '.join(told[1:])}"
 
 
 def _after(latest: str | None) -> str:

@@ -22,45 +22,31 @@ from typing_extensions import TypedDict
 from wearlab.store.files import StoreError, written
 
 VERSION = 6
-TABLES = """
-CREATE TABLE runs (
-    number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE,
-    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')),
-    owner TEXT, size INTEGER, sha256 TEXT, started TEXT, seconds REAL,
-    source_hash TEXT, wearlab_version TEXT, layout TEXT
-);
-CREATE TABLE documents (
-    number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT, summary TEXT, scene TEXT
-);
-CREATE TABLE keys (
-    number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL, kind TEXT NOT NULL,
-    unit TEXT NOT NULL, quantity TEXT, display_unit TEXT NOT NULL
-);
+TABLES = f"""
+PRAGMA user_version = {VERSION};
+CREATE TABLE runs (number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT NOT NULL UNIQUE,
+    state TEXT NOT NULL CHECK (state IN ('running', 'done', 'failed', 'refused')), owner TEXT, size INTEGER,
+    sha256 TEXT, started TEXT, seconds REAL, source_hash TEXT, wearlab_version TEXT, layout TEXT);
+CREATE TABLE documents (number INTEGER PRIMARY KEY, reason TEXT, warnings TEXT, sizes TEXT, digests TEXT,
+    summary TEXT, scene TEXT);
+CREATE TABLE keys (number INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, source TEXT NOT NULL,
+    kind TEXT NOT NULL, unit TEXT NOT NULL, quantity TEXT, display_unit TEXT NOT NULL);
 CREATE TABLE facts (key INTEGER NOT NULL, run INTEGER NOT NULL, value, PRIMARY KEY (key, run)) WITHOUT ROWID;
 CREATE TABLE layouts (key TEXT PRIMARY KEY, layout TEXT NOT NULL) WITHOUT ROWID
 """
 LASTING = """
-CREATE TABLE IF NOT EXISTS campaigns (
-    key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT, recorded TEXT, metadata TEXT
-) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS members (
-    campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL, label TEXT, position TEXT,
-    PRIMARY KEY (campaign, number)
-) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS campaigns (key TEXT PRIMARY KEY, title TEXT, reference TEXT, path TEXT,
+    recorded TEXT, metadata TEXT) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS members (campaign TEXT NOT NULL, number INTEGER NOT NULL, run TEXT NOT NULL,
+    label TEXT, position TEXT, PRIMARY KEY (campaign, number)) WITHOUT ROWID;
 CREATE INDEX IF NOT EXISTS members_of_run ON members (run);
-CREATE TABLE IF NOT EXISTS expectations (
-    campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT, expected TEXT, measured TEXT, met INTEGER,
-    PRIMARY KEY (campaign, number)
-) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS expectations (campaign TEXT NOT NULL, number INTEGER NOT NULL, verdict TEXT,
+    expected TEXT, measured TEXT, met INTEGER, PRIMARY KEY (campaign, number)) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS records (campaign TEXT PRIMARY KEY, record TEXT) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS remarks (
-    subject TEXT NOT NULL, line TEXT NOT NULL, what TEXT, text TEXT, who TEXT, recorded TEXT, campaign TEXT,
-    stands INTEGER, PRIMARY KEY (subject, line)
-) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS updates (
-    id TEXT PRIMARY KEY, title TEXT, subject TEXT, size INTEGER, sha256 TEXT, recorded TEXT, runs TEXT,
-    summary TEXT
-) WITHOUT ROWID
+CREATE TABLE IF NOT EXISTS remarks (subject TEXT NOT NULL, line TEXT NOT NULL, what TEXT, text TEXT, who TEXT,
+    recorded TEXT, campaign TEXT, stands INTEGER, PRIMARY KEY (subject, line)) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS updates (id TEXT PRIMARY KEY, title TEXT, subject TEXT, size INTEGER, sha256 TEXT,
+    recorded TEXT, runs TEXT, summary TEXT) WITHOUT ROWID
 """
 """Tables beside the runs; every transaction makes those that an older store lacks."""
 LACKING = {f"no such table: {name}" for name in ("records", "remarks", "updates")}
@@ -69,6 +55,7 @@ Read = TypeVar("Read")
 Value = TypeVar("Value")
 BROKEN = (sqlite3.Error, UnicodeDecodeError)  # a damaged file may make its own complaint unreadable
 PATIENCE = 60.0  # s to wait for another process's transaction
+ANEW = "'wearlab reindex' makes it anew from the run files"
 CHUNK = 500  # ids per question, below SQLite's limit of variables
 PAGES = -32_000  # kB of pages kept in memory
 
@@ -140,13 +127,9 @@ class Database:
         connection = self._open(create=create)
         try:
             connection.execute("BEGIN IMMEDIATE")
-            try:
-                _run(connection, LASTING)
+            with connection:  # which commits, or rolls back
+                run_all(connection, LASTING)
                 yield connection
-            except BaseException:
-                connection.rollback()
-                raise
-            connection.commit()
         except BROKEN as error:
             raise self._unusable(error) from error
 
@@ -156,12 +139,9 @@ class Database:
                 with suppress(OSError):  # SQLite then says what is wrong
                     os.close(os.open(self.path, os.O_CREAT | os.O_RDWR, 0o666))
             elif not self.exists():
+                said = f"{self.path}: is missing; {ANEW}"
                 lost = (self.path.parent / "runs").is_dir()
-                raise StoreError(
-                    f"{self.path}: is missing; 'wearlab reindex' makes it anew from the run files"
-                    if lost
-                    else f"{self.path.parent}: there is no store here"
-                )
+                raise StoreError(said if lost else f"{self.path.parent}: there is no store here")
             uri = f"{self.path.absolute().as_uri()}?mode={'rwc' if create else 'rw'}"
             shared: dict[str, Any] = {"isolation_level": None, "check_same_thread": False}
             try:
@@ -179,17 +159,16 @@ class Database:
         """Return the version of the tables, 0 of none."""
         connection.execute("PRAGMA trusted_schema = OFF")
         version = connection.execute("PRAGMA user_version").fetchone()[0]
-        additions = _count(connection, "view", "trigger")
+        kinds = [kind for (kind,) in connection.execute("SELECT type FROM sqlite_master")]
+        additions = kinds.count("view") + kinds.count("trigger")  # wearlab makes tables only
         connection.execute("PRAGMA journal_mode = PERSIST")  # the cheapest of the rollback journals
         connection.execute(f"PRAGMA cache_size = {PAGES}")
         if additions:
-            raise Damaged(
-                f"{self.path}: holds {additions} views or triggers, which no wearlab makes; "
-                "'wearlab reindex' makes it anew from the run files"
-            )
+            said = f"holds {additions} views or triggers, which no wearlab makes"
+            raise Damaged(f"{self.path}: {said}; {ANEW}")
         if version > VERSION:
             raise StoreError(f"{self.path}: written by a newer wearlab (catalogue version {version})")
-        if version == 0 and (not create or _count(connection, "table")):
+        if version == 0 and (not create or "table" in kinds):
             remedy = "'wearlab reindex' sets it aside and makes one from the run files"
             raise Damaged(f"{self.path}: not a catalogue of wearlab; {remedy}")
         return int(version)
@@ -218,26 +197,15 @@ class Database:
         name = getattr(error, "sqlite_errorname", "")
         said = f"{self.path}: the catalogue cannot be used ({error})"
         if name.startswith(("SQLITE_CORRUPT", "SQLITE_NOTADB")) or isinstance(error, UnicodeDecodeError):
-            return Damaged(f"{said}; 'wearlab reindex' makes it anew from the run files")
+            return Damaged(f"{said}; {ANEW}")
         busy = name.startswith("SQLITE_BUSY")
         return StoreError(f"{said}: another process holds it; try again when it has ended" if busy else said)
 
 
-def make_tables(connection: sqlite3.Connection) -> None:
-    """Make the tables of runs, within a transaction."""
-    _run(connection, TABLES)
-    connection.execute(f"PRAGMA user_version = {VERSION}")
-
-
-def _run(connection: sqlite3.Connection, statements: str) -> None:
+def run_all(connection: sqlite3.Connection, statements: str) -> None:
+    """Run statements, such as `TABLES`, one after the other within a transaction."""
     for statement in statements.split(";"):
         connection.execute(statement)
-
-
-def _count(connection: sqlite3.Connection, *kinds: str) -> int:
-    """Return how many tables, views or triggers there are; wearlab makes tables only."""
-    question = f"SELECT count(*) FROM sqlite_master WHERE type IN ({marks(len(kinds))})"
-    return int(connection.execute(question, kinds).fetchone()[0])
 
 
 def understood(what: str, read: Callable[..., Read], *values: Any) -> Read:

@@ -27,6 +27,7 @@ CODE = ("commit", "model_version")
 PARENT_CYCLE = "parent_cycle"
 LONGEST = 200  # characters of a text that can be asked for
 Fact = tuple[str, str, Any]  # source, name, value
+FACTS = "facts WHERE run = ? AND key IN (SELECT number FROM keys)"  # those of a run, found by their key
 
 
 def describe(dataset: "xr.Dataset") -> dict[str, Any]:
@@ -130,7 +131,7 @@ def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact])
     connection : to the catalogue, within a transaction
     run, facts : the number of the run, and what can be asked of it
     """
-    forget_facts(connection, run)
+    connection.execute(f"DELETE FROM {FACTS}", (run,))
     known = {name: told for name, *told in connection.execute("SELECT name, number, kind FROM keys")}
     rows = {}
     for source, name, value in facts:
@@ -146,11 +147,6 @@ def write_facts(connection: sqlite3.Connection, run: int, facts: Iterator[Fact])
         number, kind = known[name]
         rows[number] = (number, run, stored(value, kind))
     connection.executemany("INSERT INTO facts VALUES (?, ?, ?)", rows.values())
-
-
-def forget_facts(connection: sqlite3.Connection, run: int) -> None:
-    """Remove the facts of a run."""
-    connection.execute("DELETE FROM facts WHERE run = ?1 AND key IN (SELECT number FROM keys)", (run,))
 
 
 def kind_of(value: Any) -> str:

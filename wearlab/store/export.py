@@ -10,6 +10,7 @@ import mimetypes
 import shutil
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -28,22 +29,13 @@ if TYPE_CHECKING:
     from wearlab.store import catalogue
     from wearlab.store.store import Store
 
-ACDD = {
-    "author": "creator_name",
-    "orcid": "creator_url",
-    "email": "creator_email",
-    "institution": "institution",
-    "licence": "license",
-    "publisher": "publisher_name",
-    "project": "project",
-    "acknowledgement": "acknowledgement",
-}
+ACDD = {name: name for name in ("institution", "project", "acknowledgement")}
+ACDD |= {"author": "creator_name", "orcid": "creator_url", "email": "creator_email"}
+ACDD |= {"licence": "license", "publisher": "publisher_name"}
 """What of [metadata] a file's attribute is, by the Attribute Convention for Data Discovery 1.3."""
-COMPUTED = {
-    "processing_level": "model output: computed, not measured",
-    "comment": "The variables 'validity' and 'model_error' say what was assumed and how far the models "
-    "are known to be off.",
-}
+ASSUMED = "The variables 'validity' and 'model_error' say what was assumed"
+COMMENT = f"{ASSUMED} and how far the models are known to be off."
+COMPUTED = {"processing_level": "model output: computed, not measured", "comment": COMMENT}
 Tell = Callable[[str], None]
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "gears, gear dynamics, tooth wear, mesh stiffness, transmission error"
@@ -84,25 +76,19 @@ def export_attributes(campaign: "Campaign", store: "Store") -> dict[str, str]:
     """Return CF and ACDD attributes; the same store gives the same ones, whenever it is exported."""
     from wearlab.campaign.inheritance import fingerprint, source_text
 
-    entries, grid = store.entries(case.id for case in campaign.cases), store.open(campaign)
+    entries = store.entries(case.id for case in campaign.cases)
     text = source_text(campaign.path)
     dates = sorted(entry.started for entry in entries.values() if entry.started)
     code = sorted({(e.wearlab_version or "", e.source_hash or "") for e in entries.values()} - {("", "")})
-    attributes = {
-        "Conventions": CONVENTIONS,
-        "title": campaign.title,
-        "summary": f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case",
-        "keywords": KEYWORDS,
-        "id": fingerprint("\n".join([text, *sorted(entries)])),
-        **COMPUTED,
-        "history": "; ".join(f"{date} runs computed" for date in dates[-1:]),
-        "references": campaign.reference or "",
-        "source": "; ".join(f"wearlab {version}, sources {source}" for version, source in code),
-        "date_created": dates[-1] if dates else "",
-        "campaign": text,
-        "campaign_hash": fingerprint(text),
-        "missing": "; ".join(np.atleast_1d(grid.attrs.get("missing", [])).tolist()),
-    }
+    attributes = {"Conventions": CONVENTIONS, "title": campaign.title}
+    attributes["summary"] = f"{len(entries)} runs of coupled gear wear and dynamics, by sweep axes and case"
+    attributes |= {"keywords": KEYWORDS, "id": fingerprint("\n".join([text, *sorted(entries)])), **COMPUTED}
+    attributes["history"] = f"{dates[-1]} runs computed" if dates else ""
+    attributes["references"] = campaign.reference or ""
+    attributes["source"] = "; ".join(f"wearlab {version}, sources {source}" for version, source in code)
+    attributes["date_created"] = dates[-1] if dates else ""
+    attributes |= {"campaign": text, "campaign_hash": fingerprint(text)}
+    attributes["missing"] = "; ".join(store.open(campaign).attrs["missing"])
     attributes["calibration"] = "; ".join(sorted({entry.calibration for entry in entries.values()} - {""}))
     told = remarks.remarks_on(store.catalogue, [remarks.subject_of(campaign.title), *entries])
     for what in ("tag", "note"):
@@ -129,8 +115,9 @@ def _netcdf(grid: xr.Dataset, entries: "Mapping[str, catalogue.Entry]", part: Pa
     """Write the grid through xarray, a chunk of a variable holding one run; read in this thread alone."""
     for variable in grid.variables.values():
         told = {key: value for key, value in variable.attrs.items() if value is not None}
-        plain = (str, int, float)
-        variable.attrs = {k: v if isinstance(v, plain) else json.dumps(v) for k, v in told.items()}
+        variable.attrs = {
+            k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in told.items()
+        }
     done = [i for i in dict.fromkeys(grid["run_id"].values.ravel()) if i in entries and entries[i].sha256]
     xr.Dataset(attrs=grid.attrs).to_netcdf(part, format="NETCDF4", engine="netcdf4")
     with dask.config.set(scheduler="synchronous"):
@@ -162,11 +149,8 @@ def _zarr(grid: xr.Dataset, part: Path) -> None:
     ------
     StoreError : zarr is not installed
     """
-    try:
-        import zarr  # noqa: F401
-    except ImportError:
-        said = "Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc"
-        raise StoreError(said) from None
+    if find_spec("zarr") is None:
+        raise StoreError("Zarr needs the package zarr: pip install 'wearlab[zarr]'; or name the file .nc")
     for name in [n for n, v in grid.variables.items() if v.dtype.kind == "O"]:
         grid[name] = grid[name].compute(scheduler="synchronous").astype(str)
     with dask.config.set(scheduler="synchronous"):
@@ -187,7 +171,7 @@ def export_crate(
     store: "Store",
     out: Path,
     figures: Sequence[Path] = (),
-    tell: Tell = lambda run_id: None,
+    tell: Tell = lambda run: None,
 ) -> Path:
     """Write a campaign with its data, its file, figures and citation as a crate.
 
@@ -235,19 +219,14 @@ def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
     """Return the crate's JSON-LD."""
     people = [_person(name, said) for name in said.get("creator_name", "").split(";") if name.strip()]
     licence = said.get("license", "")
-    root = _entity(
-        "./",
-        "Dataset",
-        said["title"],
-        description=said["summary"],
-        datePublished=said.get("date_created", "")[:10] or "1980-01-01",
-        license={"@id": licence} if "://" in licence else licence or NO_LICENCE,
-        keywords=said["keywords"],
-        hasPart=[{"@id": name} for name in parts],
-        mentions={"@id": "#computation"},
-        **({"author": [{"@id": person["@id"]} for person in people]} if people else {}),
-        **({"citation": said["references"]} if "references" in said else {}),
-    )
+    date, address = said.get("date_created", "")[:10] or "1980-01-01", "://" in licence
+    root = _entity("./", "Dataset", said["title"], description=said["summary"], datePublished=date)
+    root |= {"license": {"@id": licence} if address else licence or NO_LICENCE, "keywords": said["keywords"]}
+    root |= {"hasPart": [{"@id": name} for name in parts], "mentions": {"@id": "#computation"}}
+    if people:
+        root["author"] = [{"@id": person["@id"]} for person in people]
+    if "references" in said:
+        root["citation"] = said["references"]
     made = {"instrument": {"@id": SOFTWARE}, "result": {"@id": "runs.nc"}}
     made |= {"object": {"@id": "campaign.toml"}} if "campaign.toml" in parts else {}
     source = said.get("source", f"wearlab {__version__}")
@@ -258,7 +237,7 @@ def _metadata(said: Mapping[str, str], parts: Mapping[str, str]) -> str:
         root,
         *(_entity(name, "File", told, encodingFormat=_format(name)) for name, told in parts.items()),
         *people,
-        *([_entity(licence, "CreativeWork", licence)] if "://" in licence else []),
+        *([_entity(licence, "CreativeWork", licence)] if address else []),
         _entity("#computation", "CreateAction", source, **made),
         _entity(SOFTWARE, "SoftwareApplication", "wearlab", **told),
     ]

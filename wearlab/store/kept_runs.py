@@ -1,6 +1,6 @@
 """Runs on disk: ``runs/`` with one file per run, ``catalogue.sqlite`` beside it."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from wearlab.store import catalogue, outcome, table
+    from wearlab.store.catalogue import Free
 
+    Outcomes = Sequence[outcome.Outcome]
+Names = Sequence[str] | None
 CONDITION = " =<>("  # signs that are in every condition and in no id
 
 
@@ -53,12 +56,7 @@ class KeptRuns:
     # -- reading ------------------------------------------------------------------------------------------
 
     def query(
-        self,
-        where: str = "",
-        *,
-        columns: Sequence[str] | None = None,
-        sort: str | None = None,
-        limit: int | None = None,
+        self, where: str = "", *, columns: Names = None, sort: str | None = None, limit: int | None = None
     ) -> "table.Table":
         """Return the runs that meet a condition, such as ``"torque > 100 N*m and life < 2e7"``.
 
@@ -113,15 +111,14 @@ class KeptRuns:
 
         condition = any(sign in CONDITION for sign in prefix)
         try:
-            matching = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
+            found = self.query(prefix, columns=())["id"] if condition else self.catalogue.matching(prefix)
         except QueryError as error:
             raise StoreError(f"run: {error}") from error
-        matches = matching if prefix else []
-        if len(matches) != 1:
-            some = ", ".join(match[:12] for match in matches[:4])
-            many = f"{len(matches)} runs {'meet this' if condition else 'begin so'}: {some}"
-            raise StoreError(f"run {prefix!r}: {many if matches else 'no such run'}")
-        return self.entries(matches)[matches[0]]
+        if not prefix or len(found) != 1:
+            some = ", ".join(match[:12] for match in found[:4])
+            many = f"{len(found)} runs {'meet this' if condition else 'begin so'}: {some}"
+            raise StoreError(f"run {prefix!r}: {many if prefix and found else 'no such run'}")
+        return self.entries(found)[found[0]]
 
     def entries(self, ids: Iterable[str] | None = None) -> "dict[str, catalogue.Entry]":
         """Return what the catalogue knows of these runs (of all when None), by id."""
@@ -145,9 +142,7 @@ class KeptRuns:
 
     def state_of(self, entry: "catalogue.Entry") -> str:
         """Return the state of a run; "interrupted" if its process died, "lost" if its file went."""
-        if self.is_stale(entry):
-            return "interrupted"
-        return "lost" if self.is_lost(entry) else entry.state
+        return "interrupted" if self.is_stale(entry) else "lost" if self.is_lost(entry) else entry.state
 
     def file_of(self, run_id: str) -> Path:
         """Return the file of a run, copied here first where the store is elsewhere."""
@@ -170,7 +165,7 @@ class KeptRuns:
         """Take a name under which this process claims runs."""
         return Presence(self._presences)
 
-    def claim(self, ids: Sequence[str], owner: str, free: "Callable[[catalogue.Entry], bool]") -> list[str]:
+    def claim(self, ids: Sequence[str], owner: str, free: "Free") -> list[str]:
         """Take those of the runs that nobody has, that ``free`` gives, or that a dead process left.
 
         Returns
@@ -180,11 +175,7 @@ class KeptRuns:
         return self.save((), owner, ids, free)
 
     def save(
-        self,
-        outcomes: "Sequence[outcome.Outcome]",
-        owner: str,
-        ids: Sequence[str] = (),
-        free: "Callable[[catalogue.Entry], bool]" = lambda entry: False,
+        self, outcomes: "Outcomes", owner: str, ids: Sequence[str] = (), free: "Free" = lambda entry: False
     ) -> list[str]:
         """Write finished runs, each file in full, then the catalogue; take others in the same transaction.
 
@@ -201,8 +192,7 @@ class KeptRuns:
         ------
         StoreError : the disk or the catalogue refuses; nothing half-written remains
         """
-        finished = [(o.id, o.image, o.sha256) for o in outcomes]
-        images = [files.Image(i, image, sha256) for i, image, sha256 in finished if image and sha256]
+        images = [files.Image(o.id, o.image, o.sha256) for o in outcomes if o.image and o.sha256]
         self.files.write(images, owner)
         try:
             taken = self.catalogue.record(outcomes, ids, owner, lambda h: self.is_stale(h) or free(h))

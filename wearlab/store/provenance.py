@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -106,10 +107,10 @@ SUBJECT = "experiments and datasets of coupled gear wear and dynamics"
 SENTENCES = {
     "lineage": " It goes on from {}.",
     "calibration": " Its wear coefficient was calibrated by run {}.",
-    "reference": " After {}.",
-    "licence": " Licence: {}.",
 }
+SENTENCES |= {"reference": " After {}.", "licence": " Licence: {}."}
 NOTED = dict(reference="after", lineage="goes on from", calibration="calibrated by run", licence="licence")
+FILE = (netcdf.SEAL, "wearlab_version", "source_hash")
 CODE = ("commit", "dirty", "model_version", "packages", "parents")
 
 
@@ -143,22 +144,14 @@ def _of_run(store: "KeptRuns", prefix: str) -> dict[str, str]:
     some = members[::-1] or [catalogue.Member("", None, "", "", {})]
     member = max(some, key=lambda each: ("author" in each.metadata, each.path is not None))
     label = [] if member.label == BASE else [member.label]
-    return {
-        "id": entry.id,
-        "campaign": member.campaign,
-        "case": ", ".join(label + [f"{name} {value}" for name, value in member.position.items()]),
-        "also_in": "; ".join(dict.fromkeys(m.campaign for m in members if m.campaign != member.campaign)),
-        "reference": member.reference,
-        "date": (entry.started or str(attributes.get("date_created", "")))[:10],
-        "sha256": entry.sha256 or "",
-        netcdf.SEAL: str(attributes.get(netcdf.SEAL, "")),
-        "wearlab_version": entry.wearlab_version or "",
-        "source_hash": entry.source_hash or "",
-        "lineage": "; ".join(map(str, lineage(store, entry))),
-        "calibration": entry.calibration,
-        **{name: str(attributes[name]) for name in CODE if attributes.get(name)},
-        **{key: member.metadata[key] for key in WHO if key in member.metadata},
-    }
+    places = [f"{name} {value}" for name, value in member.position.items()]
+    others = dict.fromkeys(m.campaign for m in members if m.campaign != member.campaign)
+    facts = {"id": entry.id, "campaign": member.campaign, "case": ", ".join(label + places)}
+    facts |= {"also_in": "; ".join(others), "reference": member.reference}
+    facts["date"] = (entry.started or str(attributes.get("date_created", "")))[:10]
+    facts |= {"sha256": entry.sha256 or "", **_among({**attributes, **vars(entry)}, FILE)}
+    facts |= {"lineage": "; ".join(map(str, lineage(store, entry))), "calibration": entry.calibration}
+    return facts | _among(attributes, CODE) | _among(member.metadata, WHO)
 
 
 def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str]:
@@ -166,20 +159,14 @@ def _of_update(store: "KeptRuns", update: "updates.KeptUpdate") -> dict[str, str
     from wearlab.store import updates
 
     attributes = getattr(updates.read_update(store, update.id), "attrs", {})
-    return {
-        "kind": "Update",
-        "id": update.id,
-        "campaign": update.title,
-        "case": "; ".join(update.summary),
-        "reference": str(attributes.get("references", "")),
-        "date": update.recorded[:10],
-        "sha256": update.sha256,
-        netcdf.SEAL: str(attributes.get(netcdf.SEAL, "")),
-        "wearlab_version": str(attributes.get("wearlab_version", "")),
-        "source_hash": str(attributes.get("source_hash", "")),
-        "made_from": " ".join(update.runs),
-        **{key: str(attributes[key]) for key in WHO if attributes.get(key)},
-    }
+    facts = {"kind": "Update", "id": update.id, "campaign": update.title, "case": "; ".join(update.summary)}
+    facts |= {"reference": str(attributes.get("references", "")), "date": update.recorded[:10]}
+    facts |= {"sha256": update.sha256, **_among(attributes, FILE), "made_from": " ".join(update.runs)}
+    return facts | _among(attributes, WHO)
+
+
+def _among(told: Mapping[str, Any], names: Iterable[str]) -> dict[str, str]:
+    return {name: str(told[name]) for name in names if told.get(name)}
 
 
 def _title(facts: dict[str, str]) -> str:
@@ -208,30 +195,26 @@ def citation(facts: dict[str, str]) -> str:
     commit = f", commit {facts['commit']}" if facts.get("commit", "unknown") != "unknown" else ""
     changed = " with changes" if facts.get("dirty") == "true" else ""
     what = f"{facts.get('kind', 'Run')} {facts['id']}"
-    return (
-        f"{head}. {what}, computed by {code}.{told}\n"
-        f"provenance: {code}{commit}{changed}; SHA-256 of the file {facts.get('sha256', '?')}, "
-        f"of its content {facts.get(netcdf.SEAL, '?')}"
-    )
+    file = f"SHA-256 of the file {facts.get('sha256', '?')}, of its content {facts.get(netcdf.SEAL, '?')}"
+    return f"{head}. {what}, computed by {code}.{told}\nprovenance: {code}{commit}{changed}; {file}"
 
 
 def bibtex(facts: dict[str, str]) -> str:
     """Return a BibTeX entry, special characters escaped."""
-    fields = {
-        "author": " and ".join(_authors(facts)),
-        "title": f"{_title(facts)} [data set]",
-        "year": facts.get("date", "")[:4],
-        "institution": facts.get("institution", ""),
-        "version": f"wearlab {facts.get('wearlab_version', '')}, sources {facts.get('source_hash', '')}",
-        "note": f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}"
-        + "".join(f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts),
-    }
+    version = facts.get("wearlab_version", "")
+    noted = "".join(f", {words} {facts[key]}" for key, words in NOTED.items() if key in facts)
+    fields = {"author": " and ".join(_authors(facts)), "title": f"{_title(facts)} [data set]"}
+    fields |= {"year": facts.get("date", "")[:4], "institution": facts.get("institution", "")}
+    fields["version"] = f"wearlab {version}, sources {facts.get('source_hash', '')}"
+    fields["note"] = (
+        f"{facts.get('kind', 'Run').lower()} {facts['id']}, SHA-256 {facts.get('sha256', '')}{noted}"
+    )
     plain = {key: " ".join(value.replace("\\", "").split()) for key, value in fields.items() if value}
     escaped = {key: SPECIAL.sub(r"\\\1", text) for key, text in plain.items()}
-    lines = [f"  {key} = {{{text}}}," for key, text in escaped.items()]
-    software = (
-        "@software{wearlab,\n  author = {{The wearlab developers}},\n"
-        f"  title = {{wearlab: {SUBJECT}}},\n"
-        f"  version = {{{facts.get('wearlab_version', '')}}},\n}}"
-    )
-    return "\n".join([f"@misc{{wearlab-{facts['id'][:10]},", *lines, "}", "", software])
+    software = {"author": "{The wearlab developers}", "title": f"wearlab: {SUBJECT}", "version": version}
+    own = _entry(f"misc{{wearlab-{facts['id'][:10]}", escaped)
+    return f"{own}\n\n{_entry('software{wearlab', software)}"
+
+
+def _entry(head: str, fields: dict[str, str]) -> str:
+    return "\n".join([f"@{head},", *(f"  {key} = {{{text}}}," for key, text in fields.items()), "}"])

@@ -21,31 +21,24 @@ from wearlab.units import KINDS, split
 
 __all__ = ["CatalogueSearch", "QueryError"]
 
-COLUMNS = {
-    **{"id": "id", "status": "state", "started": "started", "seconds": "seconds", "bytes": "size"},
-    **{"source_hash": "source_hash", "wearlab_version": "wearlab_version"},
-}
+COLUMNS = {"id": "id", "status": "state", "started": "started", "seconds": "seconds", "bytes": "size"}
+COLUMNS |= {"source_hash": "source_hash", "wearlab_version": "wearlab_version"}
 DOCUMENTS = ("reason", "warnings")
 OF_CAMPAIGNS = ("campaign", "case")
 OF_REMARKS = ("tag", "note")
-QUESTIONS = {
-    **{name: f"SELECT number, {column} FROM runs WHERE number" for name, column in COLUMNS.items()},
-    **{name: f"SELECT number, {name} FROM documents WHERE number" for name in DOCUMENTS},
-    "other_code": "SELECT number, source_hash FROM runs WHERE number",
-}
+OTHER_CODE = "other_code"
+ASKED = {**COLUMNS, OTHER_CODE: "source_hash"}
+QUESTIONS = {name: f"SELECT number, {column} FROM runs WHERE number" for name, column in ASKED.items()}
+QUESTIONS |= {name: f"SELECT number, {name} FROM documents WHERE number" for name in DOCUMENTS}
+Names = Sequence[str] | None
 Run = tuple[int, str]  # its number and its id
 AT_ONCE = 2_000  # runs whose values are in memory together
-OTHER_CODE = "other_code"
-OWN_KEYS = (
-    *(Key(name, "text") for name in ("id", "status", "source_hash", "wearlab_version")),
-    *(Key(name, "text") for name in (*DOCUMENTS, *OF_CAMPAIGNS, *OF_REMARKS)),
-    *(Key("started", "date"), Key("seconds", unit="s", display_unit="s"), Key("bytes"), Key(OTHER_CODE)),
-)
-ALIASES = {
-    **{"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"},
-    **{"life_hours": "service_life", "hours_of_life": "service_life", "hours": "operating_hours"},
-    **{"torque": "operation.torque", "speed": "operation.speed"},  # not those of a duty or a calibration
-}
+TEXTS = ("id", "status", "source_hash", "wearlab_version", *DOCUMENTS, *OF_CAMPAIGNS, *OF_REMARKS)
+OWN_KEYS = [*(Key(name, "text") for name in TEXTS), Key("started", "date"), Key("bytes"), Key(OTHER_CODE)]
+OWN_KEYS += [Key("seconds", unit="s", display_unit="s")]
+ALIASES = {"state": "status", "date": "started", "run_time": "seconds", "run": "id", "code": "source_hash"}
+ALIASES |= {"life_hours": "service_life", "hours_of_life": "service_life", "hours": "operating_hours"}
+ALIASES |= {"torque": "operation.torque", "speed": "operation.speed"}  # not those of a duty or a calibration
 
 
 class Page(NamedTuple):
@@ -91,14 +84,7 @@ class CatalogueSearch:
         self.axes.add(name)
         return Key(name, "text")
 
-    def page(
-        self,
-        where: str = "",
-        columns: Sequence[str] | None = None,
-        sort: str | None = None,
-        limit: int | None = None,
-        skip: int = 0,
-    ) -> Page:
+    def page(self, where: str, columns: Names, sort: str | None, limit: int | None, skip: int = 0) -> Page:
         """Return some of the runs that meet a condition, and how many do.
 
         Parameters
@@ -136,12 +122,11 @@ class CatalogueSearch:
     def _in_order(self, by: Key | None, down: bool, limit: int | None, skip: int) -> tuple[list[Run], int]:
         """Return number and id of some of all runs, by a column of the tables, and how many there are."""
         ((count,),) = self.catalogue.read("SELECT count(*) FROM runs")
-        fact = by is not None and by.name not in COLUMNS
-        value = "f.value" if fact else None if by is None else f"r.{COLUMNS[by.name]}"
+        value, beside = by and f"r.{COLUMNS.get(by.name)}", ""
+        if by and by.name not in COLUMNS:
+            number = int(self.numbers[by.name])
+            value, beside = "f.value", f"LEFT JOIN facts AS f ON f.run = r.number AND f.key = {number}"
         order = f"{value} IS NULL, {value}{' DESC' if down else ''}, r.number" if value else "r.number"
-        beside = ""
-        if by and fact:
-            beside = f"LEFT JOIN facts AS f ON f.run = r.number AND f.key = {int(self.numbers[by.name])}"
         question = f"SELECT r.number, r.id FROM runs AS r {beside} ORDER BY {order} LIMIT ? OFFSET ?"
         return self.catalogue.read(question, (-1 if limit is None else limit, skip)), count
 
@@ -178,19 +163,14 @@ class CatalogueSearch:
             if name not in self.numbers:
                 return None
             question = f"SELECT run, value FROM facts WHERE key = {int(self.numbers[name])} AND run"
-        rows = self._rows(question, numbers)
+        low, high, some = min(numbers), max(numbers), ", ".join(map(str, numbers))
+        of_some = f"BETWEEN {low} AND {high}" if high - low < 2 * len(numbers) else f"IN ({some})"
+        rows = dict(self.catalogue.read(f"{question} {of_some}"))
         values = [rows.get(number) for number in numbers]
         if name != OTHER_CODE:
             return values
         known = present_hashes()
         return [source not in known if source else None for source in values]
-
-    def _rows(self, question: str, numbers: Sequence[int]) -> dict[int, Any]:
-        """Return the answers to a question that ends in the number of the run, for some runs."""
-        low, high = min(numbers), max(numbers)
-        if high - low < 2 * len(numbers):
-            return dict(self.catalogue.read(f"{question} BETWEEN ? AND ?", (low, high)))
-        return dict(self.catalogue.read(f"{question} IN ({', '.join(map(str, numbers))})"))
 
     def _of_campaigns(self, name: str, ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
         """Return what campaigns say of each run: their titles, its labels, or its places on an axis."""
