@@ -12,19 +12,16 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from wearlab.sources import SHORT_ID
-from wearlab.store import outcome
+from wearlab.store import Store, outcome
 
 if TYPE_CHECKING:
     from wearlab.campaign import Campaign, Case
     from wearlab.plugins import Plugin
-    from wearlab.store import Store
 
 
-STANDARD = ("stdin", "stdout", "stderr")
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 """What the system says of an output that takes no more."""
 
@@ -34,7 +31,7 @@ def fill_closed() -> None:
 
     A number that stays free is given to the next file that is opened: what a library prints would go into it.
     """
-    for number, name in enumerate(STANDARD):
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)
         except OSError:
@@ -64,12 +61,12 @@ def at_once_when_twice() -> None:
         signal.signal(signal.SIGINT, _first)
 
 
-def _first(number: int, frame: FrameType | None) -> None:
+def _first(*told: object) -> None:
     signal.signal(signal.SIGINT, _second)
     raise KeyboardInterrupt
 
 
-def _second(number: int, frame: FrameType | None) -> None:
+def _second(*told: object) -> None:
     os.write(2, SECOND)
     os._exit(Status.INTERRUPTED)
 
@@ -83,7 +80,6 @@ TRUSTED: ContextVar[bool] = ContextVar("trusted", default=False)
 """Whether the command was told ``--plugins``: that plug-ins of campaign files may be run."""
 AS_JSON: ContextVar[bool] = ContextVar("as JSON", default=False)
 """Whether the command was told ``--json``: that a program reads what it found."""
-PATIENCE = 1.0  # s until a command says what it is doing
 MOST_STYLED = 500  # rows of a table that is fitted to the terminal
 
 
@@ -96,12 +92,8 @@ class Status(IntEnum):
     INTERRUPTED = 130
 
 
-class Format(StrEnum):
-    """How a table is written."""
-
-    TABLE = "table"
-    JSON = "json"
-    CSV = "csv"
+Format = StrEnum("Format", ("TABLE", "JSON", "CSV"))
+"""How a table is written."""
 
 
 class ShownTable(NamedTuple):
@@ -196,28 +188,25 @@ def refuse_wrong_figures(campaign: "Campaign", file: str) -> None:
     if campaign.figures:
         from wearlab.figures import question
 
-        problems = question.figure_problems(campaign)
-        if problems:
+        if problems := question.figure_problems(campaign):
             raise Stop("\n".join(f"{file}: {problem}" for problem in problems))
 
 
-def drawn(
-    campaign: "Campaign", store: "Store", out: Path, ending: str = "png"
-) -> tuple[tuple[Path, ...], bool]:
+def drawn(campaign: "Campaign", store: Store, out: Path, ending: str = "png") -> tuple[list[Path], bool]:
     """Draw a campaign's figures; say which cannot be, and return the others and whether that went well."""
     from wearlab.figures import FigureError, draw
 
     try:
-        return tuple(draw(campaign, store, out, ending)), True
+        return list(draw(campaign, store, out, ending)), True
     except FigureError as error:
         complain(str(error))
-        return error.drawn, False
+        return list(error.drawn), False
 
 
 @contextmanager
 def reporting(what: str) -> Iterator[None]:
     """Say on a terminal what is being done, once it has taken a second."""
-    timer = threading.Timer(PATIENCE, print, [f"{what} …"], {"file": sys.stderr, "flush": True})
+    timer = threading.Timer(1.0, print, [f"{what} …"], {"file": sys.stderr, "flush": True})
     timer.daemon = True
     if sys.stderr is not None and sys.stderr.isatty():
         timer.start()

@@ -81,12 +81,11 @@ def _text(studies: "list[study.Study]", error: float | None, files: list[Path]) 
 def _content(studies: "list[study.Study]", error: float | None, files: list[Path]) -> dict[str, Any]:
     from wearlab.accuracy import pages
 
-    tables = {
-        title: [dict(zip(heads, row, strict=True)) for row in rows]
-        for title, (heads, rows) in pages.tables(studies, error).items()
-    }
+    told = {}
+    for title, (heads, rows) in pages.tables(studies, error).items():
+        told[title] = [dict(zip(heads, row, strict=True)) for row in rows]
     curves = [row for one in studies for row in _rungs(one)]
-    return {**tables, "curves": curves, "files": [str(path) for path in files]}
+    return {**told, "curves": curves, "files": [str(path) for path in files]}
 
 
 def _rungs(measured: "study.Study") -> Iterator[dict[str, Any]]:

@@ -63,15 +63,13 @@ def _write(comparison: "xr.Dataset", data: Path | None, figure: Path | None) -> 
     from wearlab.report.plots import comparison_figure
     from wearlab.store import files, netcdf
 
-    written = []
+    made = {} if data is None else {data: netcdf.to_image(comparison)[0]}
+    if figure is not None:
+        made[figure] = comparison_figure(comparison, figure.suffix[1:].lower())
     with output.refusing(OSError):
-        if data is not None:
-            files.write_whole(data, netcdf.to_image(comparison)[0])
-            written.append(str(data))
-        if figure is not None:
-            files.write_whole(figure, comparison_figure(comparison, figure.suffix[1:].lower()))
-            written.append(str(figure))
-    return written
+        for file, image in made.items():
+            files.write_whole(file, image)
+    return [*map(str, made)]
 
 
 def _text(comparison: "xr.Dataset") -> output.Text:

@@ -55,11 +55,8 @@ def _drawn_again(figures: Sequence[Path], store: Store, out: Path) -> output.Fin
 def _text(drawn: "Sequence[drawing.Redrawn]") -> output.Text:
     for one in drawn:
         yield f"{one.path}: {'the same bytes' if one.same else 'differs from the figure it was drawn from'}"
-        for words, runs in (
-            ("missing", one.missing),
-            ("stale, made by other code", one.stale),
-            ("computed again since the figure was drawn", one.changed),
-        ):
+        told = {"missing": one.missing, "stale, made by other code": one.stale}
+        for words, runs in (told | {"computed again since the figure was drawn": one.changed}).items():
             if runs:
                 output.complain(f"{words}: {', '.join(runs)}")
 
@@ -102,22 +99,17 @@ def profile(
     figure = out or Path(f"{file.stem}.png")
     mapped = _pairs(columns or [], "--columns")
     given = {"file": str(file), "columns": mapped, "units": _pairs(units or [], "--units")}
-    ending = figure.suffix.lower().removeprefix(".")
-    drawing.check_format(ending)
+    drawing.check_format(ending := figure.suffix.lower().removeprefix("."))
     table = tables.read_table(file)
     x, y, abscissa, ordinate, across = table_options.profile_table(given, None)
     drawn = plots.profile_figure(file.name, (x, abscissa), (y, ordinate), table.understood, ending)
     files.write_whole(figure, drawn)
     headers = [str(table.meant(name, mapped)) for name in (x, y, *(["face_position"] if across else []))]
-    told = {
-        "file": str(file),
-        "read as": table.understood,
-        "x": f"{x}: column {headers[0]!r}, {len(abscissa)} values",
-        "y": f"{y}: column {headers[1]!r}",
-        "not used": ", ".join(name for name in table.names if name not in headers),
-        "above the headers": " | ".join(line.strip() for line in table.preamble),
-        "figure": str(figure),
-    }
+    told = {"file": str(file), "read as": table.understood}
+    told |= {"x": f"{x}: column {headers[0]!r}, {len(abscissa)} values", "y": f"{y}: column {headers[1]!r}"}
+    told["not used"] = ", ".join(name for name in table.names if name not in headers)
+    told["above the headers"] = " | ".join(line.strip() for line in table.preamble)
+    told["figure"] = str(figure)
     return output.Findings(told, [f"{name:<20}{text}" for name, text in told.items() if text])
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from wearlab.store import table as tables
 
 HEADS = tuple("id,campaign,case,differs by,state,result,error,time,note,expected,measured".split(","))
+Variables = Mapping[str, dict[str, Any]]
 NONE = "no such runs"
 USUAL = ("campaign", "case", "verdict", "life", "max_wear_depth", "seconds", "started")
 
@@ -75,8 +76,9 @@ def _columns(store: Store, table: "tables.Table", state: str | None, form: outpu
     if state is not None or places:
         entries = store.entries(table["id"])
         states = {run_id: store.state_of(entry) for run_id, entry in entries.items()}
-        kept = [r for r in table.records if state in (None, states[r[0]])]
-        table = replace(table, records=[_in_state(row, places, states[row[0]]) for row in kept])
+        kept = [(row, states[row[0]]) for row in table.records if state in (None, states[row[0]])]
+        own = [tuple(now if at in places else v for at, v in enumerate(row)) for row, now in kept]
+        table = replace(table, records=own)
     if form is output.Format.CSV:
         return output.Findings(partial(_in_si, table), _csv(table))
     heads, rows = table.displayed()
@@ -92,11 +94,6 @@ def _in_si(table: "tables.Table") -> dict[str, Any]:
     """Return a table as JSON has it, in SI units."""
     units = [{"name": column.name, "unit": column.unit_of(True) or None} for column in table.columns]
     return {"columns": units, "rows": table.to_rows(si=True)}
-
-
-def _in_state(row: Sequence[Any], places: Sequence[int], state: str) -> tuple[Any, ...]:
-    """Return a row whose state is that of its process, too."""
-    return tuple(state if at in places else value for at, value in enumerate(row))
 
 
 def _rows(store: Store, ids: Sequence[str] | None = None) -> list[dict[str, Any]]:
@@ -117,50 +114,37 @@ def _rows(store: Store, ids: Sequence[str] | None = None) -> list[dict[str, Any]
 
 
 def _row(store: Store, member: "catalogue.Member", entry: "catalogue.Entry") -> dict[str, Any]:
-    first = next(iter(outcome.headlines(entry.summary)), None)
-    errors = {name: value for name, value in entry.summary.items() if name.startswith("error_estimate")}
-    return {
+    came, expected = entry.summary, member.comparison and member.comparison._asdict()
+    result, error = next(((line.short, line.error) for line in outcome.headlines(came)), ("", None))
+    errors = {name: value for name, value in came.items() if name.startswith("error_estimate")}
+    row: dict[str, Any] = {
         "id": entry.id,
         "campaign": member.campaign,
         "file": member.path,
         "label": member.label,
-        "position": member.position,
-        "state": store.state_of(entry),
-        "life": entry.summary.get("life"),
-        "max_wear_depth": entry.summary.get("max_wear_depth"),
-        "error_estimates": errors,
-        "result": "" if first is None else first.short,
-        "relative_error": None if first is None else first.error,
-        "verdict": entry.summary.get("verdict"),
-        "expected": None if member.comparison is None else member.comparison._asdict(),
-        "seconds": entry.seconds,
-        "started": entry.started,
-        "bytes": entry.size,
-        "reason": entry.reason,
-        "warnings": list(entry.warnings),
-        "other_code": is_other_code(entry.source_hash),
     }
+    row |= {"position": member.position, "state": store.state_of(entry), "life": came.get("life")}
+    row |= {"max_wear_depth": came.get("max_wear_depth"), "error_estimates": errors, "result": result}
+    row |= {"relative_error": error, "verdict": came.get("verdict"), "expected": expected}
+    row |= {"seconds": entry.seconds, "started": entry.started, "bytes": entry.size, "reason": entry.reason}
+    return row | {"warnings": list(entry.warnings), "other_code": is_other_code(entry.source_hash)}
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
     expected = row["expected"] or {"expected": "", "measured": "", "met": True}
-    return (
-        *(row["id"][:SHORT_ID], row["campaign"], row["label"], output.place(row["position"])),
-        *(row["state"], row["result"]),
-        "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %",
-        outcome.seconds_text(row["seconds"]),
-        _note(row),
-        expected["expected"],
-        f"{'' if expected['met'] else 'MISSED '}{expected['measured']}",
-    )
-
-
-def _note(row: Mapping[str, Any]) -> str:
     notes = [] if row["verdict"] in (None, "completed") else [row["verdict"]]
     notes += [outcome.last_line(row["reason"])] if row["reason"] else []
     notes += [f"{len(row['warnings'])} warnings"] if row["warnings"] else []
     notes += ["made by other code"] if row["other_code"] else []
-    return "; ".join(notes)
+    error = "" if row["relative_error"] is None else f"{100 * row['relative_error']:.2g} %"
+    case = (row["id"][:SHORT_ID], row["campaign"], row["label"], output.place(row["position"]))
+    came = (row["state"], row["result"], error, outcome.seconds_text(row["seconds"]), "; ".join(notes))
+    return (
+        *case,
+        *came,
+        expected["expected"],
+        f"{'' if expected['met'] else 'MISSED '}{expected['measured']}",
+    )
 
 
 @app.command()
@@ -179,21 +163,14 @@ def show(run: str, store: Store, variables: bool = False) -> output.Findings:
     entry = store.find(run)
     layouts = store.catalogue.layouts([entry.layout] if entry.layout else [])
     stored = layouts[entry.layout]["variables"] if entry.layout else {}
-    facts = told.facts(store, entry)
-    scene = loads(entry.scene or "{}")
+    facts, scene = told.facts(store, entry), loads(entry.scene or "{}")
     asked = {"scene": scene, "sizes": entry.sizes, "variables": stored, "summary": entry.summary}
     content = {**facts, **asked, "reason": entry.reason, "warnings": list(entry.warnings)}
-    if variables:
-        heads = ("variable", "dims", "unit", "value", "meaning")
-        text: output.Text = ["", output.ShownTable(heads, _variables(stored, entry))]
-    else:
-        text = _results(store, entry, stored, scene)
+    text = _variables(stored, entry) if variables else _results(store, entry, stored, scene)
     return output.Findings(content, chain(_facts(facts, entry), text))
 
 
-def _results(
-    store: Store, entry: "catalogue.Entry", stored: Mapping[str, dict[str, Any]], scene: Mapping[str, Any]
-) -> output.Text:
+def _results(store: Store, entry: "catalogue.Entry", stored: Variables, scene: Any) -> output.Text:
     if rows := told.results(stored, entry):
         yield from ("", output.ShownTable(("result", "value", "unit", "meaning"), rows))
     texts = {name: value for name, value in entry.summary.items() if name in stored and told.is_long(value)}
@@ -207,24 +184,25 @@ def _results(
 
 def _facts(facts: Mapping[str, Any], entry: "catalogue.Entry") -> output.Text:
     for name, value in facts.items():
-        if value not in (None, "", []):
-            for number, line in enumerate(value if isinstance(value, list) else [value]):
-                yield f"{'' if number else name:<16}{line}"
+        lines = value if isinstance(value, list) else [] if value in (None, "") else [value]
+        yield from (f"{'' if number else name:<16}{line}" for number, line in enumerate(lines))
     for name, text in (("reason", [entry.reason] if entry.reason else []), ("warnings", entry.warnings)):
         yield from (f"{name:<16}{line.rstrip()}" for line in text)
 
 
-def _variables(variables: Mapping[str, dict[str, Any]], entry: "catalogue.Entry") -> list[tuple[str, ...]]:
+def _variables(variables: Variables, entry: "catalogue.Entry") -> output.Text:
     rows = []
     for name, variable in variables.items():
         dims, attributes, value = variable["dims"], variable["attrs"], entry.summary.get(name)
         sizes = ", ".join(f"{dim} {entry.sizes.get(dim, '?')}" for dim in dims)
         brief = "" if dims else "(below)" if told.is_long(value) else told.value_text(value)
-        rows.append((name, sizes, attributes.get("units", ""), brief, attributes.get("long_name", "")))
-    return [tuple(map(str, row)) for row in rows]
+        row = (name, sizes, attributes.get("units", ""), brief, attributes.get("long_name", ""))
+        rows.append(tuple(map(str, row)))
+    yield from ("", output.ShownTable(("variable", "dims", "unit", "value", "meaning"), rows))
 
 
 ENDINGS = (".csv", ".nc")
+Tags = list[str] | None
 
 
 @app.command()
@@ -254,12 +232,7 @@ def features(
 
 @app.command()
 def tag(
-    run: str,
-    tags: list[str] | None = None,
-    remove: list[str] | None = None,
-    campaign: bool = False,
-    *,
-    store: Store,
+    run: str, tags: Tags = None, remove: Tags = None, campaign: bool = False, *, store: Store
 ) -> output.Findings:
     """Put tags on RUN, take some off, and tell those that it has: ls --where "tag = good" finds it.
 

@@ -37,7 +37,7 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
 
     cases = {case.id: case for case in campaign.cases}
     refused: list[dict[str, Any]] = []
-    of_reason: dict[str, list[str]] = {}
+    reasons: dict[str, list[str]] = {}
     for case in cases.values():
         try:
             gears = sets.build_set(case.scene)
@@ -48,13 +48,12 @@ def refuse_the_impossible(campaign: "Campaign") -> list[dict[str, Any]]:
             name, reason = output.case_name(campaign, case), str(error)
             expected = case.expect is not None and case.expect.verdict == "refused"
             refused.append({"case": name, "id": case.id, "reason": reason, "expected": expected})
-            of_reason.setdefault(reason, []).append(name)
+            reasons.setdefault(reason, []).append(name)
     if len(refused) == len(cases) and not any(case["expected"] for case in refused):
-        lines = (
-            f"{first}{f' and {len(others)} more' if others else ''}: {reason}"
-            for reason, (first, *others) in of_reason.items()
+        told = (
+            (first, f" and {len(more)} more" * bool(more), why) for why, (first, *more) in reasons.items()
         )
-        raise output.Stop("\n".join(lines))
+        raise output.Stop("\n".join(f"{first}{more}: {why}" for first, more, why in told))
     return refused
 
 
@@ -82,30 +81,21 @@ def check(file: str, claims: bool = False, measured: Path | None = None, *, stor
     from wearlab.scene import parts_left_out, parts_present
 
     campaign = output.sound_campaign(file)
-    refused, cases = refuse_the_impossible(campaign), first_of_each_label(campaign)
-    built = _built(cases)
-    content = {
-        "title": campaign.title,
-        "cases": len(campaign.cases),
-        "runs": len({case.id for case in campaign.cases}),
-        "axes": [{"name": a.name, "values": a.values, "units": a.units} for a in campaign.axes],
-        "parts": {
-            label: {"present": parts_present(case.scene), "left_out": parts_left_out(case.scene)}
-            for label, case in cases.items()
-        },
-        "gears": {label: table.rows for label, table in built.items()},
-        "refused": refused,
-        "warnings": campaign.warnings,
-    }
+    refused = refuse_the_impossible(campaign)
+    scenes = {label: case.scene for label, case in first_of_each_label(campaign).items()}
+    built = _built(scenes)
+    parts = {n: {"present": parts_present(s), "left_out": parts_left_out(s)} for n, s in scenes.items()}
+    axes = [{"name": axis.name, "values": axis.values, "units": axis.units} for axis in campaign.axes]
+    content: dict[str, Any] = {"title": campaign.title, "cases": len(campaign.cases)}
+    content |= {"runs": len({case.id for case in campaign.cases}), "axes": axes, "parts": parts}
+    content |= {"gears": {label: table.rows for label, table in built.items()}, "refused": refused}
+    content |= {"warnings": campaign.warnings}
     well = all(one["expected"] for one in refused)
-    return output.Findings(content, _asked_for(campaign, cases, content, built), well)
+    return output.Findings(content, _asked_for(campaign, scenes, content, built), well)
 
 
 def _asked_for(
-    campaign: "Campaign",
-    cases: "dict[str, Case]",
-    content: dict[str, Any],
-    built: dict[str, output.ShownTable],
+    campaign: "Campaign", scenes: dict[str, Any], content: dict[str, Any], built: dict[str, output.ShownTable]
 ) -> output.Text:
     """Yield what a campaign asks for; what is wrong with it goes to standard error."""
     yield campaign.title
@@ -120,8 +110,8 @@ def _asked_for(
         yield f"  left out: {', '.join(parts['left_out']) or 'nothing'}"
     for label, table in built.items():
         yield from (f"\ngears of {label}", table)
-    for label, case in cases.items():
-        yield from _duty(label, case)
+    for label, scene in scenes.items():
+        yield from _duty(label, scene)
     if campaign.update is not None:
         yield from _update(campaign)
     for warning in campaign.warnings:
@@ -131,13 +121,12 @@ def _asked_for(
         output.complain(f"\nrefused{foreseen}: {one['case']}: {one['reason']}")
 
 
-def _duty(label: str, case: "Case") -> output.Text:
+def _duty(label: str, scene: Any) -> output.Text:
     """Yield the conditions that take turns, as they were read."""
-    blocks, table = case.scene.operation.blocks, case.scene.duty_table
+    blocks, table = scene.operation.blocks, scene.duty_table
     if not blocks:
         return
-    read = "" if table is None else f", {table.file}: {table.understood}"
-    yield f"\nload spectrum of {label}{read}"
+    yield f"\nload spectrum of {label}" + ("" if table is None else f", {table.file}: {table.understood}")
     rows = []
     for b in blocks:
         numbers = (b.torque, convert(b.speed, "rad/s", "rpm"), 100.0 * b.share, 1e-3 * b.torque * b.speed)
@@ -191,13 +180,10 @@ def _claims(campaign: "Campaign", held_by: "Store | Path") -> output.Findings:
             record = claims.ClaimRecord.read(held_by.read_bytes(), str(held_by))
         stale = claims.stale(campaign, record)
     checked, lacking = claims.check_record(campaign, record, stale)
-    told = {one.name: one.model_dump() for one in record.claims}
-    rows = [
-        told.get(one.claim.name, {})
-        | one.claim.model_dump(exclude_none=True)
-        | {"measured": one.measured, "reason": one.reason, "holds": one.holds}
-        for one in checked
-    ]
+    told, rows = {one.name: one.model_dump() for one in record.claims}, []
+    for one in checked:
+        came = {"measured": one.measured, "reason": one.reason, "holds": one.holds}
+        rows.append(told.get(one.claim.name, {}) | one.claim.model_dump(exclude_none=True) | came)
     held = {"title": campaign.title, **record.model_dump(), "claims": rows, "unfilled": lacking}
     well = all(one.holds for one in checked) and not lacking
     return output.Findings(held, _held(campaign.title, checked, lacking), well)
@@ -217,19 +203,17 @@ def _held(title: str, checked: "list[Checked]", lacking: list[str]) -> output.Te
     yield f"{sum(one.holds for one in checked)} of {len(checked)} claims hold: {title}"
 
 
-def _built(cases: "dict[str, Case]") -> dict[str, output.ShownTable]:
+def _built(scenes: dict[str, Any]) -> dict[str, output.ShownTable]:
     """Return heads and rows of the gears as they were built, once for all labels that have the same."""
     from wearlab.gears.specification import GearError
     from wearlab.scene.build import sheet
 
     built: dict[str, output.ShownTable] = {}
-    for label, case in cases.items():
+    for label, scene in scenes.items():
         with suppress(GearError):  # told as refused
-            made = sheet.sheet(case.scene)
+            made = sheet.sheet(scene)
             blank = [""] * len(made.members)  # behind what all gears share
-            rows = [
-                (row.symbol, row.meaning, *[*row.values, *blank][: len(blank)], row.unit) for row in made.rows
-            ]
+            rows = [(r.symbol, r.meaning, *[*r.values, *blank][: len(blank)], r.unit) for r in made.rows]
             table = output.ShownTable(("", "", *made.members, "unit"), rows)
             if table not in built.values():
                 built[label] = table
@@ -253,8 +237,8 @@ def plan(file: str, store: Store, workers: int | None = None, retry: bool = Fals
     planned = planned_of(campaign, store, workers=workers, retry=retry)
     further = () if campaign.update is None else _for_the_update(campaign, store, workers)
     warnings = [f"warning: {warning}" for warning in planned.warnings]
-    told = chain(_planned(planned), further)
-    return output.Findings(partial(_content, planned), told, not warnings, warnings)
+    text = chain(_planned(planned), further)
+    return output.Findings(partial(_content, planned), text, not warnings, warnings)
 
 
 def _content(planned: "Plan") -> dict[str, Any]:
@@ -269,8 +253,7 @@ def _planned(planned: "Plan") -> output.Text:
     from wearlab.runner.plan import WORDS
 
     yield planned.title
-    runs = f"{len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
-    yield f"  {planned.cases} cases, {runs}"
+    yield f"  {planned.cases} cases, {len(planned.runs)} distinct runs, {len(planned.excluded)} excluded"
     for state, words in WORDS.items():
         if count := planned.count(state):
             yield f"  {count:>7} {words}"
@@ -278,8 +261,7 @@ def _planned(planned: "Plan") -> output.Text:
         yield f"  {other:>7} of the cached made by other code"
     for keys, count in Counter(run.changed for run in planned.runs if run.changed).items():
         others = f" and {len(keys) - SHOWN} more" if len(keys) > SHOWN else ""
-        said = f"{', '.join(keys[:SHOWN])}{others}"
-        yield f"  {count:>7} of the new were run before with another {said}"
+        yield f"  {count:>7} of the new were run before with another {', '.join(keys[:SHOWN])}{others}"
     for condition, count in Counter(condition for condition, _ in planned.excluded).items():
         yield f"  {count:>7} excluded by {condition}"
     for run in planned.runs:

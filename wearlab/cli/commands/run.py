@@ -41,17 +41,9 @@ def run(
     foresee(campaign, store, scheduler)
     output.refuse_wrong_figures(campaign, file)
     before.refuse_the_impossible(campaign)
+    asked: Any = {"workers": workers, "scheduler": scheduler, "retry": retry, "recompute": recompute}
     try:
-        report = computed(
-            campaign,
-            store,
-            workers=workers,
-            scheduler=scheduler,
-            retry=retry,
-            recompute=recompute,
-            progress=not output.AS_JSON.get(),
-            dashboard=dashboard,
-        )
+        report = computed(campaign, store, **asked, progress=not output.AS_JSON.get(), dashboard=dashboard)
     except Interrupted as interrupted:
         raise output.Stop(str(interrupted), output.Status.INTERRUPTED) from None
     return output.Findings(report.to_dict, _text(campaign, report), report.ok)
@@ -77,8 +69,7 @@ def _text(campaign: "Campaign", report: "Report") -> output.Text:
             rows.append((*said, "yes" if met else "NO"))
         heads = ("case", "differs by", "verdict", "expected", "measured", "met")
         yield from ("", output.ShownTable(heads, rows))
-        missed = sum(not expected.comparison.met for expected in report.expected)
-        yield f"{len(rows) - missed} of {len(rows)} as expected"
+        yield f"{sum(one.comparison.met for one in report.expected)} of {len(rows)} as expected"
 
 
 REMAINING = ("remaining_5", "remaining_50", "remaining_95")

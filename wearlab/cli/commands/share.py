@@ -4,10 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from wearlab.cli import app, output
-from wearlab.store import Store
+from wearlab.store import Store, files
 
 MEGABYTE = 1e6
-EXPORTS = (".nc", ".zarr", ".xlsx", ".zip")
+EXPORTS = ".nc, .zarr, .xlsx, .zip"
 
 
 @app.command()
@@ -22,11 +22,9 @@ def export(file: str, out: Path, store: Store) -> output.Findings:
 
     from wearlab.report import workbook
     from wearlab.store import export as exports
-    from wearlab.store import files
 
-    if out.suffix.lower() not in EXPORTS:
-        other = out.suffix or "nothing"
-        raise output.Stop(f"{out}: an export is written as {', '.join(EXPORTS)}, not as {other}")
+    if out.suffix.lower() not in EXPORTS.split(", "):
+        raise output.Stop(f"{out}: an export is written as {EXPORTS}, not as {out.suffix or 'nothing'}")
     campaign = output.read_campaign(file)
     with output.refusing(OSError):
         total = len({case.id for case in campaign.cases})
@@ -40,8 +38,8 @@ def export(file: str, out: Path, store: Store) -> output.Findings:
                 files.write_whole(out, image)
             else:
                 exports.export(campaign, store, out, tell)
-        entries = store.entries(case.id for case in campaign.cases)
-    done = sum(entry.state == "done" for entry in entries.values())
+        entries = store.entries(case.id for case in campaign.cases).values()
+    done = sum(entry.state == "done" for entry in entries)
     content = {"file": str(out), "runs": total, "done": done}
     if done == total:
         return output.Findings(content, [str(out)])
@@ -66,12 +64,11 @@ def _merged(theirs: Store, store: Store) -> output.Findings:
 
     with output.bar(len(theirs.entries()), "runs") as tell:
         made = upkeep.merge(store, theirs, tell)
-    text = [
-        f"{len(made.copied)} runs copied, {len(made.same)} were here already, "
-        f"{made.campaigns} campaigns and {made.updates} updates copied"
-        f"{f', {made.remarks} tags and notes' if made.remarks else ''}",
-        *(f"repaired: run {run_id}: its file here was damaged" for run_id in made.repaired),
-    ]
+    said = (
+        f"{len(made.copied)} runs copied, {len(made.same)} were here already, {made.campaigns} campaigns and "
+    )
+    said += f"{made.updates} updates copied{f', {made.remarks} tags and notes' if made.remarks else ''}"
+    text = [said, *(f"repaired: run {run_id}: its file here was damaged" for run_id in made.repaired)]
     wrong = [f"conflict: run {run_id} has other results here; ours stay" for run_id in made.conflicting]
     wrong += [f"not taken over: {run_id}: {reason}" for run_id, reason in made.damaged.items()]
     return output.Findings(vars(made), text, not wrong, wrong)
@@ -118,9 +115,8 @@ def prune(store: Store, keep: list[str] | None = None, yes: bool = False) -> out
     content = {"removed": yes, "bytes": freed if yes else total, "runs": [vars(run) for run in removable]}
     rows = [(output.short(r.id), r.state, f"{r.bytes / MEGABYTE:.2f} MB", r.reason) for r in removable]
     more = "; nothing was removed: --yes removes them" if removable else ""
-    said = f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}"
-    if yes:
-        said = f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed"
+    could = f"{len(removable)} runs can go, {total / MEGABYTE:.1f} MB{more}"
+    said = f"{len(removable)} runs removed, {freed / MEGABYTE:.1f} MB freed" if yes else could
     table = [output.ShownTable(("id", "state", "size", "why"), rows)] if rows else []
     return output.Findings(content, [*table, said])
 
